@@ -11,40 +11,45 @@
 //!
 //! # Examples
 //!
-//! The longest scan of a program, in picoseconds:
-//!
 //! ```
-//! use scanbound::audit::{Request, audit};
-//! use scanbound::base::facts::Facts;
-//! use scanbound::front::Input;
-//! use scanbound::timing::table::parse_override;
-//!
-//! let text = "LD X0\nMOV K1 D0\nLDI X0\nMOV K2 D1\nEND\n";
-//! let inputs = [Input { name: "main.il".into(), bytes: text.into() }];
-//! let facts = Facts::default();
-//! let times = [parse_override("MOV=1.5us/0.3us").expect("a right price")];
-//! let request = Request { cpu: Some("Q26UDV"), times: &times, ..Request::new(&inputs, &facts) };
-//! let found = audit(&request)?;
-//! // The two moves exclude each other, and the bound knows.
-//! assert!(found.bound.exact() && found.bound.upper < found.bound.naive);
-//! # Ok::<(), scanbound::audit::Failure>(())
+//! let program = "LD X0\nMOV K1 D0\nLDI X0\nMOV K2 D1\nEND\n";
+//! let report = scanbound::Analysis::new().file("main.il", program).cpu("Q26UDV").run()?;
+//! println!("no scan takes longer than {}", report.upper());
+//! # Ok::<(), scanbound::Error>(())
 //! ```
 
-pub mod audit;
-pub mod base;
-pub mod calibrate;
-pub mod emulated;
-pub mod front;
-pub mod iec;
-pub mod link;
-pub mod measured;
-pub mod minasec;
-pub mod net;
-pub mod passes;
-pub mod program;
-pub mod replay;
-pub mod report;
-pub mod scan;
-pub mod snet;
-pub mod solve;
-pub mod timing;
+mod analysis;
+
+pub use analysis::{Analysis, Error, Report};
+pub use scanbound_audit as audit;
+pub use scanbound_base as base;
+pub use scanbound_iec as iec;
+pub use scanbound_ir as program;
+pub use scanbound_link as link;
+pub use scanbound_measured as measured;
+pub use scanbound_nets as net;
+pub use scanbound_passes as passes;
+pub use scanbound_plant::{calibrate, emulated, minasec};
+pub use scanbound_replay as replay;
+pub use scanbound_report as report;
+pub use scanbound_snet as snet;
+pub use scanbound_solve as solve;
+pub use scanbound_timing as timing;
+
+/// Fronts: each reads the dialects of one kind of PLC and says what programs in them mean.
+pub mod front {
+    pub use scanbound_front::*;
+    pub use scanbound_front_flowchart as flowchart;
+    pub use scanbound_front_iec as iec;
+    pub use scanbound_front_melsec as melsec;
+    pub use scanbound_front_minasec as minasec;
+    pub use scanbound_front_omron as omron;
+    pub use scanbound_fronts::{FRONTS, detect, input, read};
+}
+
+/// Executes one scan symbolically into a model, and slices it into groups.
+pub mod scan {
+    pub use scanbound_model as model;
+    pub use scanbound_model::groups;
+    pub use scanbound_scan::*;
+}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Host Link (C-mode) apart from scanbound: frames with a check sum of its own, as host and as PLC.
 
-    tests/hostlink_peer.py frames                  writes tests/data/hostlink-frames.txt, which tests/hostlink.rs reads
+    tests/hostlink_peer.py frames                  writes tests/data/hostlink-frames.txt, which tests/it/hostlink.rs reads
     tests/hostlink_peer.py ask DEVICE [UNIT]       asks a unit on a serial line, such as that of `scanbound serve --pty`
     tests/hostlink_peer.py check --scanbound FILE  starts `serve --pty`, asks it, and lets `live` ask a PLC played here
 

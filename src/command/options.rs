@@ -345,6 +345,10 @@ impl ProjectOptions {
 
     /// Reads the files and audits them.
     pub fn audit(&self, search: &SearchOptions) -> Result<Audit, Failure> {
+        if search.confirm && !scanbound::solve::HAS_Z3 {
+            let help = "--confirm needs Z3, and this scanbound was built without it: build it with the feature z3";
+            return Err(anyhow!(help).into());
+        }
         self.with_request(|request| Ok(audit(&search.of(request))?))
     }
 

@@ -1,0 +1,103 @@
+//! What real runs break of what is stated to hold whenever a scan starts.
+
+use scanbound_ir::{BitSource, Effect, Logic, Number, Program, Region, WordSource, Write, flow};
+use scanbound_replay::Real;
+use std::collections::BTreeMap;
+
+/// What is stated to hold whenever a scan starts and does not hold when a real run ends, each with what breaks it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Broken {
+    /// Ranges, by their places in `Program::ranges`.
+    pub left: BTreeMap<usize, Left>,
+    /// Bits that are stated not to be on together, by their places in `Program::invariants`.
+    pub parted: BTreeMap<usize, Parted>,
+}
+
+impl Broken {
+    /// Notes what is stated and a run does not keep; what a program writes of itself comes before what it works out. The
+    /// run may be the scan of this number from power-up on, in which nothing is known of what the outside gives.
+    pub fn note(&mut self, program: &Program, one: &Real, scan: Option<usize>) {
+        if !one.is_possible() {
+            return;
+        }
+        for &(range, value) in &one.left {
+            let cells = &program.ranges[range].cells;
+            let Some(by) =
+                last_to_write(program, one, &|region| cells.iter().any(|&cell| region.holds(cell)))
+            else {
+                continue;
+            };
+            let known = self.left.entry(range).or_insert(Left { value, by, scan });
+            if known.scan.is_none() && !writes_constant(program, known.by) {
+                *known = Left { value, by, scan };
+            }
+        }
+        for &pair in &one.parted {
+            let bits = bits_of(&program.invariants[pair]);
+            let by = bits.iter().filter_map(|bit| {
+                let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *bit else {
+                    return None;
+                };
+                last_to_write(program, one, &|region| region.holds(cell))
+            });
+            let mut by: Vec<usize> = by.collect();
+            by.sort_unstable();
+            by.dedup();
+            if by.is_empty() {
+                continue;
+            }
+            let known = self.parted.entry(pair).or_insert_with(|| Parted { by: by.clone(), scan });
+            if known.scan.is_none() && scan.is_some() {
+                *known = Parted { by, scan };
+            }
+        }
+    }
+}
+
+/// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Left {
+    /// What it holds.
+    pub value: i64,
+    /// The last instruction that wrote it.
+    pub by: usize,
+    /// Which scan from power-up on it is that leaves it, whatever the outside gives, if that is known.
+    pub scan: Option<usize>,
+}
+
+/// Two bits that a real run leaves on together, and that are stated never to be so.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parted {
+    /// The last instructions that wrote them.
+    pub by: Vec<usize>,
+    /// As in [`Left`].
+    pub scan: Option<usize>,
+}
+
+/// The last instruction of a run that wrote what is asked for.
+fn last_to_write(program: &Program, one: &Real, asked: &dyn Fn(&Region) -> bool) -> Option<usize> {
+    let writes = |at: usize| flow::written(program, at).iter().any(asked);
+    let mut events = one.replay.events.iter().rev();
+    events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
+}
+
+/// The bits of which it is stated that they are not on together.
+pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
+    match invariant {
+        Logic::Bit(bit) => vec![*bit],
+        Logic::Not(inner) => bits_of(inner),
+        Logic::All(parts) => parts.iter().flat_map(bits_of).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether all that an instruction writes are constants of the program.
+pub fn writes_constant(program: &Program, at: usize) -> bool {
+    let is_constant = |effect: &Effect| match &effect.write {
+        Write::Words(_, Number::Words(words)) => {
+            words.iter().all(|word| matches!(word, WordSource::Const(_)))
+        }
+        _ => false,
+    };
+    program.instructions[at].effects.iter().all(is_constant)
+}

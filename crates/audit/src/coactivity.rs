@@ -1,0 +1,72 @@
+//! What it is worth that steps and stored actions of charts exclude each other.
+
+use super::Audit;
+use super::Value;
+use super::failure::Failure;
+use super::pipeline::{Concluded, audit};
+use super::request::{Progress, Request};
+use super::solved_bound::SolvedBound;
+use scanbound_ir::Program;
+use std::time::Duration;
+
+/// What charts' co-activity does to the bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Coactivity {
+    /// The bound if steps and stored actions did not exclude each other.
+    pub without: SolvedBound,
+    /// The steps that are active and the actions that are on when the longest scan starts.
+    pub active: Vec<String>,
+}
+
+/// So much of the time limit this may take, whatever the audit before has taken or left over: a tenth.
+const LEAST_SHARE: u32 = 10;
+
+/// Adds to an audit the bound without what charts keep apart: that of a whole audit. It may take as long as the audit before: what
+/// is asked for is the bound, and without the charts there is far more to search.
+/// Nothing is added without charts, where only a limit is asked for, and where nothing is bounded.
+///
+/// # Errors
+/// That in that audit the analysis and the interpreter disagree.
+pub fn coactivity(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
+    concluded.audit.coactivity = of(&concluded.followed.program, &concluded.audit, request)?;
+    Ok(())
+}
+
+fn of(
+    program: &Program,
+    found: &Audit,
+    request: &Request<'_>,
+) -> Result<Option<Coactivity>, Failure> {
+    if program.charts.apart == 0
+        || !request.apart
+        || request.limit.is_some()
+        || !found.unbounded.is_empty()
+    {
+        return Ok(None);
+    }
+    (request.progress)(Progress::Stage("solving without co-activity"));
+    let left = |limit: Duration| {
+        limit.saturating_sub(found.elapsed).min(found.elapsed).max(limit / LEAST_SHARE)
+    };
+    let all = Request {
+        apart: false,
+        proves_facts: false,
+        confirm: false,
+        trace: false,
+        time_limit: request.time_limit.map(left),
+        ..*request
+    };
+    let without = audit(&all)?;
+    if !without.unbounded.is_empty() {
+        return Ok(None);
+    }
+    let names = program.charts.active.iter().map(|cell| program.cell_name(*cell));
+    let names: std::collections::BTreeSet<String> = names.collect();
+    let on = found.witness.iter().filter(|one| one.at_start && one.value == Value::Bit(true));
+    let active = on.filter(|one| names.contains(&one.name)).map(|one| one.name.clone());
+    // Where time ran out, the second bound may be the lower one.
+    let upper = without.bound.upper.max(found.bound.upper);
+    let is_over = all.time_limit.is_some_and(|limit| without.elapsed >= limit);
+    let without = SolvedBound { upper, cut: is_over || !without.cuts.is_empty() };
+    Ok(Some(Coactivity { without, active: active.collect() }))
+}

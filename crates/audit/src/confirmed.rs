@@ -1,0 +1,185 @@
+//! Puts the groups' best assignments together to one scan, and holds its cost against the interpreter's.
+
+use super::failure::Failure;
+use super::request::Request;
+use scanbound_base::budget::Budget;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::time::Picos;
+use scanbound_ir::Program;
+use scanbound_model::groups;
+use scanbound_model::{Assignment, Group, Lit, Portion, ScanModel, Values};
+use scanbound_replay::Replay;
+use scanbound_solve::{Limits, Maximum, Method, maximum};
+use std::time::{Duration, Instant};
+
+/// What is said where no scan keeps what is stated, until the facts are known that it is said of.
+pub(super) const CONTRADICTION: &str = "no scan keeps all the stated ranges and counts";
+
+/// Where the time is over and no scan is known that keeps the stated facts, one is looked for so long.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// The groups' best assignments in one, which they can be since groups share no variable. It also gets values for
+/// constraints that concern no group, so that it keeps all the stated facts.
+pub(super) fn together(
+    request: &Request<'_>,
+    budget: &Budget<'_>,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &mut [Maximum],
+) -> Result<Assignment, Failure> {
+    let mut all = Assignment(vec![0; model.variables.len()]);
+    for (group, maximum) in groups.iter().zip(maxima) {
+        // A search that ended before it found any allowed scan has no best one.
+        if !maximum.kept {
+            let constraints = Group { charges: Vec::new(), ..group.clone() };
+            (maximum.best, maximum.kept) = (allowed(request, budget, model, &constraints)?, true);
+            maximum.lower = model.cost(&group.charges, &maximum.best.whole(model));
+        }
+        maximum.best.put(&mut all);
+    }
+    if let Some(rest) = groups::unpriced(model, groups) {
+        allowed(request, budget, model, &rest)?.put(&mut all);
+    }
+    Ok(all)
+}
+
+/// Some values that keep the constraints of a group without charges.
+fn allowed(
+    request: &Request<'_>,
+    budget: &Budget<'_>,
+    model: &ScanModel,
+    constraints: &Group,
+) -> Result<Portion, Failure> {
+    let contradicts = Err(Failure::from(Diagnostic::file(
+        Code::Facts,
+        request.inputs.first().map_or("", |input| &input.name),
+        CONTRADICTION,
+        "look for two that concern the same word, and for counts that the program sets otherwise",
+    )));
+    // The program sets a count to a constant that contradicts what is stated.
+    if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
+        return contradicts;
+    }
+    // Nearly always found at once, so it is looked for even where the time is over.
+    let least = Instant::now() + GRACE;
+    let deadline = budget.deadline().map(|end| end.max(least));
+    let limits = Limits { deadline, ..Limits::default() };
+    let found = maximum(model, constraints, Method::Auto, &limits);
+    if found.kept {
+        return Ok(found.best);
+    }
+    if deadline.is_some_and(|end| Instant::now() >= end) {
+        return Err(Failure::from(Diagnostic::file(
+            Code::Time,
+            request.inputs.first().map_or("", |input| &input.name),
+            "in the time given no scan was found that keeps all the stated ranges and counts",
+            "give it more time (--time-limit), or state less",
+        )));
+    }
+    contradicts
+}
+
+/// Holds the scan that was replayed against what the analysis says that it costs.
+pub(super) fn confirm(
+    program: &Program,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+    assignment: &Assignment,
+    replayed: &Replay,
+) -> Result<(), Failure> {
+    let values = model.circuit.evaluate(assignment);
+    let said: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
+    if replayed.total != said {
+        return Err(Failure::Internal(format!(
+            "the interpreter's scan takes {}, the analysis says {said}{}",
+            replayed.total,
+            first_difference(program, model, &values, replayed)
+        )));
+    }
+    if let Some(&range) = replayed.broken_ranges.first() {
+        let cell = program.cell_name(program.ranges[range].cells[0]);
+        return Err(Failure::Internal(format!("the worst scan breaks the range of {cell}")));
+    }
+    if !replayed.broken_invariants.is_empty() {
+        return Err(Failure::Internal("the worst scan starts as no scan does".to_owned()));
+    }
+    for (group, maximum) in groups.iter().zip(maxima) {
+        let cost: Picos = group.charges.iter().map(|&c| model.charges[c].cost(&values)).sum();
+        if cost != maximum.lower || maximum.lower > maximum.upper {
+            return Err(Failure::Internal(format!(
+                "a group's best scan costs {cost}, its search says {} to {}",
+                maximum.lower, maximum.upper
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The first execution that the interpreter and the analysis price differently, for the message.
+fn first_difference(
+    program: &Program,
+    model: &ScanModel,
+    values: &Values,
+    replayed: &Replay,
+) -> String {
+    let mut costs: std::collections::BTreeMap<(usize, Vec<scanbound_ir::Frame>), (Picos, Picos)> =
+        std::collections::BTreeMap::new();
+    for charge in &model.charges {
+        let key = (charge.instruction, charge.frames.clone());
+        costs.entry(key).or_default().0 += charge.cost(values);
+    }
+    for event in &replayed.events {
+        costs.entry((event.instruction, event.frames.to_vec())).or_default().1 += event.cost;
+    }
+    let different = costs.iter().find(|(_, (said, ran))| said != ran);
+    different.map_or(String::new(), |((instruction, _), (said, ran))| {
+        let at = &program.instructions[*instruction];
+        format!(
+            "; first at {}:{} {}: {ran} and {said}",
+            at.place.of(&program.files).name,
+            at.place.line,
+            at.text
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{Concluded, Followed, conclude, follow};
+    use scanbound_base::facts::Facts;
+    use scanbound_front::Input;
+    use scanbound_replay::replay;
+
+    #[test]
+    fn a_scan_that_the_interpreter_prices_differently_is_an_internal_error() {
+        let text = "LD X0\nMOV K1 D0\nLDI X0\nBMOV D0 D10 K5\nEND\n";
+        let inputs = [Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() }];
+        let facts = Facts::default();
+        let request = Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) };
+        let followed = follow(&request).expect("a program");
+        let Concluded { followed, mut maxima, .. } =
+            conclude(followed, &request).expect("an audit");
+        let Followed { program, prices, model, groups, .. } = &followed;
+        let budget = Budget::new(Instant::now(), None, request.cancelled, Vec::new());
+        let assignment = together(&request, &budget, model, groups, &mut maxima).expect("a scan");
+        let times = prices.times();
+        let mut replayed = replay(program, &times, &groups::witness(model, &assignment));
+        let confirmed = |maxima: &[Maximum], replayed: &Replay| {
+            confirm(program, model, groups, maxima, &assignment, replayed)
+        };
+        let internal =
+            |maxima: &[Maximum], replayed: &Replay, what: &str| match confirmed(maxima, replayed) {
+                Err(Failure::Internal(told)) => assert!(told.contains(what), "{told}"),
+                other => panic!("{other:?}"),
+            };
+        assert_eq!(confirmed(&maxima, &replayed), Ok(()));
+        replayed.total += Picos(1);
+        internal(&maxima, &replayed, "the interpreter's scan takes");
+        replayed.total = replay(program, &times, &groups::witness(model, &assignment)).total;
+        maxima[0].lower += Picos(1);
+        internal(&maxima, &replayed, "its search says");
+    }
+}

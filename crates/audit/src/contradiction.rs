@@ -1,0 +1,198 @@
+//! Facts that no scan keeps: which of those that are stated contradict the program, and which are not worth offering.
+
+use super::Audit;
+use super::confirmed::CONTRADICTION;
+use super::counts::found;
+use super::failure::Failure;
+use super::request::Request;
+use super::stated;
+use super::unknown::{self, Unknown};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Facts, Part};
+use scanbound_base::time::Picos;
+use scanbound_ir::{Program, flow};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Facts are tried for so long at most, where the request sets no shorter limit.
+const LONGEST: Duration = Duration::from_secs(20);
+
+/// What a count is offered as at most, the first that some scan keeps.
+const OFFERED: [u32; 5] = [20, 100, 1_000, 10_000, i16::MAX as u32];
+
+/// What reads and audits a project: the pipeline, which asks here what to say.
+#[derive(Clone, Copy)]
+pub(super) struct Stages {
+    pub read: fn(&Request<'_>) -> Result<Program, Failure>,
+    pub audit: fn(&Request<'_>) -> Result<Audit, Failure>,
+}
+
+/// Whether some scan keeps the facts; yes also where that could not be found out.
+fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
+    let request = Request {
+        facts,
+        proves_facts: false,
+        limit: Some(Picos(u64::MAX)),
+        trace: false,
+        confirm: false,
+        response: None,
+        warnings: &[],
+        progress: &|_| {},
+        ..*request
+    };
+    match (stages.audit)(&request) {
+        Err(Failure::Input(faults)) => faults.iter().all(|fault| fault.code == Code::Time),
+        Ok(_) | Err(Failure::Internal(_)) => true,
+    }
+}
+
+/// When facts are tried no longer.
+fn end(request: &Request<'_>) -> Instant {
+    Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
+}
+
+/// The failure of an audit; where it is that no scan keeps what is stated, with the facts that contradict the program.
+pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> Failure {
+    let is_one = |fault: &Diagnostic| fault.message == CONTRADICTION;
+    match failure {
+        // Facts that are only tried are not asked about.
+        Failure::Input(faults) if request.proves_facts && faults.iter().any(is_one) => {
+            let named = contradicting(stages, request);
+            Failure::Input(if named.is_empty() { faults } else { named })
+        }
+        failure => failure,
+    }
+}
+
+/// Those of the stated ranges and counts that no scan keeps, each by itself; else those without which the others are kept.
+fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
+    let end = end(request);
+    let facts = request.facts;
+    let bare = Facts { counts: BTreeMap::new(), ranges: BTreeMap::new(), ..facts.clone() };
+    let Ok(program) = (stages.read)(&Request { facts: &bare, ..*request }) else {
+        return Vec::new();
+    };
+    let mut told = Vec::new();
+    for (key, &(low, high)) in &facts.counts {
+        // A word may count at several places.
+        let places = found(&program, key).unwrap_or_default();
+        let at = places.iter().map(|&at| program.instructions[at].place);
+        let keys: Vec<String> = at.map(|place| unknown::key(&program, place)).collect();
+        for (&at, place) in places.iter().zip(keys) {
+            let counts = BTreeMap::from([(place, (low, high))]);
+            if Instant::now() < end && !is_kept(stages, request, &Facts { counts, ..bare.clone() })
+            {
+                let message = count_told(&program, at, low, high);
+                let help = "state what it can be there, or leave it out";
+                let fact = ["counts", key.as_str()];
+                told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
+            }
+        }
+    }
+    for (key, &(low, high)) in &facts.ranges {
+        let ranges = BTreeMap::from([(key.clone(), (low, high))]);
+        if Instant::now() < end && !is_kept(stages, request, &Facts { ranges, ..bare.clone() }) {
+            let message = format!("no scan starts with {low} to {high} in {key}");
+            let help = "state what it can hold when a scan starts, or leave it out";
+            let fact = ["ranges", key.as_str()];
+            told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
+        }
+    }
+    if told.is_empty() { together(stages, request, end) } else { told }
+}
+
+/// Each fact without which some scan keeps the others.
+fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnostic> {
+    let facts = request.facts;
+    let is_one = |fewer: &Facts| Instant::now() < end && is_kept(stages, request, fewer);
+    let told = |table: &'static str, key: &str, (low, high): (i64, i64)| {
+        let message =
+            format!("no scan keeps {key} = {low} to {high} together with the other facts");
+        let help = "look for a fact that concerns the same word, and correct one of the two";
+        facts.fault([table, key], Part::Value, Code::Facts, message, help)
+    };
+    let mut all = Vec::new();
+    for (key, &range) in &facts.counts {
+        let mut fewer = facts.clone();
+        fewer.counts.remove(key);
+        all.extend(is_one(&fewer).then(|| told("counts", key, range)));
+    }
+    for (key, &range) in &facts.ranges {
+        let mut fewer = facts.clone();
+        fewer.ranges.remove(key);
+        all.extend(is_one(&fewer).then(|| told("ranges", key, range)));
+    }
+    all
+}
+
+/// That a count is never what is stated, and the instruction that sets its word before.
+fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
+    let place = |at: usize| {
+        let one = &program.instructions[at];
+        let file = &one.place.of(&program.files).name;
+        format!("`{}` ({file}:{})", one.text, one.place.line)
+    };
+    let never = format!("no scan counts {low} to {high} in {}", place(at));
+    let word = unknown::word(program, at);
+    let Some((word, cell)) =
+        word.and_then(|word| Some((word.clone(), stated::cell(program, &word)?)))
+    else {
+        return never;
+    };
+    let writes = |&other: &usize| flow::written(program, other).iter().any(|one| one.holds(cell));
+    let before = (0..at).rev().find(writes);
+    let by = before.or_else(|| (at..program.instructions.len()).find(writes));
+    by.map_or(never.clone(), |by| format!("{never}: {} writes {word}", place(by)))
+}
+
+/// Facts that are stated and that no scan keeps, or that the program breaks.
+pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
+    let facts = request.facts;
+    if facts.counts.is_empty() && facts.ranges.is_empty() && facts.exclusive.is_empty() {
+        return Vec::new();
+    }
+    let time_limit = request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST));
+    let asked = Request {
+        limit: Some(Picos(u64::MAX)),
+        time_limit: Some(time_limit),
+        progress: &|_| {},
+        ..*request
+    };
+    match (stages.audit)(&asked) {
+        Err(Failure::Input(faults)) => {
+            let is_one = |one: &Diagnostic| matches!(one.code, Code::Facts | Code::BrokenFact);
+            faults.into_iter().filter(is_one).collect()
+        }
+        Ok(_) | Err(Failure::Internal(_)) => Vec::new(),
+    }
+}
+
+/// What each unknown count or index is offered as at most, by its key, so that some scan keeps all of these together. One
+/// that has no such number is not offered.
+pub(super) fn offered(
+    stages: Stages,
+    request: &Request<'_>,
+    unknowns: &[Unknown],
+) -> BTreeMap<String, u32> {
+    let numbers = || unknowns.iter().filter(|one| one.is_number());
+    let mut facts = request.facts.clone();
+    numbers().for_each(|one| one.state(&mut facts, OFFERED[0]));
+    if is_kept(stages, request, &facts) {
+        return numbers().map(|one| (one.key.clone(), OFFERED[0])).collect();
+    }
+    let end = end(request);
+    let (mut facts, mut offered) = (request.facts.clone(), BTreeMap::new());
+    for one in numbers() {
+        let most = OFFERED.into_iter().find(|&most| {
+            let mut more = facts.clone();
+            one.state(&mut more, most);
+            Instant::now() < end && is_kept(stages, request, &more)
+        });
+        if let Some(most) = most {
+            one.state(&mut facts, most);
+            offered.insert(one.key.clone(), most);
+        }
+    }
+    offered
+}

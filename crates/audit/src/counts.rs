@@ -1,0 +1,193 @@
+//! What the user states of counts, at single places or wherever a word counts: found in the program, and put into it.
+
+use super::unknown;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Facts, Part};
+use scanbound_base::near;
+use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
+use std::collections::BTreeSet;
+
+/// So many places are offered where one is not found.
+const MOST_OFFERED: usize = 8;
+
+/// States counts at instructions: fewer iterations and units, and no scans in which they are others.
+///
+/// # Errors
+/// Each place where nothing counts, or that is not in the program.
+pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let mut faults = Vec::new();
+    // What a front was told of its loops already, it has stated.
+    let own: BTreeSet<usize> = program.counts.keys().copied().collect();
+    for (place, &(low, high)) in &facts.counts {
+        let fault = |part, message: String, help: &str| {
+            facts.fault(["counts", place], part, Code::Fact, message, help)
+        };
+        let found = match found(program, place) {
+            Ok(found) => found,
+            Err((message, help)) => {
+                faults.push(fault(Part::Key, message, &help));
+                continue;
+            }
+        };
+        for at in found.into_iter().filter(|at| !own.contains(at)) {
+            if !lower(program, at, low, high) {
+                let text = program.instructions[at].text.clone();
+                let message = format!("the count of `{text}` at {place} is never {low} to {high}");
+                faults.push(fault(Part::Value, message, "leave it out, or state what it can be"));
+                continue;
+            }
+            // A line and a step may name the same place: both hold.
+            let all = program.counts.entry(at).or_insert((low, high));
+            *all = (all.0.max(low), all.1.min(high));
+            // Its iterations are known now: it is followed if they are few enough.
+            program.uncounted.remove(&at);
+            let unknown = |what: &Approximated| matches!(what, Approximated::UnknownCount { .. });
+            program.approximations.retain(|one| one.instruction != at || !unknown(&one.what));
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Whether words count something at an instruction.
+fn counts(program: &Program, at: usize) -> bool {
+    let instruction = &program.instructions[at];
+    let iterations = match &instruction.step {
+        Step::ForBegin { count, .. } => Some(*count),
+        Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+        _ => None,
+    };
+    iterations.is_some_and(|count| !matches!(count, WordSource::Const(_)))
+        || instruction.counted().is_some()
+}
+
+/// The instructions that count at a place, or why there are none and what would be right.
+pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
+    let form = || {
+        "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or a word that counts"
+            .to_owned()
+    };
+    let Some((file, number)) = place.rsplit_once(':') else {
+        let is_it = |word: &str| word.eq_ignore_ascii_case(place.trim());
+        // Of a file register the source may have another name than the program.
+        let written = |at: usize| {
+            program.approximations.iter().any(|one| match &one.what {
+                Approximated::UnknownCount { word, .. } => one.instruction == at && is_it(word),
+                _ => false,
+            })
+        };
+        let is_meant = |&at: &usize| {
+            unknown::word(program, at).is_some_and(|word| is_it(&word)) || written(at)
+        };
+        let found: Vec<usize> = (0..program.instructions.len())
+            .filter(|&at| counts(program, at))
+            .filter(is_meant)
+            .collect();
+        if found.is_empty() {
+            let all = (0..program.instructions.len()).filter(|&at| counts(program, at));
+            let words: BTreeSet<String> =
+                all.filter_map(|at| Some(unknown::word(program, at)?.to_string())).collect();
+            let help = near::meant(near::nearest(place, words), &form());
+            return Err((format!("nothing is counted by a word '{place}'"), help));
+        }
+        return Ok(found);
+    };
+    let what = ["no word counts iterations or units", "words count", "no word counts anything"];
+    at(program, (file, number), counts, what, form())
+}
+
+/// The instructions at a line or step of a file of which something can be stated, or why there are none and what would
+/// be right. `what` says in errors that none does it at the place, which ones do elsewhere, and that none does in the
+/// file.
+pub(super) fn at(
+    program: &Program,
+    (file, number): (&str, &str),
+    can_be_stated: fn(&Program, usize) -> bool,
+    what: [&str; 3],
+    form: String,
+) -> Result<Vec<usize>, (String, String)> {
+    let place = format!("{file}:{number}");
+    let number = number.trim();
+    let (is_step, digits) = match number.strip_prefix("step") {
+        Some(digits) => (true, digits.trim()),
+        None => (false, number),
+    };
+    let Ok(number) = digits.parse::<u32>() else {
+        return Err((format!("'{place}' names no line"), form));
+    };
+    let files = matching(program, file);
+    let [file] = files[..] else {
+        let names: Vec<&str> =
+            program.files.iter().take(MOST_OFFERED).map(|file| file.name.as_str()).collect();
+        let message = match files.is_empty() {
+            true => format!("there is no file '{file}' in this program"),
+            false => format!("'{file}' may be {} files", files.len()),
+        };
+        return Err((message, format!("the files are {}", names.join(", "))));
+    };
+    let of_file = |&at: &usize| program.instructions[at].place.file as usize == file;
+    let all: Vec<usize> = (0..program.instructions.len())
+        .filter(of_file)
+        .filter(|&at| can_be_stated(program, at))
+        .collect();
+    let is_meant = |&at: &usize| {
+        let place = program.instructions[at].place;
+        if is_step { place.step == Some(number) } else { place.line == number }
+    };
+    let found: Vec<usize> = all.iter().copied().filter(is_meant).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let mut near = all;
+    near.sort_by_key(|&at| program.instructions[at].place.line.abs_diff(number));
+    let offered: Vec<String> = near
+        .into_iter()
+        .take(MOST_OFFERED)
+        .map(|at| &program.instructions[at])
+        .map(|one| format!("{} ({})", one.place.line, one.text))
+        .collect();
+    let help = match offered.is_empty() {
+        true => format!("{} in that file", what[2]),
+        false => format!("in that file {} in the lines {}", what[1], offered.join(", ")),
+    };
+    Err((format!("{} at {place}", what[0]), help))
+}
+
+/// The files of a name, whole or without its directories.
+fn matching(program: &Program, name: &str) -> Vec<usize> {
+    let all = || program.files.iter().enumerate();
+    let whole: Vec<usize> =
+        all().filter(|(_, file)| file.name == name).map(|(index, _)| index).collect();
+    if !whole.is_empty() {
+        return whole;
+    }
+    let last = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or_default().to_lowercase();
+    all().filter(|(_, file)| last(&file.name) == name.to_lowercase()).map(|(at, _)| at).collect()
+}
+
+/// Lowers what an instruction counts at most to what is stated. Whether it can count that at all.
+fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
+    let keep_within = |least: &mut u32, most: &mut u32| {
+        let (low, high) = (low.max(0).unsigned_abs(), high.max(0).unsigned_abs());
+        if low > u64::from(*most) || high < u64::from(*least) {
+            return false;
+        }
+        // Within `u32`: they lie between what stands there.
+        *most = u64::from(*most).min(high) as u32;
+        *least = u64::from(*least).max(low) as u32;
+        true
+    };
+    let instruction = &mut program.instructions[at];
+    let iterations = match &mut instruction.step {
+        Step::ForBegin { least, most, .. } => keep_within(least, most),
+        Step::Summary(summary) => match &mut summary.iterations {
+            Some((_, least, most)) => keep_within(least, most),
+            None => true,
+        },
+        _ => true,
+    };
+    if let Some(Units::Counted(counted)) = instruction.timing.as_mut().map(|key| &mut key.units) {
+        counted.most = counted.most.min(high.max(0).unsigned_abs());
+    }
+    iterations
+}

@@ -1,0 +1,115 @@
+//! Which free variables' values decide that the worst scan costs what it does: the others may be anything.
+
+use scanbound_model::{Assignment, Lit, Node, ScanModel, VarId};
+use std::collections::BTreeSet;
+
+/// For each variable whether its value is needed to know what the given charges cost at least, and that the
+/// constraints hold. A small set, though not always the smallest.
+pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -> Vec<bool> {
+    let values = model.circuit.evaluate(assignment);
+    let nodes = model.circuit.nodes();
+    let mut needed = vec![false; nodes.len()];
+    let mut need = |lit: Lit| needed[lit.node()] = true;
+    for &index in charges {
+        let charge = &model.charges[index];
+        let (reached, fires) = (values.get(charge.reached), values.get(charge.fires));
+        // Firing implies being reached.
+        let (on, units) = charge.fired();
+        if fires && on > charge.off {
+            need(charge.fires);
+        } else if reached {
+            need(charge.reached);
+            if on < charge.off && !fires {
+                need(charge.fires);
+            }
+        }
+        units.iter().filter(|(handled, _)| values.get(*handled)).for_each(|(lit, _)| need(*lit));
+    }
+    model.constraints.iter().copied().for_each(&mut need);
+    let mut variables = vec![false; model.variables.len()];
+    // Gates come behind their inputs, so one pass from the end sees every need.
+    for index in (0..nodes.len()).rev() {
+        if !needed[index] {
+            continue;
+        }
+        match nodes[index] {
+            Node::True => {}
+            Node::Atom(atom) => variables[atom.variable().0 as usize] = true,
+            Node::And(a, b) => match (values.get(a), values.get(b)) {
+                (true, true) => {
+                    needed[a.node()] = true;
+                    needed[b.node()] = true;
+                }
+                (false, true) => needed[a.node()] = true,
+                (true, false) => needed[b.node()] = true,
+                // Either will do: one that is needed anyway, else the one nearer the leaves.
+                (false, false) => {
+                    if !needed[a.node()] && !needed[b.node()] {
+                        needed[a.node().min(b.node())] = true;
+                    }
+                }
+            },
+        }
+    }
+    variables
+}
+
+/// The variables on which it depends what the charges cost.
+pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
+    let guards = charges.iter().map(|&index| &model.charges[index]);
+    let mut open: Vec<usize> = guards.flat_map(|charge| charge.literals()).map(Lit::node).collect();
+    let mut seen: BTreeSet<usize> = open.iter().copied().collect();
+    let mut variables = BTreeSet::new();
+    while let Some(index) = open.pop() {
+        match model.circuit.nodes()[index] {
+            Node::True => {}
+            Node::Atom(atom) => {
+                variables.insert(atom.variable());
+            }
+            Node::And(a, b) => {
+                open.extend([a.node(), b.node()].into_iter().filter(|&node| seen.insert(node)));
+            }
+        }
+    }
+    variables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_base::time::Picos;
+    use scanbound_ir::{AreaId, Cell};
+    use scanbound_model::{Atom, Charge, Origin, VarKind, Variable};
+
+    #[test]
+    fn only_what_a_running_charge_needs_decides() {
+        let mut model = ScanModel::default();
+        for index in 0..4 {
+            model.variables.push(Variable {
+                kind: VarKind::Bit,
+                origin: Origin::Start(Cell { area: AreaId(0), index }),
+                name: format!("X{index}"),
+            });
+        }
+        let x: Vec<Lit> = (0..4).map(|v| model.circuit.atom(Atom::Bit(VarId(v)))).collect();
+        let either = model.circuit.or(x[0], x[1]);
+        let both = model.circuit.and(x[2], x[3]);
+        for (fires, on, off) in [(either, 5, 1), (both, 9, 1)] {
+            model.charges.push(Charge {
+                instruction: 0,
+                frames: Vec::new(),
+                reached: Lit::TRUE,
+                fires,
+                on: Picos(on),
+                off: Picos(off),
+                counted: None,
+            });
+        }
+        let decide = |values: [u16; 4]| deciding(&model, &Assignment(values.into()), &[0, 1]);
+        // The second charge costs its lesser time whatever happens; of X0 and X1 one is enough.
+        assert_eq!(decide([1, 1, 1, 0]), [true, false, false, false]);
+        assert_eq!(decide([0, 1, 1, 1]), [false, true, true, true]);
+        assert_eq!(decide([0, 0, 0, 0]), [false; 4]);
+        assert_eq!(depends_on(&model, &[1]), BTreeSet::from([VarId(2), VarId(3)]));
+    }
+}

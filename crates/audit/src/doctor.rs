@@ -1,0 +1,396 @@
+//! What of a project is read and what stands in the way of a bound: all of it at once, as far as it can be looked at.
+
+use super::pipeline::STAGES;
+use super::priced::refuse_assumed;
+use super::request::Request;
+use super::understood::{choose_table, fitted, other_series, state};
+use super::{Failure, contradiction, doubt};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::{Diagnostic, Severity};
+use scanbound_front::{Input, Kind, Options, Project};
+use scanbound_ir::Program;
+use scanbound_timing::price;
+use scanbound_timing::table::Table;
+use std::collections::BTreeSet;
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnosis {
+    /// The files that were looked at.
+    pub files: Vec<Seen>,
+    /// The CPU that the project or the user names.
+    pub cpu: Option<String>,
+    /// The table that prices it.
+    pub table: Option<String>,
+    /// What was found, the gravest first.
+    pub findings: Vec<Finding>,
+}
+
+impl Diagnosis {
+    /// Whether nothing stands in the way of a bound.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.findings.iter().all(|one| !one.section.is_grave())
+    }
+}
+
+/// A file that was looked at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Seen {
+    /// Its name as the user gave it.
+    pub name: String,
+    /// What it is.
+    pub what: What,
+    /// How many instructions it has, where they were read.
+    pub instructions: Option<usize>,
+    /// Whether it holds subroutines alone, which run only where they are called.
+    pub standby: bool,
+}
+
+/// What a file is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    /// A program in a dialect.
+    Program(&'static str),
+    /// Names and comments of devices.
+    Comments,
+    /// Nothing that can be read.
+    Refused,
+}
+
+/// The parts of the list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Section {
+    /// What cannot be read or understood.
+    Refused,
+    /// Instructions that are not known.
+    Unknown,
+    /// Routines and labels that are not there.
+    Missing,
+    /// What has no time.
+    NoTime,
+    /// What does not fit among the facts, the options or the table.
+    Stated,
+    /// What the bound needs and nobody states.
+    NotStated,
+    /// What lies among the programs and was left out.
+    LeftOut,
+    /// What else is worth a look.
+    Noticed,
+}
+
+impl Section {
+    /// All, in the order of the list.
+    pub const ALL: [Section; 8] = [
+        Section::Refused,
+        Section::Unknown,
+        Section::Missing,
+        Section::NoTime,
+        Section::Stated,
+        Section::NotStated,
+        Section::LeftOut,
+        Section::Noticed,
+    ];
+
+    /// Its name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Section::Refused => "refused",
+            Section::Unknown => "unknown",
+            Section::Missing => "missing",
+            Section::NoTime => "without-time",
+            Section::Stated => "stated-wrongly",
+            Section::NotStated => "not-stated",
+            Section::LeftOut => "left-out",
+            Section::Noticed => "noticed",
+        }
+    }
+
+    /// Whether it stands in the way of a bound.
+    #[must_use]
+    pub fn is_grave(self) -> bool {
+        self < Section::NotStated
+    }
+
+    fn of(fault: &Diagnostic) -> Section {
+        match (fault.severity, fault.code) {
+            (Severity::Warning, Code::LeftOut) => Section::LeftOut,
+            (Severity::Warning, _) => Section::Noticed,
+            (_, Code::UnknownInstruction) => Section::Unknown,
+            (_, Code::NoSubroutine | Code::NoLabel) => Section::Missing,
+            (_, Code::NoTime | Code::AssumedTime) => Section::NoTime,
+            (
+                _,
+                Code::Facts
+                | Code::Fact
+                | Code::BrokenFact
+                | Code::NoInterrupt
+                | Code::NoTable
+                | Code::NoBase
+                | Code::NoClock
+                | Code::NoSuchDialect,
+            ) => Section::Stated,
+            (_, code) if code.name().starts_with("table-") => Section::Stated,
+            _ => Section::Refused,
+        }
+    }
+}
+
+/// Something that was found, perhaps at several places.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// Its part of the list.
+    pub section: Section,
+    /// Its code; of what is not stated, none.
+    pub code: Option<Code>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+    /// The files and lines where it was found, in their order: of a whole file no line, and none where it is about none.
+    pub places: Vec<(String, Option<u32>)>,
+    /// The source text at the first.
+    pub text: String,
+}
+
+/// Looks at a project as far as it can be looked at; `noticed` is what was found on the way to its files.
+#[must_use]
+pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
+    let mut doctor = Doctor {
+        request,
+        found: noticed,
+        dropped: BTreeSet::new(),
+        cpu: None,
+        table: None,
+        doubts: Vec::new(),
+    };
+    let program = doctor.look();
+    if doctor.found.iter().all(|one| one.severity != Severity::Error) {
+        doctor.add(contradiction::of(STAGES, request));
+    }
+    let files = request.inputs.iter().map(|input| doctor.seen(input, program.as_ref())).collect();
+    let Doctor { found, cpu, table, doubts, .. } = doctor;
+    Diagnosis { files, cpu, table, findings: listed(found, doubts) }
+}
+
+struct Doctor<'r, 'a> {
+    request: &'r Request<'a>,
+    found: Vec<Diagnostic>,
+    /// Files that are left out of further looks.
+    dropped: BTreeSet<String>,
+    cpu: Option<String>,
+    table: Option<String>,
+    doubts: Vec<doubt::Doubt>,
+}
+
+impl Doctor<'_, '_> {
+    /// Goes through the stages; where one finds faults, it goes on without the files that have them.
+    fn look(&mut self) -> Option<Program> {
+        loop {
+            let project = self.read()?;
+            self.cpu = self.request.cpu.or(project.cpu()).map(str::to_owned);
+            let table = match choose_table(self.request, project.cpu()) {
+                Ok(table) => Some(table),
+                Err(why) => {
+                    self.note(why);
+                    None
+                }
+            };
+            self.table = table.as_ref().map(|table| table.name.clone());
+            self.add(project.warnings());
+            self.add(other_series(self.request.cpu, project.cpu()).into_iter().collect());
+            let Some(program) = self.decode(&*project, table.as_ref()) else {
+                // Each round leaves files out, or there is nothing left to look at.
+                continue;
+            };
+            return Some(self.price(program, table));
+        }
+    }
+
+    /// Reads what is left of the files; those that cannot be read are left out.
+    fn read(&mut self) -> Option<Box<dyn Project>> {
+        loop {
+            let left: Vec<Input> = self.left().cloned().collect();
+            if left.is_empty() && !self.found.is_empty() {
+                return None;
+            }
+            match self.request.fronts.read(&left, self.request.dialect, self.request.reading) {
+                Ok(project) => return Some(project),
+                Err(faults) => {
+                    let before = self.dropped.len();
+                    self.drop_faulty(&faults);
+                    self.add(faults);
+                    if self.dropped.len() == before {
+                        return None;
+                    }
+                }
+            }
+        }
+    }
+
+    /// What the programs mean. Unknown instructions are told and then let pass, to see what else there is; files with
+    /// other faults are left out, and there is no program then.
+    fn decode(&mut self, project: &dyn Project, table: Option<&Table>) -> Option<Program> {
+        let options = |knows: &dyn Fn(&str) -> bool, incomplete: bool| {
+            project.decode(&Options {
+                cpu: self.request.cpu,
+                family: table.and_then(|table| table.family.as_deref()),
+                is_user_instruction: knows,
+                facts: self.request.facts,
+                incomplete,
+                task: self.request.task,
+                alone: self.request.alone,
+                others_write: self.request.others_write(),
+            })
+        };
+        let knows = |name: &str| table.is_some_and(|table| table.knows(name));
+        let faults = match options(&knows, false) {
+            Ok(program) => return Some(program),
+            Err(faults) => faults,
+        };
+        let lenient = options(&|_| true, true);
+        let is_whole = self.dropped.is_empty();
+        // What calls a file that was left out is not at fault.
+        let calls = |fault: &Diagnostic| matches!(fault.code, Code::NoSubroutine | Code::NoLabel);
+        self.add(faults.into_iter().filter(|fault| is_whole || !calls(fault)).collect());
+        match lenient {
+            Ok(program) => Some(program),
+            Err(faults) => {
+                let before = self.dropped.len();
+                self.drop_faulty(&faults);
+                if self.dropped.len() == before {
+                    // Faults of no file: nothing can be left out.
+                    let all: Vec<String> = self.left().map(|input| input.name.clone()).collect();
+                    self.dropped.extend(all);
+                }
+                None
+            }
+        }
+    }
+
+    /// Holds what is stated and the times against the program.
+    fn price(&mut self, mut program: Program, table: Option<Table>) -> Program {
+        if self.dropped.is_empty() {
+            match state(&mut program, self.request) {
+                Ok(noticed) | Err(noticed) => self.add(noticed),
+            }
+        }
+        let settings = scanbound_passes::Settings { trust: self.request.trusted(), budget: None };
+        // What words can hold matters to the bound only; the others may refuse a program.
+        let structure = scanbound_passes::Passes(&[
+            &scanbound_passes::calls::PASS,
+            &scanbound_passes::loops::PASS,
+        ]);
+        if let Err(faults) = structure.run(&mut program.clone(), &settings, |_| {}) {
+            self.add(faults);
+        }
+        let Some(table) = table else { return program };
+        let table = fitted(table, &program, self.request);
+        match price::price(&program, &table, self.request.facts) {
+            Ok(prices) => {
+                self.doubts = doubt::before(&program, &prices);
+                if let (true, Err(why)) =
+                    (self.request.strict_times, refuse_assumed(&program, &prices))
+                {
+                    self.note(why);
+                }
+            }
+            Err(faults) => {
+                let is_known = |fault: &Diagnostic| {
+                    let at = (&fault.file, fault.line);
+                    self.found.iter().any(|one| {
+                        one.code == Code::UnknownInstruction && (&one.file, one.line) == at
+                    })
+                };
+                let faults = faults.into_iter().filter(|fault| !is_known(fault)).collect();
+                self.add(faults);
+            }
+        }
+        program
+    }
+
+    fn left(&self) -> impl Iterator<Item = &Input> {
+        self.request.inputs.iter().filter(|input| !self.dropped.contains(&input.name))
+    }
+
+    fn drop_faulty(&mut self, faults: &[Diagnostic]) {
+        let grave = faults.iter().filter(|fault| fault.severity == Severity::Error);
+        let names: BTreeSet<String> = grave.map(|fault| fault.file.clone()).collect();
+        let faulty: Vec<String> = self
+            .left()
+            .filter(|input| names.contains(&input.name))
+            .map(|one| one.name.clone())
+            .collect();
+        self.dropped.extend(faulty);
+    }
+
+    /// Adds what is not known yet.
+    fn add(&mut self, faults: Vec<Diagnostic>) {
+        for fault in faults {
+            if !self.found.contains(&fault) {
+                self.found.push(fault);
+            }
+        }
+    }
+
+    fn note(&mut self, why: Failure) {
+        if let Failure::Input(faults) = why {
+            self.add(faults);
+        }
+    }
+
+    fn seen(&self, input: &Input, program: Option<&Program>) -> Seen {
+        let own = |program: &Program| {
+            program.files.iter().find(|file| file.name == input.name).map(|file| file.count)
+        };
+        let what = match self.request.fronts.detect(input) {
+            _ if self.dropped.contains(&input.name) => What::Refused,
+            Ok(Kind::Program(dialect)) => What::Program(dialect.name),
+            Ok(Kind::Comments) => What::Comments,
+            Err(_) => self.request.dialect.map_or(What::Refused, |_| What::Program("as named")),
+        };
+        let is_standby = |program: &Program| {
+            program.standby.iter().any(|&file| program.files[file].name == input.name)
+        };
+        Seen {
+            name: input.name.clone(),
+            what,
+            instructions: program.and_then(own),
+            standby: program.is_some_and(is_standby),
+        }
+    }
+}
+
+/// All that was found as a list, what is the same at several places once.
+fn listed(found: Vec<Diagnostic>, doubts: Vec<doubt::Doubt>) -> Vec<Finding> {
+    let mut findings: Vec<Finding> = Vec::new();
+    for fault in found {
+        let section = Section::of(&fault);
+        let known = findings.iter_mut().find(|one| {
+            one.section == section && one.code == Some(fault.code) && one.message == fault.message
+        });
+        let place = (!fault.file.is_empty()).then_some((fault.file, fault.line));
+        match known {
+            Some(known) => known.places.extend(place),
+            None => findings.push(Finding {
+                section,
+                code: Some(fault.code),
+                message: fault.message,
+                help: fault.help,
+                places: place.into_iter().collect(),
+                text: fault.text,
+            }),
+        }
+    }
+    findings.extend(doubts.into_iter().map(|doubt| Finding {
+        section: Section::NotStated,
+        code: None,
+        message: doubt.to_string(),
+        help: String::new(),
+        places: Vec::new(),
+        text: String::new(),
+    }));
+    findings.sort_by_key(|one| one.section);
+    findings
+}

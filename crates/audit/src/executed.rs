@@ -1,0 +1,97 @@
+//! What a real run says about the model's charges and free variables.
+
+use super::real::Found;
+use scanbound_base::time::Picos;
+use scanbound_ir::{ChoiceKey, Frame, Program, Step};
+use scanbound_model::{Assignment, Origin, ScanModel};
+use scanbound_replay::{Real, Stopped, Why};
+use std::collections::BTreeMap;
+
+/// What to do where a CPU is set up otherwise than by default.
+const CHOICE: &str = ": where its parameters let it go on, state [scan] on_error = \"continue\"";
+
+/// What was executed, by instruction and call context: whether it fired, and what it cost.
+pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
+
+impl Executed {
+    /// The executions of a scan. Those in a loop of which the model does not follow the iterations count as one.
+    pub fn of(program: &Program, real: &Real) -> Executed {
+        let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
+        let is_summary =
+            |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Summary(_));
+        for event in &real.replay.events {
+            let frames: Vec<Frame> = event.frames.iter().take_while(is_summary).copied().collect();
+            let known = executed.entry((event.instruction, frames)).or_default();
+            *known = (known.0 | event.fired, known.1 + event.cost);
+        }
+        Executed(executed)
+    }
+
+    /// Whether it was reached, whether it fired, and what it cost.
+    pub fn at(&self, instruction: usize, frames: &[Frame]) -> (bool, bool, Picos) {
+        let found = self.0.get(&(instruction, frames.to_vec()));
+        found.map_or((false, false, Picos::ZERO), |&(fired, cost)| (true, fired, cost))
+    }
+
+    /// Every execution's instruction and cost.
+    pub fn costs(&self) -> impl Iterator<Item = (usize, Picos)> + '_ {
+        self.0.iter().map(|((instruction, _), (_, cost))| (*instruction, *cost))
+    }
+}
+
+/// The values of the model's variables in the scan: what it started from and what the outside gave.
+pub fn started(model: &ScanModel, found: &Found) -> Assignment {
+    let value = |origin: &Origin| match origin {
+        Origin::Start(cell) => found.witness.start.get(cell).copied(),
+        Origin::Choice(key) => found.witness.choices.get(key).copied(),
+        &Origin::Havocked { cell, since, until } => {
+            model.havocs.concerning(cell, since, until).find_map(|moment| {
+                let (frames, choice) = (moment.frames.clone(), moment.choice);
+                found.witness.choices.get(&ChoiceKey { frames, choice, cell: Some(cell) }).copied()
+            })
+        }
+    };
+    Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
+}
+
+/// Why a real run is not known to take as long as the model's longest scan.
+pub fn stands_between(program: &Program, real: &Real) -> String {
+    let at = |instruction: usize| {
+        let one = &program.instructions[instruction];
+        let file = &one.place.of(&program.files).name;
+        let file = if program.files.len() > 1 { format!("{file}:") } else { String::new() };
+        format!("`{}` ({file}{})", one.text, one.place.line)
+    };
+    match &real.stopped {
+        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) if stop == cause => {
+            format!("the simulation stops at {}: which way it goes on is not known", at(*stop))
+        }
+        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) => {
+            format!(
+                "the simulation stops at {}: its path depends on what {} gives, which is not known",
+                at(*stop),
+                at(*cause)
+            )
+        }
+        Some(Stopped { at: stop, why: Why::Error, .. }) => {
+            format!(
+                "an operation error at {} stops the CPU in each scan that was tried{CHOICE}",
+                at(*stop)
+            )
+        }
+        Some(Stopped { at: stop, why: Why::TooLong, .. }) => {
+            format!("the simulation was ended at {}, since the scan is long", at(*stop))
+        }
+        _ => {
+            let why = "the model takes values that no scan was found to have";
+            let error = program.errors.keys().next();
+            let stops = error.map(|&first| {
+                format!(
+                    "; no scan counts in which an operation error stops the CPU (possible from {} on){CHOICE}",
+                    at(first)
+                )
+            });
+            why.to_owned() + &stops.unwrap_or_default()
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What the user states of the indices by which instructions write, at single places or wherever a register is the index.
+
+use super::counts;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Facts, Part};
+use scanbound_ir::{ChoiceId, Indexed, Program, WordSource, Write};
+
+/// States indices: what is written by them lies no further.
+///
+/// # Errors
+/// Each place where nothing is written by an index, each register that is none, and each index of which it is not
+/// known how many bits it has.
+pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let mut faults = Vec::new();
+    for (place, &(low, high)) in &facts.indices {
+        let mut fault = |message: String, help: &str| {
+            faults.push(facts.fault(["index", place], Part::Key, Code::Fact, message, help));
+        };
+        let found = match found(program, place) {
+            Ok(found) => found,
+            Err((message, help)) => {
+                fault(message, &help);
+                continue;
+            }
+        };
+        let is_open = |choice: &ChoiceId| program.indexed[choice].readings.len() > 1;
+        if found.iter().any(is_open) {
+            let message = format!("it is not known how many bits the index at {place} has");
+            fault(message, "state that first, in the same table: bits = 16, or bits = 32");
+            continue;
+        }
+        for choice in found {
+            let Some(indexed) = program.indexed.get_mut(&choice) else { continue };
+            // A register and a place may name the same index: both hold.
+            let bits = 16 * indexed.readings.iter().map(Vec::len).min().unwrap_or(1);
+            let largest = (1i64 << (bits - 1)) - 1;
+            let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
+            let both = (least.max(low), largest.min(high));
+            if both.0 > both.1 {
+                let message = format!("the index at {place} is never {low} to {high}");
+                let help = "it cannot hold that, or something else is stated of it besides";
+                faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
+                break;
+            }
+            indexed.stated = Some(both);
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The choices by which an instruction writes where an index says.
+fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
+    let effects = program.instructions[at].effects.iter();
+    let choices = effects.filter_map(|effect| match effect.write {
+        Write::Havoc(_, choice) if program.indexed.get(&choice).is_some_and(has_index) => {
+            Some(choice)
+        }
+        _ => None,
+    });
+    choices.collect()
+}
+
+/// Whether a word says where, and not only how many.
+fn has_index(indexed: &Indexed) -> bool {
+    indexed.readings.iter().flatten().any(|word| !matches!(word, WordSource::Const(_)))
+}
+
+fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, String)> {
+    let form = || {
+        "write \"FILE:LINE\" = [0, 99] for what that line writes by an index, or Z0 = [0, 99] for all that is written by one"
+            .to_owned()
+    };
+    let instructions = match place.rsplit_once(':') {
+        Some((file, number)) => {
+            let none = "nothing is written by an index";
+            let what = [none, "something is written by an index", none];
+            let is_meant = |program: &Program, at| !indexed(program, at).is_empty();
+            counts::at(program, (file, number), is_meant, what, form())?
+        }
+        None => (0..program.instructions.len()).collect(),
+    };
+    let is_by = |choice: &ChoiceId| {
+        place.contains(':')
+            || program.indexed[choice].readings.iter().any(|reading| match reading.first() {
+                Some(WordSource::Cell(cell)) => {
+                    program.cell_name(*cell).eq_ignore_ascii_case(place.trim())
+                }
+                _ => false,
+            })
+    };
+    let found: Vec<ChoiceId> =
+        instructions.into_iter().flat_map(|at| indexed(program, at)).filter(is_by).collect();
+    if found.is_empty() {
+        return Err((format!("nothing is written by an index '{place}'"), form()));
+    }
+    Ok(found)
+}

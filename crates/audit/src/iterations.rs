@@ -1,0 +1,57 @@
+//! How many iterations summarised loops make at most, by what a model knows of their counts.
+
+use scanbound_base::time::Picos;
+use scanbound_model::groups;
+use scanbound_model::{Assignment, Charge, Iterations, ScanModel};
+use scanbound_solve::{Limits, Method, maximum};
+use std::collections::BTreeMap;
+
+/// The most counts of which a solver is asked how large they can be.
+const MOST_ASKED: usize = 16;
+
+/// The most iterations of each summarised loop: as the model noted from the form of its count, or as a solver finds
+/// where that is less.
+pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize, u32> {
+    let mut iterations = model.iterations.clone();
+    let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
+    if model.counts.len() <= MOST_ASKED {
+        for count in &model.counts {
+            let most = largest(model, count, limits).max(count.least);
+            let known = asked.entry(count.instruction).or_default();
+            *known = most.max(*known);
+        }
+    }
+    for (instruction, most) in asked {
+        iterations.entry(instruction).and_modify(|known| *known = most.min(*known));
+    }
+    iterations
+}
+
+/// The largest number that a count can be where control gets to its loop, if it is not negative.
+///
+/// It is asked as scans are: each of the count's bits is charged what it is worth, so the dearest scan has the largest
+/// count.
+fn largest(model: &ScanModel, count: &Iterations, limits: &Limits<'_>) -> u32 {
+    let mut bare = ScanModel { charges: Vec::new(), ..model.clone() };
+    let (&sign, digits) = count.bits.split_last().expect("a word has bits");
+    let there = bare.circuit.and(count.reached, !sign);
+    for (place, &bit) in digits.iter().enumerate() {
+        let fires = bare.circuit.and(there, bit);
+        bare.charges.push(Charge {
+            instruction: 0,
+            frames: Vec::new(),
+            reached: fires,
+            fires,
+            on: Picos(1 << place),
+            off: Picos::ZERO,
+            counted: None,
+        });
+    }
+    let zeros = Assignment(vec![0; bare.variables.len()]);
+    let always = bare.cost(&bare.constant(), &zeros);
+    let found = groups::groups(&bare)
+        .iter()
+        .map(|group| maximum(&bare, group, Method::Cores, limits).upper)
+        .sum::<Picos>();
+    u32::try_from((always + found).0).unwrap_or(u32::MAX)
+}

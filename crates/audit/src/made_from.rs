@@ -1,0 +1,71 @@
+//! What an audit was made from: its files and its timing table, so that it can be told later whether they are the same.
+
+use super::request::Request;
+use scanbound_base::checksum::sha256;
+use scanbound_ir::Program;
+use scanbound_timing::table::Table;
+
+/// Something that was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// What it is.
+    pub what: SourceKind,
+    /// Its name, as the user gave it; of a built-in table that table's.
+    pub name: String,
+    /// The day of its last change, where it says it.
+    pub date: Option<String>,
+    /// The SHA-256 of its bytes.
+    pub sha256: String,
+}
+
+/// What something that was read is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceKind {
+    /// A program.
+    Program,
+    /// Names and comments of devices.
+    Comments,
+    /// The timing table.
+    Table,
+    /// The facts file.
+    Facts,
+}
+
+impl SourceKind {
+    /// Its name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            SourceKind::Program => "program",
+            SourceKind::Comments => "comments",
+            SourceKind::Table => "table",
+            SourceKind::Facts => "facts",
+        }
+    }
+}
+
+/// All that an audit was made from.
+pub(super) fn sources(request: &Request<'_>, program: &Program, table: &Table) -> Vec<Source> {
+    let inputs = request.inputs.iter().map(|input| Source {
+        what: match program.files.iter().any(|file| file.name == input.name) {
+            true => SourceKind::Program,
+            false => SourceKind::Comments,
+        },
+        name: input.name.clone(),
+        date: None,
+        sha256: sha256(&input.bytes),
+    });
+    let table = Source {
+        what: SourceKind::Table,
+        name: table.name.clone(),
+        date: table.date.clone(),
+        sha256: table.sha256.clone(),
+    };
+    let facts = request.facts.read_from.iter().map(|(name, sha256)| Source {
+        what: SourceKind::Facts,
+        name: name.clone(),
+        date: None,
+        sha256: sha256.clone(),
+    });
+    inputs.chain([table]).chain(facts).collect()
+}

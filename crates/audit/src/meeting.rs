@@ -1,0 +1,148 @@
+//! Which relays meet in rungs: pairs of which scans may keep that they are never both on.
+
+use scanbound_ir::{BitSource, BitTarget, Cell, Join, Program, Source, Step, WordSource, Write};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A relay that has to do with more others than these is a mode, which tells nothing of single pairs.
+const MOST_AKIN: usize = 40;
+/// What more relays than these hang on tells nothing of single pairs, either.
+const MOST_SHARED: usize = 24;
+/// So many pairs are looked at.
+const MOST_PAIRS: usize = 20_000;
+
+/// What is read: a relay or word, or a bit of a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Read(Cell, Option<u8>);
+
+impl From<BitTarget> for Read {
+    fn from(bit: BitTarget) -> Read {
+        match bit {
+            BitTarget::Cell(cell) => Read(cell, None),
+            BitTarget::WordBit(cell, bit) => Read(cell, Some(bit)),
+        }
+    }
+}
+
+/// Which relays meet in a rung; relays are named by their places among those that are asked for.
+pub struct Meeting {
+    /// By relay: those that are read in rungs which write it.
+    read: Vec<BTreeSet<usize>>,
+    /// By relay: those with which it meets in a rung that writes one of the two, or that hang on the same input or word.
+    akin: Vec<BTreeSet<usize>>,
+}
+
+impl Meeting {
+    /// Of these relays, by the program's rungs.
+    pub fn of(program: &Program, bits: &[BitTarget]) -> Meeting {
+        let place: BTreeMap<Read, usize> =
+            bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
+        let none = vec![BTreeSet::new(); bits.len()];
+        let mut meeting = Meeting { read: none.clone(), akin: none };
+        let mut shared: BTreeMap<Read, BTreeSet<usize>> = BTreeMap::new();
+        let (mut read, mut written) = (BTreeSet::new(), BTreeSet::new());
+        let mut close = |read: &mut BTreeSet<Read>, written: &mut BTreeSet<usize>| {
+            let own = read.iter().filter_map(|one| place.get(one).copied()).collect();
+            meeting.add(&own, written);
+            for one in std::mem::take(read) {
+                shared.entry(one).or_default().extend(written.iter());
+            }
+            written.clear();
+        };
+        for instruction in &program.instructions {
+            if let Step::Logic { join: Join::Start, .. } = instruction.step {
+                close(&mut read, &mut written);
+            }
+            instruction.each_read(&mut |source| {
+                read.extend(match source {
+                    Source::Bit(BitSource::WordBit(cell, bit)) => Some(Read(cell, Some(bit))),
+                    Source::Bit(BitSource::Cell(cell)) | Source::Word(WordSource::Cell(cell)) => {
+                        Some(Read(cell, None))
+                    }
+                    Source::Bit(_) | Source::Word(_) => None,
+                });
+            });
+            for effect in &instruction.effects {
+                if let Write::Bit(bit, _) = &effect.write {
+                    written.extend(place.get(&Read::from(*bit)));
+                }
+            }
+        }
+        close(&mut read, &mut written);
+        for relays in shared.into_values().filter(|relays| relays.len() <= MOST_SHARED) {
+            for &relay in &relays {
+                meeting.akin[relay].extend(relays.iter().filter(|&&other| other != relay));
+            }
+        }
+        meeting
+    }
+
+    fn add(&mut self, read: &BTreeSet<usize>, written: &BTreeSet<usize>) {
+        for &a in written {
+            self.read[a].extend(read);
+            for &b in read.iter().chain(written).filter(|&&b| b != a) {
+                self.akin[a].insert(b);
+                self.akin[b].insert(a);
+            }
+        }
+    }
+
+    /// Of relays that never come on those that need none of the others for that: what these turn on would come on then.
+    pub fn first(&self, never: &[usize]) -> Vec<usize> {
+        let needs = |&from: &usize| {
+            let mut found = BTreeSet::new();
+            let mut open = vec![from];
+            while let Some(relay) = open.pop() {
+                let more = self.read[relay].iter().filter(|one| never.contains(one));
+                open.extend(more.copied().filter(|&one| found.insert(one)));
+            }
+            found
+        };
+        let all: BTreeMap<usize, BTreeSet<usize>> =
+            never.iter().map(|one| (*one, needs(one))).collect();
+        let is_first = |one: &usize| all[one].iter().all(|other| all[other].contains(one));
+        never.iter().copied().filter(is_first).collect()
+    }
+
+    /// Pairs of relays that meet.
+    pub fn near(&self) -> Vec<Vec<usize>> {
+        let pairs = self
+            .akin
+            .iter()
+            .enumerate()
+            .flat_map(|(a, others)| others.range(a + 1..).map(move |&b| vec![a, b]));
+        pairs.take(MOST_PAIRS).collect()
+    }
+
+    /// Pairs of relays that may be never both on: those that meet in a rung which writes one of them, and those that meet
+    /// the same third one so, in steps from one to the next.
+    pub fn pairs(&self) -> Vec<Vec<usize>> {
+        let few: Vec<Vec<usize>> = self
+            .akin
+            .iter()
+            .map(|others| others.iter().copied().filter(|_| others.len() <= MOST_AKIN).collect())
+            .collect();
+        let mut found: BTreeSet<(usize, usize)> = BTreeSet::new();
+        let mut near: Vec<BTreeSet<usize>> = self.akin.clone();
+        let mut before = usize::MAX;
+        // In each round pairs are one relay further apart.
+        while found.len() != before && found.len() < MOST_PAIRS {
+            before = found.len();
+            let all = near.iter().enumerate().flat_map(|(a, others)| {
+                let others = others.iter().filter(move |&&b| b != a);
+                others.map(move |&b| (a.min(b), a.max(b)))
+            });
+            for pair in all {
+                if found.len() >= MOST_PAIRS {
+                    break;
+                }
+                found.insert(pair);
+            }
+            let further = |others: &BTreeSet<usize>| {
+                let next = others.iter().flat_map(|&other| few[other].iter().copied());
+                next.chain(others.iter().copied()).collect()
+            };
+            near = near.iter().map(further).collect();
+        }
+        found.into_iter().map(|(a, b)| vec![a, b]).collect()
+    }
+}

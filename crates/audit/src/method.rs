@@ -1,0 +1,205 @@
+//! How each group's maximum was found: by which search, with which steps, and what a second solver says of it.
+
+use super::condition;
+use super::deciding::depends_on;
+use super::failure::Failure;
+use super::names::Names;
+use super::request::Request;
+use rayon::prelude::*;
+use scanbound_base::budget::Budget;
+use scanbound_base::location::Location;
+use scanbound_base::time::Picos;
+use scanbound_ir::Program;
+use scanbound_model::{Group, ScanModel};
+pub use scanbound_solve::trace::{Step, Trace};
+use scanbound_solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opinion};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The most conditions of a group that are written out.
+const MOST: usize = 200;
+
+/// Of a longer condition so many devices are named.
+const SHOWN: usize = 8;
+
+/// How a group's maximum was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SearchUse {
+    /// By which search.
+    pub engine: Engine,
+    /// What Z3 says of it, if it was asked.
+    pub opinion: Option<Opinion>,
+    /// Its steps, if they were asked for.
+    pub trace: Option<TraceUse>,
+}
+
+impl SearchUse {
+    /// Nothing is known but by which search.
+    #[must_use]
+    pub fn by(engine: Engine) -> SearchUse {
+        SearchUse { engine, opinion: None, trace: None }
+    }
+}
+
+/// A search, step by step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceUse {
+    /// What the group costs whatever holds.
+    pub constant: Picos,
+    /// What is taken off again: the conditions hold units also where none is handled.
+    pub deducted: Picos,
+    /// The conditions that are asked of: steps name them by their place here.
+    pub conditions: Vec<ConditionUse>,
+    /// The steps.
+    pub trace: Trace,
+}
+
+/// A condition under which something costs more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConditionUse {
+    /// The number of its first rung, with a letter if that has several.
+    pub label: String,
+    /// What it costs more.
+    pub cost: Picos,
+    /// Its dearest instruction's place.
+    pub at: Location,
+    /// Its dearest instruction's text.
+    pub instruction: Arc<str>,
+    /// How many other charges depend on it.
+    pub others: usize,
+    /// The condition in words; where it is too long for that, on what it depends.
+    pub condition: String,
+}
+
+/// How each group's maximum was found, with what of it was asked for.
+pub fn searches(
+    maxima: &[Maximum],
+    traces: Option<Vec<TraceUse>>,
+    opinions: Option<Vec<Opinion>>,
+) -> Vec<SearchUse> {
+    let mut traces = traces.map(Vec::into_iter);
+    let mut opinions = opinions.map(Vec::into_iter);
+    let search = |maximum: &Maximum| SearchUse {
+        engine: maximum.engine,
+        opinion: opinions.as_mut().and_then(Iterator::next),
+        trace: traces.as_mut().and_then(Iterator::next),
+    };
+    maxima.iter().map(search).collect()
+}
+
+/// The steps of each group's search.
+pub fn traces(
+    program: &Program,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+) -> Vec<TraceUse> {
+    let names = Names::new(program);
+    let trace = |(group, maximum): (&Group, &Maximum)| {
+        let problem = Problem::new(model, group);
+        let name = |own: scanbound_model::VarId| {
+            names.free(&model.variables[problem.variable(own).0 as usize])
+        };
+        let block = |charge: usize| program.instructions[model.charges[charge].instruction].block;
+        let mut rungs: BTreeMap<u32, usize> = BTreeMap::new();
+        for item in &problem.items {
+            *rungs.entry(block(item.charges[0])).or_default() += 1;
+        }
+        let mut met: BTreeMap<u32, usize> = BTreeMap::new();
+        let conditions = problem.items.iter().enumerate().map(|(index, item)| {
+            let first = block(item.charges[0]);
+            let times = met.entry(first).or_default();
+            *times += 1;
+            let letter = if rungs[&first] > 1 { letters(*times - 1) } else { String::new() };
+            let dearest = item.charges.iter().rev().copied();
+            let dearest = dearest.max_by_key(|&charge| model.charges[charge].dearer());
+            let charge = dearest.unwrap_or(item.charges[0]);
+            let instruction = &program.instructions[model.charges[charge].instruction];
+            ConditionUse {
+                label: format!("{first}{letter}"),
+                cost: Picos(item.weight),
+                at: instruction.place,
+                instruction: instruction.text.clone(),
+                others: item.charges.len() - 1,
+                condition: (index < MOST)
+                    .then(|| condition::text(&problem.circuit, item.guard, &name))
+                    .flatten()
+                    .map_or_else(|| devices(model, item, &names), |words| format!("if {words}")),
+            }
+        });
+        TraceUse {
+            constant: Picos(problem.constant),
+            deducted: Picos(problem.deducted),
+            conditions: conditions.collect(),
+            trace: maximum.trace.clone(),
+        }
+    };
+    groups.iter().zip(maxima).map(trace).collect()
+}
+
+/// On what it depends whether a condition holds that is too long to be written out.
+fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
+    let mut devices: Vec<String> = Vec::new();
+    for variable in depends_on(model, &item.charges[..1]) {
+        let device = names.device(&model.variables[variable.0 as usize]);
+        if !devices.contains(&device) {
+            devices.push(device);
+        }
+    }
+    let more = match devices.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    devices.truncate(SHOWN);
+    format!("by {}{more}", devices.join(", "))
+}
+
+/// a, b, ..., z, aa, ab, ...
+fn letters(number: usize) -> String {
+    let last = char::from(b'a' + u8::try_from(number % 26).unwrap_or(0));
+    let before = if number < 26 { String::new() } else { letters(number / 26 - 1) };
+    format!("{before}{last}")
+}
+
+/// What Z3 says of every group's maximum.
+///
+/// # Errors
+/// If Z3 contradicts a search.
+pub fn opinions(
+    request: &Request<'_>,
+    model: &ScanModel,
+    groups: &[Group],
+    maxima: &[Maximum],
+    budget: &Budget<'_>,
+) -> Result<Vec<Opinion>, Failure> {
+    let deadline = budget.deadline();
+    let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
+    let told: Vec<Result<Opinion, String>> = groups
+        .par_iter()
+        .zip(maxima)
+        .map(|(group, maximum)| second_opinion(model, group, maximum, &limits))
+        .collect();
+    let numbered = told.into_iter().enumerate();
+    let opinions = numbered
+        .map(|(index, told)| {
+            told.map_err(|why| Failure::Internal(format!("group {}: {why}", index + 1)))
+        })
+        .collect::<Result<Vec<Opinion>, Failure>>()?;
+    let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
+    if open > 0 {
+        let all = opinions.len();
+        budget.cut("confirming", format!("{open} of {all} groups were not asked to the end"));
+    }
+    Ok(opinions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_go_on_behind_z() {
+        let told = [0, 25, 26, 51, 52, 701, 702].map(letters);
+        assert_eq!(told, ["a", "z", "aa", "az", "ba", "zz", "aaa"]);
+    }
+}

@@ -1,0 +1,102 @@
+//! One search of a model: the maxima of its groups, and its longest scan, replayed by the interpreter.
+
+use super::confirmed::{confirm, together};
+use super::failure::Failure;
+use super::request::{Progress, Request};
+use super::search::Search;
+use scanbound_base::budget::Budget;
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::Knowledge;
+use scanbound_ir::{Program, Witness};
+use scanbound_model::groups;
+use scanbound_model::{Assignment, Group, ScanModel};
+use scanbound_replay::{Replay, replay_knowing};
+use scanbound_solve::{Exclusions, Limits, Maximum};
+use scanbound_timing::price::Prices;
+
+/// The fewest nodes of a large model: to prepare what is asked for reasons takes as long as a good part of the search.
+pub const LARGE: usize = 50_000;
+
+/// What a model is searched with.
+pub struct ModelSearch<'a, 'r> {
+    pub request: &'a Request<'a>,
+    pub program: &'a Program,
+    pub prices: &'a Prices,
+    pub budget: &'a Budget<'a>,
+    pub doubtful_from: Option<Picos>,
+    /// Whether the model is only the structural bound: the sum of all that can run.
+    pub whole: bool,
+    /// What ends the search for reasons.
+    pub limits: Limits<'r>,
+}
+
+/// A model's dearest scan, replayed.
+pub struct Searched<'r> {
+    pub model: ScanModel,
+    pub groups: Vec<Group>,
+    pub maxima: Vec<Maximum>,
+    pub assignment: Assignment,
+    pub witness: Witness,
+    pub replayed: Replay,
+    /// The charges' upper bound, without the scan's overhead.
+    pub upper: Picos,
+    pub ended_early: bool,
+    /// Of a large model, what is asked why charges don't cost their most, and of which group.
+    pub prepared: Option<Prepared<'r>>,
+}
+
+/// What is asked of one group why its charges don't cost their most.
+pub struct Prepared<'r> {
+    pub group: usize,
+    pub exclusions: Exclusions<'r>,
+}
+
+impl<'r> ModelSearch<'_, 'r> {
+    /// Searches a model that was made with this knowledge.
+    pub fn run(
+        &self,
+        model: ScanModel,
+        groups: Vec<Group>,
+        knowledge: &Knowledge,
+    ) -> Result<Searched<'r>, Failure> {
+        let zeros = Assignment(vec![0; model.variables.len()]);
+        let always = model.cost(&model.constant(), &zeros);
+        let search = Search {
+            request: self.request,
+            prices: self.prices,
+            model: &model,
+            groups: &groups,
+            constant: self.prices.overhead_sum() + always,
+            deadline: self.budget.deadline(),
+            doubtful_from: self.doubtful_from,
+        };
+        let searching = || if self.whole { search.sums() } else { search.run() };
+        let ((mut maxima, ended_early), prepared) =
+            rayon::join(searching, || self.prepared(&model, &groups));
+        let assignment = together(self.request, self.budget, &model, &groups, &mut maxima)?;
+        (self.request.progress)(Progress::Stage("replaying"));
+        let witness = groups::witness(&model, &assignment);
+        let replayed = replay_knowing(self.program, &self.prices.times(), knowledge, &witness);
+        confirm(self.program, &model, &groups, &maxima, &assignment, &replayed)?;
+        let upper = always + maxima.iter().map(|maximum| maximum.upper).sum::<Picos>();
+        Ok(Searched {
+            model,
+            groups,
+            maxima,
+            assignment,
+            witness,
+            replayed,
+            upper,
+            ended_early,
+            prepared,
+        })
+    }
+
+    /// Of a large model, prepares to ask for the reasons of its largest group.
+    fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
+        let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
+        let by_size = |&group: &usize| groups[group].charges.len();
+        let group = (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.whole)?;
+        Some(Prepared { group, exclusions: Exclusions::of(model, &groups[group], &self.limits) })
+    }
+}

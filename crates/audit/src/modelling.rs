@@ -1,0 +1,163 @@
+//! From a priced program to the model of one scan, within what that may take.
+
+use super::Failure;
+use scanbound_base::budget::Budget;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::Knowledge;
+use scanbound_ir::{Program, Unfollowed};
+use scanbound_model::ScanModel;
+use scanbound_passes::loops;
+use scanbound_scan::fit::{SizeLimits, scan_model_fitted};
+use scanbound_scan::{Purpose, ScanError, scan_model, scan_model_knowing};
+use scanbound_timing::price::Prices;
+use scanbound_timing::table::Table;
+use std::collections::BTreeMap;
+
+/// The most executed instructions that loops and calls may add to those that the program has.
+const MOST_UNROLLED: u64 = 200_000;
+/// The most rounds of following summarised loops after all, since the model shows their counts.
+const MOST_NESTED: usize = 8;
+/// The limit on a model's nodes and questions to words is this, ...
+const NODES: usize = 1_000_000;
+/// ... plus this for each instruction that is executed, ...
+const NODES_EACH: usize = 48;
+/// ... but never above this.
+const MOST_NODES: usize = 8_000_000;
+/// A thousand hours.
+pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
+
+/// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
+pub fn keep_in_range(
+    program: &Program,
+    table: &Table,
+    prices: &Prices,
+    model: &ScanModel,
+) -> Result<(), Failure> {
+    let terms = prices.overhead.iter().map(|term| term.time);
+    let points = prices.points.iter().filter_map(|points| points.most.as_ref());
+    let others = terms.chain(points.map(|most| most.more)).map(|time| u128::from(time.0));
+    let sum = model.dearest() + others.sum::<u128>();
+    if sum <= u128::from(LONGEST_SCAN.0) {
+        return Ok(());
+    }
+    let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
+    let help = "look at the times in the table, and at how often loops run";
+    let most = model.charges.iter().max_by_key(|charge| charge.dearer());
+    let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
+    let Some(charge) = most else {
+        return Err(Failure::from(Diagnostic::file(Code::NoTime, &table.name, message, help)));
+    };
+    // One instruction takes more than half of the time: the fault is shown there.
+    let at = &program.instructions[charge.instruction];
+    let message = format!("{message}: this here to {}", charge.dearer().best_text());
+    Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
+}
+
+/// The model of a scan, and whether it is only the structural bound, the sum of all that can run: so where the time is
+/// over, or the model would be too large.
+///
+/// What runs too often is summarised before ([`fit`]): so many instructions are `executed`. Where the model shows that a
+/// summarised loop makes fewer iterations than it was charged, it is followed after all.
+pub fn model_of(
+    program: &mut Program,
+    prices: &mut Prices,
+    executed: u64,
+    budget: &Budget<'_>,
+) -> Result<(ScanModel, bool), Failure> {
+    let why = match follow(program, prices, executed, budget)? {
+        Ok(mut model) => {
+            // Following one loop may show the count of another, within it or behind it.
+            for _ in 0..MOST_NESTED {
+                let Some(mut closer) = loops::put_back(program, &model.iterations) else { break };
+                let Ok(executed) = fit(&mut closer) else { break };
+                let mut priced = prices.clone();
+                let found = follow(&mut closer, &mut priced, executed, budget);
+                let Ok(Ok(found)) = found else { break };
+                (model, *program, *prices) = (found, closer, priced);
+            }
+            return Ok((model, false));
+        }
+        Err(why) => why,
+    };
+    if why == Unfollowed::NoTime {
+        budget.cut(
+            "following the scan",
+            "the bound is the sum of all that can run, each at its dearer time",
+        );
+    }
+    let summed = loops::whole(program, why);
+    summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
+    prices.instructions.resize(program.instructions.len(), None);
+    let model = scan_model(program, &prices.times());
+    Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
+}
+
+/// The program, its prices and its model with what was learned, where summarised loops make no more iterations than these
+/// and are followed again. `None` if they were charged no more than that, or following them takes too much.
+pub fn put_back(
+    program: &Program,
+    prices: &Prices,
+    knowledge: &Knowledge,
+    iterations: &BTreeMap<usize, u32>,
+    limits: &SizeLimits<'_>,
+) -> Option<(Program, Prices, ScanModel)> {
+    let mut closer = loops::put_back(program, iterations)?;
+    loops::fit(&mut closer, MOST_UNROLLED).ok()?;
+    let mut priced = prices.clone();
+    priced.instructions.resize(closer.instructions.len(), None);
+    let times = priced.times();
+    let model = scan_model_knowing(&closer, &times, knowledge, Purpose::UpperBound, limits).ok()?;
+    Some((closer, priced, model))
+}
+
+/// Summarises loops and routines that execute too many instructions; how many are executed at most then.
+pub fn fit(program: &mut Program) -> Result<u64, Failure> {
+    let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
+    fitted.map_err(|error| cannot_follow(program, &error))
+}
+
+/// Models the scan, in which so many instructions are executed; or why that is not possible.
+fn follow(
+    program: &mut Program,
+    prices: &mut Prices,
+    executed: u64,
+    budget: &Budget<'_>,
+) -> Result<Result<ScanModel, Unfollowed>, Failure> {
+    // Instructions that summarising appended have no price.
+    prices.instructions.resize(program.instructions.len(), None);
+    let executed = usize::try_from(executed).unwrap_or(usize::MAX);
+    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
+    match scan_model_fitted(program, &prices.times(), most, &|| budget.reached()) {
+        Ok(Some(model)) => Ok(Ok(model)),
+        Ok(None) => Ok(Err(Unfollowed::TooDear)),
+        Err(ScanError::Ended { .. }) => Ok(Err(Unfollowed::NoTime)),
+        Err(error) => Err(cannot_follow(program, &error)),
+    }
+}
+
+fn too_often(loops::TooOften { instruction }: loops::TooOften) -> ScanError {
+    ScanError::TooOften { instruction }
+}
+
+fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
+    let (ScanError::TooLong { instruction, .. }
+    | ScanError::TooOften { instruction }
+    | ScanError::Grown { instruction, .. }
+    | ScanError::Ended { instruction }
+    | ScanError::NoResult { instruction }) = error;
+    let at = &program.instructions[*instruction];
+    let help = match error {
+        ScanError::TooLong { .. }
+        | ScanError::TooOften { .. }
+        | ScanError::Grown { .. }
+        | ScanError::Ended { .. } => {
+            "state a smaller range for the word that counts the loop, or split the program"
+        }
+        ScanError::NoResult { .. } => {
+            "a rung begins with LD; a jump must not go into the middle of one"
+        }
+    };
+    Failure::from(program.fault(at, Code::Scan, error.to_string(), help))
+}

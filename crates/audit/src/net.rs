@@ -1,0 +1,268 @@
+//! What it is worth that a net's boxes exclude each other: sets of relays that the net never marks together are asked of the
+//! code, and those that every scan of it keeps are used.
+
+use super::failure::Failure;
+use super::hints::Hints;
+use super::own::{NotOwn, Owners};
+use super::pipeline::{Concluded, audit};
+use super::reachable::Relays;
+use super::request::{Progress, Request};
+use super::{Audit, Value};
+use scanbound_base::time::Picos;
+use scanbound_ir::{BitTarget, Program};
+use scanbound_snet::Diagram;
+use scanbound_snet::translate::Operand;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+/// What a net does to the bound of its code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NetBound {
+    /// The net's file.
+    pub net: String,
+    /// The bound if relays could be on in any combination when a scan starts.
+    pub without: Picos,
+    /// The bound with those combinations left out that the audit excludes without the net.
+    pub alone: Picos,
+    /// What the net knows and the code keeps.
+    pub kept: Vec<Set>,
+    /// What the net knows and is not used.
+    pub dropped: Vec<Dropped>,
+    /// By place: whether it is marked when the longest scan starts, if that scan hangs on it. A counter is if it has begun.
+    pub places: Vec<Option<bool>>,
+    /// The names of those that are.
+    pub marked: Vec<String>,
+}
+
+/// Elements of a net, with their relays, that are never all on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Set {
+    /// Their names.
+    pub elements: Vec<String>,
+    /// Their relays.
+    pub relays: Vec<String>,
+    /// Whether all of them are boxes, timers and counters, and none a transition.
+    pub is_of_places: bool,
+    /// So many of them are on at once, and no more: one, or all but one.
+    pub most: usize,
+}
+
+/// What is not used of what the net knows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dropped {
+    /// Elements that are never all on, by the net.
+    pub set: Set,
+    /// Why the code's bound does not rest on it.
+    pub why: Why,
+}
+
+/// Why what a net knows is not used.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Why {
+    /// The CPU has no such relay, or the element has no address.
+    NoRelay(String),
+    /// Nothing is known of this element's relay.
+    NotOwn(String, NotOwn),
+    /// The program never turns this element's relay on: whoever does is free to do so at any time.
+    NeverOn(String),
+    /// No scan hangs on what this element's relay holds when it starts.
+    NotRead(String),
+    /// A scan breaks it.
+    Broken,
+    /// The time was over.
+    NoTime,
+}
+
+impl Why {
+    /// The element for whose sake the set is not used, if it is one's.
+    #[must_use]
+    pub fn element(&self) -> Option<&str> {
+        match self {
+            Why::NoRelay(name) | Why::NotOwn(name, _) | Why::NeverOn(name) | Why::NotRead(name) => {
+                Some(name)
+            }
+            Why::Broken | Why::NoTime => None,
+        }
+    }
+
+    /// The reason, without the element.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Why::NoRelay(_) => "it has no relay in this code".to_owned(),
+            Why::NotOwn(_, why) => why.to_string(),
+            Why::NeverOn(_) => "the code never turns it on, so somebody else does, at any time (initial marks are in the code only if it is translated with --initial first-scan)".to_owned(),
+            Why::NotRead(_) => "no scan hangs on what the one before left there".to_owned(),
+            Why::Broken => "a scan of the code can turn them all on".to_owned(),
+            Why::NoTime => "not decided in the time allowed".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(name) = self.element() {
+            write!(f, "{name}: ")?;
+        }
+        f.write_str(&self.reason())
+    }
+}
+
+/// What became of a net's hints in a program.
+struct Judge<'a> {
+    hints: &'a Hints<'a>,
+    program: &'a Program,
+    owners: Owners<'a>,
+    found: &'a Relays,
+}
+
+impl Judge<'_> {
+    fn set(&self, elements: &[Operand], most: usize) -> Set {
+        let name = |bit| self.program.bit_name(bit);
+        let relay = |one: &Operand| self.hints.bit(*one).map_or(String::new(), name);
+        Set {
+            elements: elements.iter().map(|&one| self.hints.name(one)).collect(),
+            relays: elements.iter().map(relay).collect(),
+            is_of_places: elements.iter().all(is_place),
+            most,
+        }
+    }
+
+    /// Why a set is not used, where it is not.
+    fn why(&self, elements: &[Operand]) -> Why {
+        let name = |one: Operand| self.hints.name(one);
+        let Some(bits) = self.hints.bits_of(elements) else {
+            let lacks = |one: &&Operand| self.hints.bit(**one).is_none();
+            return Why::NoRelay(
+                elements.iter().find(lacks).map_or(String::new(), |&one| name(one)),
+            );
+        };
+        let all = || elements.iter().copied().zip(bits.iter().copied());
+        let refused = all().find_map(|(one, bit)| Some((one, self.owners.refuses(bit)?)));
+        if let Some((one, why)) = refused {
+            return Why::NotOwn(name(one), why);
+        }
+        if let Some((one, _)) = all().find(|(_, bit)| !self.found.known.contains(bit)) {
+            return Why::NotRead(name(one));
+        }
+        if let Some((one, _)) = all().find(|(_, bit)| self.found.freed.contains(bit)) {
+            return Why::NeverOn(name(one));
+        }
+        if self.found.decided { Why::Broken } else { Why::NoTime }
+    }
+
+    /// The sets that the code keeps, and the others.
+    fn judged(&self) -> (Vec<Set>, Vec<Dropped>) {
+        let proved: BTreeSet<&Vec<BitTarget>> = self.found.apart.iter().collect();
+        let is_proved = |elements: &&Vec<Operand>| {
+            self.hints.bits_of(elements).is_some_and(|mut bits| {
+                bits.sort_unstable();
+                proved.contains(&bits)
+            })
+        };
+        let (kept, dropped): (Vec<_>, Vec<_>) = self.hints.sets().iter().partition(is_proved);
+        let is_of_places = |set: &&Vec<Operand>| set.iter().all(is_place);
+        let (places, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(is_of_places);
+        let sets = [together(&places), together(&others)].concat();
+        let dropped = dropped.into_iter().map(|elements| Dropped {
+            set: self.set(elements, elements.len() - 1),
+            why: self.why(elements),
+        });
+        let dropped = dropped.collect();
+        (sets.iter().map(|(elements, most)| self.set(elements, *most)).collect(), dropped)
+    }
+}
+
+fn is_place(operand: &Operand) -> bool {
+    matches!(operand, Operand::Place(_))
+}
+
+/// Pairs put together to sets of which no two are on: each pair in one of them at least.
+fn together(sets: &[&Vec<Operand>]) -> Vec<(Vec<Operand>, usize)> {
+    let pairs: BTreeSet<(Operand, Operand)> = sets
+        .iter()
+        .filter(|set| set.len() == 2)
+        .map(|set| (set[0].min(set[1]), set[0].max(set[1])))
+        .collect();
+    let all: BTreeSet<Operand> = pairs.iter().flat_map(|&(a, b)| [a, b]).collect();
+    let is_apart = |a: Operand, b: Operand| pairs.contains(&(a.min(b), a.max(b)));
+    let order = Vec::from_iter(all);
+    let mut left = pairs.clone();
+    let mut groups = Vec::new();
+    for (at, &a) in order.iter().enumerate() {
+        for &b in &order[at + 1..] {
+            if !left.contains(&(a.min(b), a.max(b))) {
+                continue;
+            }
+            let mut group = vec![a, b];
+            for &next in &order {
+                if !group.contains(&next) && group.iter().all(|&one| is_apart(one, next)) {
+                    group.push(next);
+                }
+            }
+            left.retain(|(a, b)| !(group.contains(a) && group.contains(b)));
+            group.sort_unstable();
+            groups.push((group, 1));
+        }
+    }
+    let larger = sets.iter().filter(|set| set.len() > 2);
+    groups.extend(larger.map(|set| (set.to_vec(), set.len() - 1)));
+    groups
+}
+
+/// Adds to an audit what a net does to its bound: the bounds of two more audits, each of which has the time limit for itself.
+/// Nothing is added where no net is given, only a limit is asked for, or nothing is bounded.
+///
+/// # Errors
+/// That in these audits the analysis and the interpreter disagree.
+pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
+    let Some(diagram) = request.net else { return Ok(()) };
+    if request.limit.is_some() || !concluded.audit.unbounded.is_empty() {
+        return Ok(());
+    }
+    let program = &concluded.followed.program;
+    let hints = Hints::of(diagram, program);
+    let owners = Owners::of(program, request.trusted());
+    let found = concluded.followed.relays();
+    let (kept, dropped) = Judge { hints: &hints, program, owners, found }.judged();
+    let places = marked(diagram, &hints, program, &concluded.audit);
+    let is_marked = |at: &usize| places[*at] == Some(true);
+    let marked = (0..places.len()).filter(is_marked).map(|at| diagram.place_name(at)).collect();
+    let asked = Request { net: None, confirm: false, trace: false, response: None, ..*request };
+    (request.progress)(Progress::Stage("solving without the net"));
+    let alone = audit(&asked)?;
+    (request.progress)(Progress::Stage("solving with relays on in any combination"));
+    let without = audit(&Request { relays: false, ..asked })?;
+    // Where time ran out, the bound that says less may be the lower one.
+    let upper = concluded.audit.bound.upper;
+    let alone = alone.bound.upper.max(upper);
+    let without = without.bound.upper.max(alone);
+    let net = diagram.file.clone();
+    concluded.audit.net = Some(NetBound { net, without, alone, kept, dropped, places, marked });
+    Ok(())
+}
+
+/// Whether each place is marked when the longest scan starts.
+fn marked(
+    diagram: &Diagram,
+    hints: &Hints<'_>,
+    program: &Program,
+    audit: &Audit,
+) -> Vec<Option<bool>> {
+    let values: BTreeMap<&str, Value> = audit
+        .witness
+        .iter()
+        .filter(|one| one.at_start)
+        .map(|one| (one.name.as_str(), one.value))
+        .collect();
+    let on = |place: usize| {
+        let bit = hints.bit(Operand::Place(place))?;
+        let value = values.get(program.cell_name(bit.cell()).as_str())?;
+        Some(match (*value, bit) {
+            (Value::Word(word), BitTarget::WordBit(_, bit)) => word >> bit & 1 == 1,
+            (Value::Bit(is_on), _) => is_on,
+            (Value::Word(word), BitTarget::Cell(_)) => word != 0,
+        })
+    };
+    (0..diagram.places.len()).map(on).collect()
+}

@@ -1,0 +1,502 @@
+//! The road from source text to an audit: typed stages, each of which adds to the one before.
+
+use super::Audit;
+use super::assemble::{Findings, Finished};
+use super::closing::{Closing, Runs};
+use super::contradiction::{self, Stages};
+use super::failure::Failure;
+use super::hints::Hints;
+use super::method;
+use super::model_search::Searched;
+use super::modelling::{fit, keep_in_range, model_of};
+use super::power_up;
+use super::priced::Priced;
+use super::proved::{self, Proved};
+use super::reachable;
+use super::real::{self, Scouted};
+use super::remembered;
+use super::request::{Progress, Request};
+use super::response::Delays;
+use super::stated;
+use super::timers;
+use super::unbounded::{self, Loops};
+use super::understood::Understood;
+use super::watchdog::Look;
+use scanbound_base::budget::{Budget, Cut};
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::time::Times;
+use scanbound_front::Open;
+use scanbound_ir::Program;
+use scanbound_model::groups;
+use scanbound_model::{Group, ScanModel};
+use scanbound_passes::values::Trust;
+use scanbound_solve::{Limits, Maximum};
+use scanbound_timing::price::Prices;
+use scanbound_timing::table::Table;
+use std::time::Instant;
+
+/// A project followed as far as its scan's model: all that there is to search.
+pub struct Followed {
+    /// When this began.
+    start: Instant,
+    /// The program.
+    pub program: Program,
+    /// The table that prices it.
+    pub table: Table,
+    /// Every instruction's price.
+    pub prices: Prices,
+    /// The charges of one scan.
+    pub model: ScanModel,
+    /// Its slices.
+    pub groups: Vec<Group>,
+    /// What of the machine the user may state.
+    pub open: Open,
+    warnings: Vec<Diagnostic>,
+    /// The stages that the time limit or the user cut short.
+    cuts: Vec<Cut>,
+    /// The model is the sum of all that can run, and says nothing of what can run together.
+    whole: bool,
+    /// What was found of the relays that are trusted.
+    relays: reachable::Relays,
+}
+
+impl Followed {
+    /// What was found of the relays that are trusted.
+    pub(super) fn relays(&self) -> &reachable::Relays {
+        &self.relays
+    }
+
+    /// Whether its model is the sum of all that can run, and says nothing of what can run together.
+    pub(super) fn is_whole(&self) -> bool {
+        self.whole
+    }
+}
+
+/// What others ask with other facts.
+pub(super) const STAGES: Stages = Stages { read, audit };
+
+/// Audits a project.
+///
+/// # Errors
+/// All faults of the input at once, or that the analysis and the interpreter disagree.
+pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
+    Ok(concluded(request)?.audit)
+}
+
+/// Audits a project, and keeps what the audit was found in.
+///
+/// # Errors
+/// All faults of the input at once, or that the analysis and the interpreter disagree.
+pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
+    let fitted = Prepared::of(request)?.fitted(request)?;
+    let scout = Scout::of(&fitted, request);
+    let (searched, scouted) = rayon::join(
+        || fitted.followed(request)?.searched(request, scout.as_ref().map(|one| &one.program)),
+        || scout.as_ref().map(|scout| scout.run(request)),
+    );
+    searched?.concluded(request, scouted)
+}
+
+/// Reads a project, and follows nothing of it.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
+    Ok(Understood::of(request)?.program)
+}
+
+/// A project that is read and priced, and not gone through by any pass: what an emulated CPU runs.
+pub struct Ready {
+    /// The program.
+    pub program: Program,
+    /// The table that prices it.
+    pub table: Table,
+    /// Every instruction's price.
+    pub prices: Prices,
+    /// What was noticed on the way.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Reads and prices a project, and follows nothing of it.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
+    let Priced { program, table, prices, warnings } =
+        Priced::of(Understood::of(request)?, request)?;
+    Ok(Ready { program, table, prices, warnings })
+}
+
+/// Reads, prices and follows a project, without any search.
+///
+/// # Errors
+/// All faults of the input at once.
+pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
+    Prepared::of(request)?.priced(request)
+}
+
+/// A project that is read and gone through by the passes: what does not hang on times.
+#[derive(Clone)]
+pub struct Prepared {
+    start: Instant,
+    understood: Understood,
+    /// The stages that the time limit or the user cut short.
+    cuts: Vec<Cut>,
+}
+
+impl Prepared {
+    /// Reads a project and runs the passes.
+    ///
+    /// # Errors
+    /// All faults of the input at once.
+    pub fn of(request: &Request<'_>) -> Result<Prepared, Failure> {
+        let start = Instant::now();
+        let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
+        let mut understood = Understood::of(request)?;
+        if !request.apart {
+            let apart = std::mem::take(&mut understood.program.charts.apart);
+            let program = &mut understood.program;
+            program.invariants.drain(..apart);
+            let moved = |end: usize| end.saturating_sub(apart);
+            program.exclusive = moved(program.exclusive.start)..moved(program.exclusive.end);
+        }
+        let settings =
+            scanbound_passes::Settings { trust: request.trusted(), budget: Some(&budget) };
+        let told = |name| (request.progress)(Progress::Stage(name));
+        request.passes.run(&mut understood.program, &settings, told)?;
+        let cuts = budget.cuts();
+        Ok(Prepared { start, understood, cuts })
+    }
+
+    /// The program, with what the passes found.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.understood.program
+    }
+
+    /// The table that prices it.
+    #[must_use]
+    pub fn table(&self) -> &Table {
+        &self.understood.table
+    }
+
+    /// The same with another table of the same family, and the time limit for itself.
+    #[must_use]
+    pub fn with_table(&self, table: Table, request: &Request<'_>) -> Prepared {
+        let understood = self.understood.with_table(table, request);
+        Prepared { start: Instant::now(), understood, cuts: self.cuts.clone() }
+    }
+
+    /// Prices and follows it, without any search.
+    ///
+    /// # Errors
+    /// All instructions that have no time.
+    pub fn priced(self, request: &Request<'_>) -> Result<Followed, Failure> {
+        self.fitted(request)?.followed(request)
+    }
+
+    fn fitted(self, request: &Request<'_>) -> Result<Fitted, Failure> {
+        let Prepared { start, understood, cuts } = self;
+        let open = understood.open;
+        let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
+        let executed = fit(&mut program)?;
+        // Instructions that summarising appended have no price.
+        prices.instructions.resize(program.instructions.len(), None);
+        timers::settle_by_sum(&mut program, &prices);
+        Ok(Fitted { start, program, table, prices, executed, open, warnings, cuts })
+    }
+}
+
+/// A project with its prices, in which what runs too often to be followed is summarised.
+struct Fitted {
+    start: Instant,
+    program: Program,
+    table: Table,
+    prices: Prices,
+    /// How many instructions a scan executes at most.
+    executed: u64,
+    open: Open,
+    warnings: Vec<Diagnostic>,
+    cuts: Vec<Cut>,
+}
+
+impl Fitted {
+    fn followed(self, request: &Request<'_>) -> Result<Followed, Failure> {
+        let Fitted { start, mut program, table, mut prices, executed, open, warnings, cuts } = self;
+        let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
+        (request.progress)(Progress::Stage("following the scan"));
+        let (mut model, mut whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        if !whole && timers::settle(&mut program, &prices, &model) {
+            (model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        }
+        if !whole {
+            let closer = remembered::exclude(&mut program, &prices, &model, &budget);
+            model = closer.unwrap_or(model);
+        }
+        let trusts_relays = trusts_relays(&program, request);
+        let mut relays = reachable::Relays::default();
+        if trusts_relays && request.relays && !whole {
+            (request.progress)(Progress::Stage(reachable::STAGE));
+            let trust = request.trusted();
+            let hints = request.net.map_or_else(Vec::new, |net| Hints::of(net, &program).bits());
+            let closer;
+            (closer, relays) =
+                reachable::exclude(&mut program, &prices, &model, trust, &hints, &budget);
+            model = closer.unwrap_or(model);
+        }
+        keep_in_range(&program, &table, &prices, &model)?;
+        let groups = groups::groups(&model);
+        let cuts = budget.cuts();
+        Ok(Followed {
+            start,
+            program,
+            table,
+            prices,
+            model,
+            groups,
+            open,
+            warnings,
+            cuts,
+            whole,
+            relays,
+        })
+    }
+}
+
+/// Whether relays are trusted to be kept apart by scans.
+fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
+    match request.trusted() {
+        Trust::None => false,
+        Trust::Counts => !program.internal.is_empty(),
+        Trust::All => true,
+    }
+}
+
+/// What ends searches.
+fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
+    Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
+}
+
+/// What executes so many instructions has a model so large that real runs are made on another thread while it is followed
+/// and searched.
+const MANY: u64 = 10_000;
+
+/// Makes real runs of a large program while the same program is followed and searched on another thread.
+///
+/// Following may change the program: it takes reads as any value, or follows summarised loops after all. Then these
+/// runs are of no use, and others are made behind the search.
+struct Scout {
+    /// The program before it is followed.
+    program: Program,
+    least: Vec<Times>,
+    deadline: Option<Instant>,
+}
+
+impl Scout {
+    /// `None` for small programs, and for those that are surely changed: by what is found of relays.
+    fn of(fitted: &Fitted, request: &Request<'_>) -> Option<Scout> {
+        let is_worth_it = fitted.executed >= MANY && !trusts_relays(&fitted.program, request);
+        is_worth_it.then(|| Scout {
+            program: fitted.program.clone(),
+            least: fitted.prices.least_times(),
+            deadline: request.time_limit.map(|limit| fitted.start + limit),
+        })
+    }
+
+    fn run(&self, request: &Request<'_>) -> Result<Scouted, String> {
+        let limits = limits(request, self.deadline);
+        real::Search { program: &self.program, least: &self.least, limits }.scout()
+    }
+}
+
+/// An audit and what it was found in.
+pub struct Concluded {
+    /// The audit.
+    pub audit: Audit,
+    /// The project.
+    pub followed: Followed,
+    /// The groups' maxima.
+    pub maxima: Vec<Maximum>,
+}
+
+/// Searches the groups' maxima, replays the worst scan and puts the audit together.
+///
+/// # Errors
+/// That the analysis and the interpreter disagree.
+pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, Failure> {
+    followed.searched(request, None)?.concluded(request, None)
+}
+
+/// A project of which the groups' maxima were searched.
+struct Sought<'r> {
+    /// The project. Its model and groups are in `searched`.
+    followed: Followed,
+    delays: Option<Delays>,
+    searched: Searched<'r>,
+    runs: Runs,
+}
+
+impl Followed {
+    /// Searches the groups' maxima, and makes real runs unless the program is the one that is `scouted` meanwhile.
+    fn searched<'r>(
+        mut self,
+        request: &Request<'r>,
+        scouted: Option<&Program>,
+    ) -> Result<Sought<'r>, Failure> {
+        let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
+        let delays = delays.transpose()?;
+        let budget = self.budget(request);
+        let closing = self.closing(request, &budget);
+        let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
+        let found = closing.search(&mut self.program, &mut self.prices, model, scouted);
+        let (searched, runs) =
+            found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
+        self.cuts = budget.cuts();
+        Ok(Sought { followed: self, delays, searched, runs })
+    }
+
+    /// The budget of the next stage. It takes over which stages were cut short so far.
+    fn budget<'a>(&mut self, request: &Request<'a>) -> Budget<'a> {
+        let cuts = std::mem::take(&mut self.cuts);
+        Budget::new(self.start, request.time_limit, request.cancelled, cuts)
+    }
+
+    fn closing<'a, 'r>(&self, request: &'a Request<'r>, budget: &'a Budget<'a>) -> Closing<'a, 'r> {
+        Closing {
+            request,
+            budget,
+            limits: limits(request, budget.deadline()),
+            doubtful_from: self.program.shortest_timer,
+            whole: self.whole,
+        }
+    }
+
+    /// The loops that a scan can come to and never leave.
+    fn endless_loops(
+        &self,
+        model: &ScanModel,
+        limits: &Limits<'_>,
+        budget: &Budget<'_>,
+    ) -> Result<Loops, Failure> {
+        let times = self.prices.times();
+        let mut loops =
+            unbounded::loops(&self.program, &times, model, limits).map_err(Failure::Internal)?;
+        if self.whole {
+            loops.open = unbounded::unasked(&self.program);
+        }
+        if !loops.open.is_empty() {
+            budget.cut("asking for loops without end", "some of them were not asked to the end");
+        }
+        Ok(loops)
+    }
+}
+
+impl Sought<'_> {
+    /// The audit, with the real runs that were made meanwhile, if any were.
+    fn concluded(
+        self,
+        request: &Request<'_>,
+        scouted: Option<Result<Scouted, String>>,
+    ) -> Result<Concluded, Failure> {
+        let Sought { mut followed, delays, searched, runs } = self;
+        let runs = match (runs, scouted) {
+            (Runs::Elsewhere, Some(found)) => Runs::Scouted(found.map_err(Failure::Internal)?),
+            (runs, _) => runs,
+        };
+        let budget = followed.budget(request);
+        note_open(&searched, &budget);
+        let closing = followed.closing(request, &budget);
+        let limits = limits(request, budget.deadline());
+        let Followed { program, table, prices, .. } = &followed;
+        let Searched {
+            model,
+            groups,
+            maxima,
+            assignment,
+            witness,
+            replayed,
+            upper,
+            ended_early,
+            prepared,
+        } = searched;
+        let model_total = replayed.total;
+        drop(replayed);
+        let findings = Findings {
+            request,
+            program,
+            table,
+            prices,
+            model: &model,
+            open: followed.open,
+            groups: &groups,
+            maxima: &maxima,
+            assignment: &assignment,
+            limits: &limits,
+        };
+        let traces = request.trace.then(|| method::traces(program, &model, &groups, &maxima));
+        let loops = followed.endless_loops(&model, &limits, &budget)?;
+        let is_bounded = loops.found.is_empty() && !followed.whole;
+        let running = || {
+            let mut found = closing.longest(program, prices, (&witness, upper), runs)?;
+            let least = prices.least_times();
+            let search = real::Search { program, least: &least, limits };
+            let is_sought = is_bounded && found.best.is_possible();
+            let run = is_sought.then(|| power_up::run(&search, prices, &mut found));
+            search.within(&found.best, upper).map_err(Failure::Internal)?;
+            Ok::<_, Failure>((found, run.unwrap_or_default()))
+        };
+        let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
+        let (mut found, run) = ran?;
+        let mut proved = Proved::default();
+        if request.proves_facts {
+            let least = prices.least_times();
+            let search = real::Search { program, least: &least, limits };
+            proved = proved::proved(&search, request.facts, followed.whole, &mut found)
+                .map_err(Failure::Internal)?;
+        }
+        let look = Look { program, prices, table, facts: request.facts };
+        let least = prices.least_times();
+        let search = real::Search { program, least: &least, limits };
+        let (watchdog, cycle) = look.see(&found, &search).map_err(Failure::Internal)?;
+        let left = stated::left(program, request.facts, &found.broken)?;
+        let warnings = [&*followed.warnings, &*left].concat();
+        let mut opinions = None;
+        if request.confirm {
+            (request.progress)(Progress::Stage("confirming"));
+            opinions = Some(method::opinions(request, &model, &groups, &maxima, &budget)?);
+        }
+        let cuts = budget.cuts();
+        let finished = Finished {
+            found: &found,
+            same: found.best.is_possible()
+                && found.best.replay.total == model_total
+                && found.witness == witness,
+            start: followed.start,
+            warnings: warnings.clone(),
+            cuts: cuts.clone(),
+            ended_early,
+            explained,
+            searches: method::searches(&maxima, traces, opinions),
+            loops,
+            run,
+            delays,
+            proved,
+            watchdog,
+            cycle,
+        };
+        let audit = findings.audit(finished);
+        let followed = Followed { model, groups, warnings, cuts, ..followed };
+        Ok(Concluded { audit, followed, maxima })
+    }
+}
+
+/// Notes how much of the bound is open, if the time limit or the user ended the search.
+fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
+    let unsolved = searched.maxima.iter().filter(|found| found.lower < found.upper);
+    let unsolved: Vec<&Maximum> = unsolved.collect();
+    if unsolved.is_empty() || searched.ended_early {
+        return;
+    }
+    let open = format!("{} of {} groups are open", unsolved.len(), searched.groups.len());
+    budget.cut("searching", open);
+}

@@ -1,0 +1,257 @@
+//! The search for a run from power-up to a scan: a few sequences of inputs are simulated.
+
+use super::real::{Found, Search};
+use super::{RunScan, Value};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{AreaKind, Cell, Program, Witness};
+use scanbound_replay::Real;
+use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_timing::price::Prices;
+use std::collections::BTreeMap;
+
+/// The most times that the inputs of a run change.
+const LONGEST: usize = 8;
+/// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
+const SAME: usize = 6;
+const MOST_WAITS: usize = 24;
+/// The number of runs that are tried with inputs that change at random.
+const RANDOM: u64 = 64;
+/// So many of them are simulated side by side.
+const AT_ONCE: usize = 8;
+/// No further ones are simulated when so many instructions were executed.
+const MOST_EXECUTED: u64 = 1_500_000;
+/// The most instructions of one run.
+const MOST_OF_ONE: u64 = 400_000;
+
+/// Which inputs the outside sets in the scans before the last.
+#[derive(Clone, Copy)]
+enum Before {
+    /// Those of the scan that is looked for.
+    Same,
+    /// None.
+    Off,
+    /// Its opposite, so that edges come in it.
+    Opposite,
+    /// Some of them, by this seed.
+    Random(u64),
+    /// Those of the longest first scan, and all else that the outside gives as there.
+    First,
+    /// Each at random off or as in the scan that is looked for, by this seed.
+    Part(u64),
+}
+
+/// How a run is made.
+#[derive(Clone, Copy)]
+struct Plan {
+    before: Before,
+    /// Inputs stay until nothing changes any more and all timers that run are over; else each scan has others.
+    waits: bool,
+}
+
+/// A run of scans that begins at power-up and ends with one that takes as long as the one that was found; none if no
+/// sequence that is tried leads there. Where that last scan takes longer, it is the longest that was found from then on.
+pub fn run(search: &Search<'_>, prices: &Prices, found: &mut Found) -> Vec<RunScan> {
+    let (program, limits) = (search.program, search.limits);
+    let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
+    let outside = Outside::of(program);
+    let overhead = prices.overhead_sum();
+    let mut executed = 0;
+    // Where the longest first scan starts, once the simplest runs have led nowhere.
+    let mut first = Witness::default();
+    for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
+        if executed >= MOST_EXECUTED || late() || (limits.cancelled)() {
+            break;
+        }
+        let mut some = some.to_vec();
+        if round == 1
+            && let Some(start) = search.first_scan(&found.knowledge, &outside)
+        {
+            first = start;
+            some.insert(0, Plan { before: Before::First, waits: false });
+        }
+        let times = search.least;
+        let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
+        let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
+        executed += runs.iter().map(|run| run.executed).sum::<u64>();
+        if let Some(run) = runs.into_iter().find(|run| run.last.is_some()) {
+            if let Some((last, start)) = run.last {
+                found.replace(last, start);
+            }
+            return told(program, overhead, run.scans);
+        }
+    }
+    Vec::new()
+}
+
+/// The runs that are tried, in this order.
+fn plans(program: &Program) -> Vec<Plan> {
+    let first = [Before::Same, Before::Off, Before::Opposite];
+    let timekeeping = &program.timekeeping;
+    let has_timers = !timekeeping.coils.is_empty() || !timekeeping.expiries.is_empty();
+    let mut plans: Vec<Plan> = first.map(|before| Plan { before, waits: false }).into();
+    if has_timers {
+        plans.extend(first.map(|before| Plan { before, waits: true }));
+    }
+    for seed in 0..RANDOM {
+        plans.push(Plan { before: Before::Random(seed), waits: false });
+        if has_timers {
+            plans.push(Plan { before: Before::Part(seed), waits: true });
+        }
+    }
+    plans
+}
+
+/// The scans as reports tell them: those in which a run only waits are left out.
+fn told(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
+    let waits = |at: usize| scans.get(at + 1).is_some_and(|next| next.waited);
+    let shown = scans.iter().enumerate().filter(|&(at, scan)| !(scan.waited && waits(at)));
+    let told = |(_, scan): (usize, &Made)| RunScan {
+        number: scan.number,
+        inputs: on(program, &scan.inputs),
+        took: overhead + scan.took,
+    };
+    shown.map(told).collect()
+}
+
+/// The inputs that are on, or not 0, by their names.
+fn on(program: &Program, inputs: &BTreeMap<Cell, u16>) -> Vec<(String, Value)> {
+    let input = |(&cell, &value): (&Cell, &u16)| {
+        let value = match program.areas[usize::from(cell.area.0)].kind {
+            AreaKind::Bit => Value::Bit(value & 1 == 1),
+            AreaKind::Word => Value::Word(value.cast_signed()),
+        };
+        let is_on = !matches!(value, Value::Bit(false) | Value::Word(0));
+        is_on.then(|| (program.cell_name(cell), value))
+    };
+    inputs.iter().filter_map(input).collect()
+}
+
+/// What all simulated runs have in common.
+struct Simulation<'a> {
+    times: &'a [Times],
+    outside: &'a Outside<'a>,
+    found: &'a Found,
+    overhead: Picos,
+    /// Where the longest first scan starts.
+    first: &'a Witness,
+}
+
+/// A scan of a run.
+struct Made {
+    /// Its number, from 1 at power-up.
+    number: u64,
+    inputs: BTreeMap<Cell, u16>,
+    /// How long it takes without what each scan costs besides its instructions.
+    took: Picos,
+    /// Whether other scans like the one before lie between.
+    waited: bool,
+}
+
+/// A simulated run.
+#[derive(Default)]
+struct Simulated {
+    scans: Vec<Made>,
+    /// Its last scan and the values with which that starts, if it takes long enough.
+    last: Option<(Real, Witness)>,
+    /// How many instructions were executed.
+    executed: u64,
+}
+
+impl Simulation<'_> {
+    /// Makes scans until one takes long enough.
+    fn run(&self, plan: Plan) -> Simulated {
+        let mut run = Run::new(self.outside, self.times, self.overhead);
+        let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
+            let all = witness.start.iter().map(|(&cell, &value)| (cell, value));
+            all.filter(|&(cell, _)| self.outside.sets(cell)).collect()
+        };
+        let sought = inputs_of(&self.found.witness);
+        let seed =
+            if let Before::Random(seed) | Before::Part(seed) = plan.before { seed } else { 0 };
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut done = Simulated::default();
+        let mut number = 0;
+        for turn in 0..LONGEST {
+            // Inputs that lead there and those of the scan itself take turns.
+            let inputs = match plan.before {
+                _ if turn % 2 == 1 => sought.clone(),
+                Before::Same => sought.clone(),
+                Before::First => inputs_of(self.first),
+                Before::Off => BTreeMap::new(),
+                Before::Opposite => sought.iter().map(|(&cell, value)| (cell, !value)).collect(),
+                Before::Random(_) => {
+                    sought.keys().map(|&cell| (cell, random.next_u32() as u16)).collect()
+                }
+                Before::Part(_) => {
+                    let some = sought.iter().filter(|_| random.next_u32() & 1 == 1);
+                    some.map(|(&cell, &value)| (cell, value)).collect()
+                }
+            };
+            let leads = turn % 2 == 0;
+            let choices = match plan.before {
+                Before::First if leads => &self.first.choices,
+                _ => &self.found.witness.choices,
+            };
+            // Of what is tested directly nothing is among the inputs.
+            let chance = match plan.before {
+                Before::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
+                _ => None,
+            };
+            let given = Given { inputs, choices, chance };
+            let (mut same, mut waits) = (0, 0);
+            let mut waited = 0;
+            loop {
+                number += 1 + waited;
+                if !self.scan(&mut run, &given, (number, waited > 0), &mut done) {
+                    return done;
+                }
+                if !plan.waits {
+                    break;
+                }
+                same += 1;
+                waited = match run.wait() {
+                    Some(scans) if waits < MOST_WAITS => {
+                        (same, waits) = (0, waits + 1);
+                        scans
+                    }
+                    _ if same < SAME && !run.is_steady() => 0,
+                    _ => break,
+                };
+            }
+        }
+        done
+    }
+
+    /// Makes a scan; whether others may follow it.
+    fn scan<'p>(
+        &'p self,
+        run: &mut Run<'p>,
+        given: &Given<'p>,
+        (number, waited): (u64, bool),
+        done: &mut Simulated,
+    ) -> bool {
+        let scan = run.scan(given, MOST_OF_ONE - done.executed);
+        done.executed += scan.replay.events.len() as u64;
+        if !scan.is_possible() {
+            return false;
+        }
+        let took = scan.replay.total;
+        let is_over = scan.stopped.is_some() || done.executed >= MOST_OF_ONE;
+        done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
+        let best = self.found.best.replay.total;
+        if given.chance.is_some() && took > best {
+            // What it was given at random no report can tell.
+            return false;
+        }
+        let leads_there = took >= best;
+        if leads_there {
+            let choices = given.choices.clone();
+            let start = Witness { start: run.started(), choices, ..Witness::default() };
+            done.last = Some((scan, start));
+        }
+        !leads_there && !is_over
+    }
+}

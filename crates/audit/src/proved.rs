@@ -1,0 +1,282 @@
+//! Whether scans keep what is stated to hold whenever one starts: proved of the scan's model, or shown not to be so by real
+//! runs.
+
+use super::own::Owners;
+use super::real::{Found, Search, standing, summary_choices};
+use super::stated::bit;
+use scanbound_base::facts::{Facts, plain};
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::Knowledge;
+use scanbound_ir::{BitSource, BitTarget, Program, StartRange};
+use scanbound_model::certain::certain;
+use scanbound_model::groups::witness;
+use scanbound_model::{Charge, Group, Lit, ScanModel};
+use scanbound_passes::values::{Trust, is_kept, is_ours};
+use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_scan::Purpose;
+use scanbound_scan::fit::SizeLimits;
+use scanbound_scan::keeping::{Stay, Stays, scan_model_staying};
+use scanbound_solve::{Limits, impossible};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+/// No larger models are asked, ...
+const NODES: usize = 2_000_000;
+const NODES_EACH: usize = 1 << 15;
+/// ... and not for longer than this, nor for more than one part of so many of the time that is left.
+const LONGEST: Duration = Duration::from_secs(10);
+const PARTS: u32 = 8;
+/// Of more facts than these nothing is asked.
+const MOST: usize = 100;
+/// So many times a scan that breaks something is looked for, each time with what the runs before taught.
+const ROUNDS: usize = 3;
+/// The most scans of a run from power-up on, and the most instructions in all of them.
+const SCANS: usize = 100;
+const MOST_RUN: u64 = 400_000;
+
+/// The facts that the program keeps.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Proved {
+    /// Words by their keys in the facts file.
+    pub ranges: BTreeSet<String>,
+    /// Sets of bits by their places in the facts file.
+    pub exclusive: BTreeSet<usize>,
+}
+
+/// Which fact something is about.
+enum Of {
+    /// A range: its place in the program, and its key.
+    Range(usize, String),
+    /// A set of bits: its place in the facts file, and those of its pairs in the program.
+    Set(usize, Vec<usize>),
+}
+
+/// A fact, and what it says of a scan.
+struct Asked {
+    of: Of,
+    stays: Stays,
+}
+
+impl Asked {
+    /// Whether a real run was found that breaks it.
+    fn is_broken(&self, found: &Found) -> bool {
+        match &self.of {
+            Of::Range(at, _) => found.broken.left.contains_key(at),
+            Of::Set(_, pairs) => pairs.iter().any(|pair| found.broken.parted.contains_key(pair)),
+        }
+    }
+}
+
+/// The facts that the program keeps; real runs that break others are noted in `found`.
+///
+/// # Errors
+/// If the analysis and the interpreter disagree.
+pub fn proved(
+    search: &Search<'_>,
+    facts: &Facts,
+    is_whole: bool,
+    found: &mut Found,
+) -> Result<Proved, String> {
+    let program = search.program;
+    let mut proved = Proved::default();
+    if facts.ranges.is_empty() && facts.exclusive.is_empty() {
+        return Ok(proved);
+    }
+    let mut asked = asked(program, facts);
+    if !facts.download {
+        // What an abstract interpretation of the scan has shown need not be asked again.
+        asked.retain(|one| match (&one.of, &one.stays) {
+            (Of::Range(_, key), Stays::Within(cells, ..))
+                if cells.len() == 1 && program.kept.contains(&cells[0]) =>
+            {
+                proved.ranges.insert(key.clone());
+                false
+            }
+            _ => true,
+        });
+    }
+    asked.truncate(MOST);
+    if asked.is_empty() || search.limits.reached() {
+        return Ok(proved);
+    }
+    let now = Instant::now();
+    let left = search.limits.deadline.map(|end| end.saturating_duration_since(now) / PARTS);
+    let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
+    let limits = Limits { deadline, ..search.limits };
+    let search = Search { program, least: search.least, limits };
+    run_unseen(&search, found);
+    if is_whole {
+        return Ok(proved);
+    }
+    let open: Vec<usize> = (0..asked.len()).filter(|&at| !asked[at].is_broken(found)).collect();
+    // Where no scan can start as is stated, all would be kept.
+    let is_provable = !facts.download && found.best.is_possible();
+    let kept = if is_provable { kept(&search, &asked, &open) } else { BTreeSet::new() };
+    seek(&search, &asked, found)?;
+    for at in kept {
+        if asked[at].is_broken(found) {
+            return Err("a scan breaks what the analysis says that the program keeps".to_owned());
+        }
+        match &asked[at].of {
+            Of::Range(_, key) => _ = proved.ranges.insert(key.clone()),
+            Of::Set(at, _) => _ = proved.exclusive.insert(*at),
+        }
+    }
+    Ok(proved)
+}
+
+/// What is stated and speaks of the program.
+fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
+    let keys: BTreeMap<String, &String> =
+        facts.ranges.keys().map(|key| (plain(key), key)).collect();
+    // What is trusted stands behind what is stated.
+    let stated = program.ranges.len() - program.trusted.len();
+    let range = |(at, range): (usize, &StartRange)| {
+        let key = keys.get(&plain(&program.cell_name(range.cells[0])))?;
+        // A word may be stated by two names.
+        facts.ranges.get(*key).filter(|stated| **stated == (range.low, range.high))?;
+        let stays = Stays::Within(range.cells.clone(), range.low, range.high);
+        Some(Asked { of: Of::Range(at, (*key).clone()), stays })
+    };
+    let mut pairs = program.exclusive.clone();
+    let set = |(at, names): (usize, &Vec<String>)| {
+        let count = names.len() * names.len().saturating_sub(1) / 2;
+        let own: Vec<usize> = pairs.by_ref().take(count).collect();
+        let target = |name: &String| match bit(program, name)? {
+            BitSource::Cell(cell) => Some(BitTarget::Cell(cell)),
+            BitSource::WordBit(cell, bit) => Some(BitTarget::WordBit(cell, bit)),
+            BitSource::Const(_) | BitSource::Free(_) => None,
+        };
+        let bits: Option<Vec<BitTarget>> = names.iter().map(target).collect();
+        Some(Asked { of: Of::Set(at, own), stays: Stays::Apart(bits?) })
+    };
+    let ranges: Vec<Asked> =
+        program.ranges[..stated].iter().enumerate().filter_map(range).collect();
+    let sets: Vec<Asked> = facts.exclusive.iter().enumerate().filter_map(set).collect();
+    ranges.into_iter().chain(sets).collect()
+}
+
+/// Makes scans from power-up on of which nothing is known that the outside gives: what these break is broken whatever it
+/// gives.
+fn run_unseen(search: &Search<'_>, found: &mut Found) {
+    let outside = Outside::unseen(search.program);
+    let mut run = Run::new(&outside, search.least, Picos::ZERO);
+    let (choices, mut executed) = (BTreeMap::new(), 0);
+    for number in 1..=SCANS {
+        let given = Given { inputs: BTreeMap::new(), choices: &choices, chance: None };
+        let scan = run.scan(&given, MOST_RUN - executed);
+        executed += scan.replay.events.len() as u64;
+        found.broken.note(search.program, &scan, Some(number));
+        // What follows a broken fact is not as is stated.
+        let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MOST_RUN;
+        if !goes_on || !scan.left.is_empty() || !scan.parted.is_empty() || search.limits.reached() {
+            break;
+        }
+    }
+}
+
+/// Those of the open facts that no scan breaks which starts as all facts have it. Nobody else may be known to write the
+/// cells, and memory that is cleared keeps them.
+fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize> {
+    let program = search.program;
+    let owners = Owners::of(program, Trust::All);
+    let is_own = |at: &&usize| match &asked[**at].stays {
+        Stays::Within(cells, low, high) => match cells[..] {
+            // Two words are not watched together while the scan goes on.
+            [cell] => {
+                let is_output = owners.is_output(cell) && is_kept(program, cell);
+                let first = program.power_up.word(cell).cast_signed();
+                (is_ours(program, cell) || is_output) && (*low..=*high).contains(&first.into())
+            }
+            _ => false,
+        },
+        Stays::Apart(bits) => bits.iter().all(|&bit| owners.refuses(bit).is_none()),
+    };
+    let own: Vec<usize> = open.iter().filter(is_own).copied().collect();
+    if own.is_empty() {
+        return BTreeSet::new();
+    }
+    let stays: Vec<Stays> = own.iter().map(|&at| asked[at].stays.clone()).collect();
+    let Some((mut model, found)) = model(search, &Knowledge::new(), Purpose::UpperBound, &stays)
+    else {
+        return BTreeSet::new();
+    };
+    // What each breaks, and that each of its bits or words is ever written: what the program only clears somebody else sets.
+    let mut places: Vec<(usize, Vec<usize>)> = Vec::new();
+    for Stay { breaks, moves, .. } in found {
+        let first = model.charges.len();
+        model.charges.extend([breaks].into_iter().chain(moves).map(charge));
+        places.push((first, (first + 1..model.charges.len()).collect()));
+    }
+    let group = Group {
+        charges: (0..model.charges.len()).collect(),
+        variables: Vec::new(),
+        constraints: (0..model.constraints.len()).collect(),
+    };
+    let never = impossible(&model, &group, &search.limits);
+    let holds = |(breaks, moves): &(usize, Vec<usize>)| {
+        never.contains(breaks) && !moves.iter().any(|one| never.contains(one))
+    };
+    own.into_iter().zip(&places).filter(|(_, places)| holds(places)).map(|(at, _)| at).collect()
+}
+
+/// Looks for real runs that break what no run has broken so far.
+fn seek(search: &Search<'_>, asked: &[Asked], found: &mut Found) -> Result<(), String> {
+    let program = search.program;
+    let stays: Vec<Stays> = asked.iter().map(|one| one.stays.clone()).collect();
+    let summary = summary_choices(program);
+    for _ in 0..ROUNDS {
+        let is_open = |at: &usize| !asked[*at].is_broken(found);
+        let open: Vec<usize> = (0..asked.len()).filter(is_open).collect();
+        if open.is_empty() || search.limits.reached() {
+            break;
+        }
+        let Some((mut full, ends)) = model(search, &found.knowledge, Purpose::LowerBound, &stays)
+        else {
+            break;
+        };
+        full.charges = ends.iter().map(|one| charge(one.ends)).collect();
+        let mut sure =
+            certain(&full, &|variable| standing(program, &summary, &full, variable), false);
+        let charges = std::mem::take(&mut sure.charges);
+        let mut news = false;
+        for at in open {
+            if charges[at].reached == Lit::FALSE || search.limits.reached() {
+                continue;
+            }
+            sure.charges = vec![charges[at].clone()];
+            let Some((assignment, _)) = search.dearest(&sure) else { continue };
+            let mut one = search.real(&witness(&sure, &assignment))?;
+            news |= found.note(program, &mut one);
+        }
+        if !news {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn model(
+    search: &Search<'_>,
+    knowledge: &Knowledge,
+    purpose: Purpose,
+    stays: &[Stays],
+) -> Option<(ScanModel, Vec<Stay>)> {
+    let is_over = || search.limits.reached();
+    let limits = SizeLimits { per_execution: NODES_EACH, in_all: NODES, is_over: &is_over };
+    let times: &[Times] = search.least;
+    scan_model_staying(search.program, times, (knowledge, purpose), &limits, stays).ok()
+}
+
+/// A charge where this holds.
+fn charge(holds: Lit) -> Charge {
+    Charge {
+        instruction: 0,
+        frames: Vec::new(),
+        reached: holds,
+        fires: holds,
+        on: Picos(1),
+        off: Picos(1),
+        counted: None,
+    }
+}

@@ -1,0 +1,79 @@
+//! The groups' questions and the proofs of their answers, as files for other solvers.
+
+use super::invariants::{Invariants, invariants};
+use super::pipeline::{Concluded, Followed};
+use scanbound_solve::{Maximum, export};
+
+/// In which form a question is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Weighted partial MaxSAT.
+    Wcnf,
+    /// SMT-LIB 2 with `assert-soft`.
+    Smt2,
+}
+
+/// A file to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, without a directory.
+    pub name: String,
+    /// Its content.
+    pub text: String,
+}
+
+/// What a charge is, on one line: its place and its text.
+fn describe(followed: &Followed, charge: usize) -> String {
+    let program = &followed.program;
+    let instruction = &program.instructions[followed.model.charges[charge].instruction];
+    let file = &instruction.place.of(&program.files).name;
+    format!("{file}:{} {}", instruction.place.line, instruction.text)
+}
+
+/// The question of a group, counted from 1 as in reports; `None` if there is no such group.
+#[must_use]
+pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String> {
+    let group = followed.groups.get(group.checked_sub(1)?)?;
+    let charge = |charge| describe(followed, charge);
+    Some(match form {
+        Form::Wcnf => export::wcnf(&followed.model, group, &charge),
+        Form::Smt2 => export::smt2(&followed.model, group, &charge),
+    })
+}
+
+/// For each group two SMT-LIB 2 files: whether more than its upper bound is possible (unsatisfiable), and the
+/// scan that reaches its lower bound (satisfiable). Then what these rest on, and an index of all.
+pub fn certificates(concluded: &Concluded) -> impl Iterator<Item = File> {
+    let followed = &concluded.followed;
+    let Invariants { files, index } = invariants(concluded);
+    let mut text = "Questions for SMT solvers (SMT-LIB 2). A solver that answers as is said here confirms what is said.\n\n".to_owned();
+    for (maximum, number) in concluded.maxima.iter().zip(1..) {
+        let Maximum { upper, lower, .. } = maximum;
+        text += &format!(
+            "group-{number}-bound.smt2: unsat. The group costs no more than {}.\n",
+            upper.best_text()
+        );
+        text += &format!(
+            "group-{number}-scan.smt2: sat. There is a scan in which it costs {}.\n",
+            lower.best_text()
+        );
+    }
+    for line in index {
+        text += &line;
+        text.push('\n');
+    }
+    let index = File { name: "README.txt".to_owned(), text };
+    let groups = followed.groups.iter().zip(&concluded.maxima).enumerate();
+    let groups = groups.flat_map(move |(index, (group, maximum))| {
+        let charge = |charge| describe(followed, charge);
+        let bound = export::certificate(&followed.model, group, maximum.upper, &charge);
+        let scan = export::attained(&followed.model, group, &maximum.best, maximum.lower, &charge);
+        let number = index + 1;
+        [
+            File { name: format!("group-{number}-bound.smt2"), text: bound },
+            File { name: format!("group-{number}-scan.smt2"), text: scan },
+        ]
+    });
+    let files = files.into_iter().map(|(name, text)| File { name: name.to_owned(), text });
+    groups.chain(files).chain([index])
+}

@@ -1,0 +1,560 @@
+//! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
+
+use super::broken::Broken;
+use super::modelling::LONGEST_SCAN;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::{ChoiceKind, Knowledge};
+use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
+use scanbound_model::certain::{Standing, certain};
+use scanbound_model::groups::{groups, unpriced, witness};
+use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
+use scanbound_replay::run::Outside;
+use scanbound_replay::{Free, Real, Why, real};
+use scanbound_scan::fit::SizeLimits;
+use scanbound_scan::{Purpose, scan_model_knowing};
+use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
+use std::collections::BTreeSet;
+
+/// The most instructions of a real run.
+const MOST_RUN: u64 = 400_000;
+/// Limits of the search in models that grow with what is learned: the size of each, gates in all, and rounds.
+const LARGEST: usize = 2_000_000;
+const MOST_GATES: usize = 1_000_000;
+const MOST_ROUNDS: usize = 400;
+/// The largest model in which the longest scan after power-up is looked for by itself.
+const LARGEST_FIRST: usize = 100_000;
+/// Models of more gates take as long as a good part of the bound's search: rounds go on only as long as each makes the run
+/// longer by one part in so many.
+const DEAR: usize = 300_000;
+const WORTH: u64 = 100;
+/// The most decisions of a solver in a group in each of them: what is wanted is a long scan, not the proof that there is no
+/// longer one.
+const MOST_DECISIONS: u64 = 200_000;
+
+/// The longest real run that was found, and what was learned until then.
+pub struct Found {
+    /// The run.
+    pub best: Real,
+    /// The values with which it starts.
+    pub witness: Witness,
+    /// What all runs taught.
+    pub knowledge: Knowledge,
+    /// What runs break of what is stated.
+    pub broken: Broken,
+}
+
+impl Found {
+    /// What a first run found, beside what was known before it.
+    fn first(program: &Program, run: Real, start: Witness, knowledge: Knowledge) -> Found {
+        let mut found = Found { best: run, witness: start, knowledge, broken: Broken::default() };
+        learn(&mut found.knowledge, &mut found.best);
+        found.broken.note(program, &found.best, None);
+        found
+    }
+
+    /// Takes from a run what it teaches and breaks; whether it taught something new.
+    pub(super) fn note(&mut self, program: &Program, run: &mut Real) -> bool {
+        let news = learn(&mut self.knowledge, run);
+        self.broken.note(program, run, None);
+        news
+    }
+
+    /// Lets no time stand of a run that is not possible: where there is no other, nothing is known of any scan.
+    fn without_impossible(mut self) -> Found {
+        if !self.best.is_possible() {
+            self.best.replay.total = Picos::ZERO;
+            self.best.replay.events.clear();
+        }
+        self
+    }
+
+    /// Keeps a run that takes longer than the best so far.
+    pub(super) fn replace(&mut self, run: Real, start: Witness) {
+        if run.replay.total > self.best.replay.total {
+            (self.best, self.witness) = (run, start);
+        }
+    }
+
+    /// Keeps a run if it is better than the best so far: possible, then longer.
+    fn keep_better(&mut self, run: Real, start: Witness) {
+        let rank = |run: &Real| (run.is_possible(), run.replay.total);
+        if rank(&run) > rank(&self.best) {
+            (self.best, self.witness) = (run, start);
+        }
+    }
+}
+
+/// What runs found beside the search of the bound, without its scan.
+pub struct Scouted {
+    found: Found,
+    /// Whether rounds are worth going on with, once more is learned.
+    goes_on: bool,
+    /// How many gates the models had.
+    gates: usize,
+}
+
+/// The search.
+pub struct Search<'a> {
+    pub program: &'a Program,
+    /// What instructions cost at least where a count is not known.
+    pub least: &'a [Times],
+    pub limits: Limits<'a>,
+}
+
+impl Search<'_> {
+    /// What runs find before any start is known: those of the dearest scans that surely go as the model has them.
+    /// `Err` if an operation wrote what its effects do not allow.
+    pub fn scout(&self) -> Result<Scouted, String> {
+        let start = Witness::default();
+        let run = self.real(&start)?;
+        let mut found = Found::first(self.program, run, start, Knowledge::new());
+        let mut gates = 0;
+        let goes_on = self.go_on(&mut found, None, &mut gates)?;
+        Ok(Scouted { found, goes_on, gates })
+    }
+
+    /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
+    /// is the longest. `Err` if an operation wrote what its effects do not allow, or a run costs more than `upper`.
+    pub fn run_scouted(
+        &self,
+        dearest: &Witness,
+        upper: Picos,
+        scouted: Scouted,
+    ) -> Result<Found, String> {
+        let Scouted { mut found, goes_on, mut gates } = scouted;
+        self.within(&found.best, upper)?;
+        let scouted = found.best.replay.total;
+        let mut one = self.real(dearest)?;
+        self.within(&one, upper)?;
+        found.note(self.program, &mut one);
+        // Of two that take as long, the model's own is shown.
+        let before = std::mem::replace(&mut found.best, one);
+        let start = std::mem::replace(&mut found.witness, dearest.clone());
+        found.keep_better(before, start);
+        if goes_on && found.best.replay.total > scouted {
+            self.go_on(&mut found, Some(upper), &mut gates)?;
+            self.within(&found.best, upper)?;
+        }
+        Ok(found.without_impossible())
+    }
+
+    /// Makes real runs from these starts, the first that of the model's dearest scan, which costs `upper`, and goes on
+    /// as long as a dearer one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what
+    /// its effects do not allow, or a run costs more than `upper`.
+    pub fn run(
+        &self,
+        [dearest, other]: [&Witness; 2],
+        upper: Picos,
+        knowledge: Knowledge,
+    ) -> Result<Found, String> {
+        let run = self.real(dearest)?;
+        let mut found = Found::first(self.program, run, dearest.clone(), knowledge);
+        if !found.best.is_possible() || found.best.replay.total < upper {
+            let mut one = self.real(other)?;
+            found.note(self.program, &mut one);
+            found.keep_better(one, other.clone());
+        }
+        self.go_on(&mut found, Some(upper), &mut 0)?;
+        self.within(&found.best, upper)?;
+        Ok(found.without_impossible())
+    }
+
+    /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
+    /// found; none costs more than `upper`, if that is known. Whether there were any, and the last was worth it. Where the
+    /// models of earlier rounds had as many `gates` as all may have, one more round is made.
+    fn go_on(
+        &self,
+        found: &mut Found,
+        upper: Option<Picos>,
+        gates: &mut usize,
+    ) -> Result<bool, String> {
+        let summary = summary_choices(self.program);
+        let mut goes_on = false;
+        for _ in 0..MOST_ROUNDS {
+            let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
+            if reached || (self.limits.cancelled)() || self.is_late() {
+                break;
+            }
+            let Some(model) = self.model_of(&found.knowledge) else { break };
+            let before = *gates;
+            let Some((start, most)) = self.dearest_known(&model, &summary, gates) else { break };
+            if most <= found.best.replay.total && found.best.is_possible() {
+                break;
+            }
+            let mut one = self.real(&start)?;
+            let news = found.note(self.program, &mut one);
+            let total = one.replay.total;
+            goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
+            // A run that was left for its length is not tried again from other starts: that takes as long each time.
+            let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
+            found.keep_better(one, start);
+            if total >= most || !news || left || !goes_on || *gates > MOST_GATES {
+                break;
+            }
+        }
+        Ok(goes_on)
+    }
+
+    /// The model by what is known, if it is not too large to be searched again and again.
+    fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
+        let limits =
+            SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
+        let purpose = Purpose::LowerBound;
+        let model = scan_model_knowing(self.program, self.least, knowledge, purpose, &limits);
+        // Times that cannot be added up are none to search; the audit is refused for them.
+        model.ok().filter(|model| model.dearest() <= u128::from(LONGEST_SCAN.0))
+    }
+
+    /// Where the dearest scan starts of those that surely go as the model has them, and a bound on what any of these costs.
+    /// Where every path depends on what is not known, what hangs on that is taken at its least. Adds the models' size to
+    /// `gates`.
+    fn dearest_known(
+        &self,
+        full: &ScanModel,
+        summary: &BTreeSet<ChoiceId>,
+        gates: &mut usize,
+    ) -> Option<(Witness, Picos)> {
+        let standing = |variable| standing(self.program, summary, full, variable);
+        let mut model = certain(full, &standing, true);
+        *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
+        let mut dearest = self.dearest(&model);
+        if dearest.is_none() {
+            model = certain(full, &standing, false);
+            dearest = self.dearest(&model);
+        }
+        dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
+    }
+
+    /// Where the dearest scan starts of those that surely go as the model has them and in which the CPU comes up; `None` if
+    /// the model is too large, or nothing is known of it.
+    pub(super) fn first_scan(
+        &self,
+        knowledge: &Knowledge,
+        outside: &Outside<'_>,
+    ) -> Option<Witness> {
+        let mut model = self.model_of(knowledge)?;
+        if model.circuit.nodes().len() > LARGEST_FIRST {
+            return None;
+        }
+        let power_up = &self.program.power_up;
+        for at in 0..model.variables.len() {
+            let Origin::Start(cell) = model.variables[at].origin else { continue };
+            let value = match power_up.first_scan.contains(&cell) {
+                true => 1,
+                false if outside.sets(cell) => continue,
+                false if power_up.cleared.iter().any(|region| region.holds(cell)) => {
+                    power_up.word(cell)
+                }
+                false => continue,
+            };
+            let variable = VarId(u32::try_from(at).ok()?);
+            let bits = match model.variables[at].kind {
+                VarKind::Bit => vec![(Atom::Bit(variable), value & 1 == 1)],
+                VarKind::Word => (0..16)
+                    .map(|bit| (Atom::WordBit(variable, bit), value >> bit & 1 == 1))
+                    .collect(),
+            };
+            for (atom, on) in bits {
+                let lit = model.circuit.atom(atom);
+                model.constraints.push(if on { lit } else { !lit });
+            }
+        }
+        let summary = summary_choices(self.program);
+        self.dearest_known(&model, &summary, &mut 0).map(|(start, _)| start)
+    }
+
+    fn is_late(&self) -> bool {
+        self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
+    }
+
+    /// Makes a real run. `Err` if an operation wrote what its effects do not allow, or a word left its range of which the
+    /// analysis says that the program keeps it.
+    pub(super) fn real(&self, witness: &Witness) -> Result<Real, String> {
+        let counts = counts(self.program);
+        let start = || Start { program: self.program, witness, counts: &counts };
+        let run = real(self.program, self.least, start, MOST_RUN);
+        self.agrees(&run)?;
+        Ok(run)
+    }
+
+    /// `Err` if a run does what the analysis says that no run does.
+    fn agrees(&self, run: &Real) -> Result<(), String> {
+        let program = self.program;
+        if let Some(&(instruction, cell)) = run.beyond.first() {
+            let at = &program.instructions[instruction];
+            let (file, line) = (&at.place.of(&program.files).name, at.place.line);
+            let (text, cell) = (&at.text, program.cell_name(cell));
+            return Err(format!(
+                "{file}:{line} {text} writes {cell}, the analysis says that it does not"
+            ));
+        }
+        let is_kept = |(range, _): &&(usize, i64)| {
+            let cells = &program.ranges[*range].cells;
+            cells.len() == 1 && program.kept.contains(&cells[0])
+        };
+        let left = run.left.iter().find(is_kept).filter(|_| run.is_possible());
+        if let Some(&(range, value)) = left {
+            let cell = program.cell_name(program.ranges[range].cells[0]);
+            return Err(format!(
+                "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
+            ));
+        }
+        Ok(())
+    }
+
+    /// `Err` if a run costs more than the bound.
+    pub(super) fn within(&self, one: &Real, upper: Picos) -> Result<(), String> {
+        if one.is_possible() && one.replay.total > upper {
+            return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
+        }
+        Ok(())
+    }
+
+    /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
+    pub(super) fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
+        if model.constraints.contains(&Lit::FALSE) {
+            // What costs something depends on the unknown, whatever is chosen: there is nothing to search.
+            return None;
+        }
+        let slices = groups(model);
+        let methods = vec![Method::Cores; slices.len()];
+        let decisions = Decisions::new(MOST_DECISIONS);
+        let limits = Limits { decisions: Some(&decisions), ..self.limits };
+        let found = maxima(model, &slices, &methods, &limits, &|_, _, _| {});
+        let mut all = Assignment(vec![0; model.variables.len()]);
+        let mut most = model.cost(&model.constant(), &all);
+        for found in &found {
+            most += found.upper;
+            found.best.put(&mut all);
+        }
+        if let Some(rest) = unpriced(model, &slices) {
+            maximum(model, &rest, Method::Cores, &self.limits).best.put(&mut all);
+        }
+        let values = model.circuit.evaluate(&all);
+        model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))
+    }
+}
+
+/// Whether a run is known not to be worth the round that it took: one that could not go on tells what to do otherwise.
+fn is_hardly_longer(one: &Real, best: &Real) -> bool {
+    let (took, before) = (one.replay.total.0, best.replay.total.0);
+    one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
+}
+
+/// Adds what a run taught; whether something was new.
+fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
+    let mut news = false;
+    for (moment, facts) in std::mem::take(&mut real.learned) {
+        let known = knowledge.entry(moment).or_default();
+        for fact in facts {
+            if !known.contains(&fact) {
+                known.push(fact);
+                news = true;
+            }
+        }
+    }
+    news
+}
+
+/// Whether the search may choose a variable's value.
+pub(super) fn standing(
+    program: &Program,
+    summary: &BTreeSet<ChoiceId>,
+    model: &ScanModel,
+    variable: VarId,
+) -> Standing {
+    let of = |choice| match program.kinds.get(&choice) {
+        None if summary.contains(&choice) => Standing::Free,
+        Some(
+            ChoiceKind::World
+            | ChoiceKind::Steady(_)
+            | ChoiceKind::Exact(_)
+            | ChoiceKind::Present { .. }
+            | ChoiceKind::Unsigned(_),
+        ) => Standing::Free,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. }) => Standing::Zero,
+        None => Standing::Unknown,
+    };
+    match &model.variables[variable.0 as usize].origin {
+        Origin::Start(_) => Standing::Free,
+        Origin::Choice(key) => of(key.choice),
+        &Origin::Havocked { cell, since, until } => {
+            let mut moments = model.havocs.concerning(cell, since, until);
+            let unknown = moments.any(|moment| of(moment.choice) == Standing::Unknown);
+            if unknown { Standing::Unknown } else { Standing::Free }
+        }
+    }
+}
+
+/// The choices of loops that the model summarises: running them tells what they write.
+pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
+    let choices = program.instructions.iter().flat_map(|one| match &one.step {
+        Step::Summary(summary) if summary.iterations.is_some() => {
+            summary.exits.iter().map(|exit| exit.0).chain([summary.choice]).collect()
+        }
+        _ => Vec::new(),
+    });
+    choices.collect()
+}
+
+/// The words that count a loop of which the model does not follow the iterations, each with the loop's instruction.
+fn counts(program: &Program) -> Vec<(usize, Cell)> {
+    let summary = |step: &Step| match step {
+        Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+        _ => None,
+    };
+    let all = program.instructions.iter().enumerate();
+    let counts = all.filter_map(|(at, one)| Some((at, summary(&one.step)?)));
+    let cells = counts.filter_map(|(at, count)| match count {
+        WordSource::Cell(cell) => Some((at, cell)),
+        WordSource::Free(choice) => match program.kinds.get(&choice) {
+            Some(
+                ChoiceKind::Iterations(WordSource::Cell(cell))
+                | ChoiceKind::Unsigned(WordSource::Cell(cell)),
+            ) => Some((at, *cell)),
+            _ => None,
+        },
+        _ => None,
+    });
+    cells.collect()
+}
+
+/// With what a run starts besides the cells that are known of it, to be repeated from a report: cells that do not hold 0,
+/// and whether each counts a loop that the run comes to.
+pub(super) fn other_starts(
+    program: &Program,
+    found: &Found,
+    known: &BTreeSet<Cell>,
+) -> Vec<(Cell, u16, bool)> {
+    let counts = counts(program);
+    let ran: BTreeSet<usize> =
+        found.best.replay.events.iter().map(|event| event.instruction).collect();
+    let stated = program.ranges.iter().filter_map(|range| match range.cells[..] {
+        [cell] => Some(cell),
+        _ => None,
+    });
+    let named = found.witness.start.keys().copied();
+    let cells: BTreeSet<Cell> =
+        counts.iter().map(|&(_, cell)| cell).chain(stated).chain(named).collect();
+    let mut start = Start { program, witness: &found.witness, counts: &counts };
+    let others = cells.into_iter().filter(|cell| !known.contains(cell));
+    let others = others.filter_map(|cell| {
+        let value = start.start(cell, program.area(cell.area).kind);
+        let matters = counts.iter().any(|&(at, one)| one == cell && ran.contains(&at));
+        (value != 0).then_some((cell, value, matters))
+    });
+    others.collect()
+}
+
+/// Start values of a real run: the witness's. A cell that it does not name gets the value nearest to 0 that is stated for
+/// it; one that counts a loop, the largest.
+struct Start<'a> {
+    program: &'a Program,
+    witness: &'a Witness,
+    counts: &'a [(usize, Cell)],
+}
+
+impl Free for Start<'_> {
+    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+        if let Some(&value) = self.witness.start.get(&cell) {
+            return value;
+        }
+        let is_count = self.counts.iter().any(|&(_, count)| count == cell);
+        let stated = self.program.ranges.iter().find(|range| range.cells == [cell]);
+        match stated {
+            Some(range) if is_count => range.high as u16,
+            Some(range) => range.least() as u16,
+            None if is_count => i16::MAX.cast_unsigned(),
+            None => 0,
+        }
+    }
+
+    fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
+        self.witness.choices.get(key).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{Followed, follow};
+    use crate::request::Request;
+    use scanbound_base::facts::Facts;
+    use scanbound_front::Input;
+
+    fn followed(list: &str) -> Followed {
+        let inputs = [Input { name: "a.il".to_owned(), bytes: list.as_bytes().to_vec() }];
+        let facts = Facts::default();
+        let request = Request { cpu: Some("Q26UDV"), ..Request::new(&inputs, &facts) };
+        follow(&request).expect("a program")
+    }
+
+    /// Runs a list both ways: from the model's dearest scan, and scouted before that is known.
+    fn both_ways(list: &str) -> (Picos, Picos, Picos) {
+        let followed = followed(list);
+        let least = followed.prices.least_times();
+        let (model, slices) = (&followed.model, &followed.groups);
+        let methods = vec![Method::Cores; slices.len()];
+        let found = maxima(model, slices, &methods, &Limits::default(), &|_, _, _| {});
+        let mut all = Assignment(vec![0; model.variables.len()]);
+        let mut upper = model.cost(&model.constant(), &all);
+        for found in &found {
+            upper += found.upper;
+            found.best.put(&mut all);
+        }
+        let dearest = witness(model, &all);
+        let limits = Limits::default();
+        let search = Search { program: &followed.program, least: &least, limits };
+        let other = Witness::default();
+        let run = search.run([&dearest, &other], upper, Knowledge::new()).unwrap();
+        let scouted = search.scout().unwrap();
+        let beside = search.run_scouted(&dearest, upper, scouted).unwrap();
+        assert!(beside.best.is_possible() && run.best.is_possible());
+        (run.best.replay.total, beside.best.replay.total, upper)
+    }
+
+    #[test]
+    fn what_is_scouted_is_as_long_as_what_the_models_scan_leads_to() {
+        // What the sum is decides; that it is 7 or more, and the model takes for both at once.
+        let sum = "LD X0\n+ D0 D1 D2\nLD> D2 K7\nBMOV D100 D200 K50\nLD<= D2 K7\nBMOV D100 D200 K40\nEND\n";
+        let sine = "LD X0\nSIN D0 D2\nLDD> D2 K5\nAND X1\nBMOV D100 D200 K50\nEND\n";
+        let none = "LD X0\nMOV K1 D0\nEND\n";
+        for list in [sum, sine, none] {
+            let (run, beside, upper) = both_ways(list);
+            assert_eq!(run, beside, "{list}");
+            assert!(run <= upper);
+        }
+    }
+
+    #[test]
+    fn a_run_is_worth_its_round_if_it_is_longer_by_a_hundredth() {
+        let list = "LD X0\nBMOV D0 D1000 K200\nLD X1\nBMOV D0 D3000 K900\nEND\n";
+        let followed = followed(list);
+        let least = followed.prices.least_times();
+        let search =
+            Search { program: &followed.program, least: &least, limits: Limits::default() };
+        let with = |bits: &[u32]| {
+            let area = followed.program.areas.iter().position(|area| area.name == "X").unwrap();
+            let area = scanbound_ir::AreaId(u16::try_from(area).unwrap());
+            let start = bits.iter().map(|&index| (Cell { area, index }, 1)).collect();
+            search.real(&Witness { start, ..Witness::default() }).unwrap()
+        };
+        let (none, one, all) = (with(&[]), with(&[0]), with(&[0, 1]));
+        assert!(none.replay.total < one.replay.total && one.replay.total < all.replay.total);
+        assert!(!is_hardly_longer(&all, &one));
+        assert!(is_hardly_longer(&one, &one) && is_hardly_longer(&none, &all));
+    }
+
+    #[test]
+    fn a_scouted_run_above_the_bound_is_an_error() {
+        let followed = followed("LD X0\nBMOV D100 D200 K50\nEND\n");
+        let least = followed.prices.least_times();
+        let limits = Limits::default();
+        let search = Search { program: &followed.program, least: &least, limits };
+        let scouted = search.scout().unwrap();
+        assert!(scouted.goes_on);
+        let low = Picos(scouted.found.best.replay.total.0 - 1);
+        let found = search.run_scouted(&Witness::default(), low, scouted);
+        assert!(found.is_err_and(|told| told.contains("the bound is")));
+    }
+}

@@ -1,0 +1,128 @@
+//! Timers and edges: a timer that was running when it was executed last, and an edge that comes only now. What a scan leaves
+//! in the cells that instructions remember by themselves rules out that both go together, whoever is trusted.
+
+use scanbound_base::budget::Budget;
+use scanbound_ir::{AreaKind, BitTarget, Cell, Logic, Program, Region, Role};
+use scanbound_model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId};
+use scanbound_scan::fit::SizeLimits;
+use scanbound_scan::scan_model_to_end;
+use scanbound_solve::Limits;
+use scanbound_solve::inductive::{Kept, inductive};
+use scanbound_timing::price::Prices;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+/// What it is called while it runs.
+const STAGE: &str = "comparing timers with edges";
+/// It ends when one part of so many of the time allowed is over, and takes no longer than this.
+const UNTIL: u32 = 4;
+const LONGEST: Duration = Duration::from_secs(5);
+/// The most pairs that are asked for.
+const MOST_PAIRS: usize = 4_000;
+
+/// The model without scans in which a timer was running and an edge is new that contradict each other; `None` if nothing
+/// rules any out. What is ruled out is noted in the program.
+///
+/// When a program begins to run, no timer was running: so all pairs hold then.
+pub fn exclude(
+    program: &mut Program,
+    prices: &Prices,
+    model: &ScanModel,
+    budget: &Budget<'_>,
+) -> Option<ScanModel> {
+    let [timers, edges] = remembered(program, model);
+    if timers.is_empty() || edges.is_empty() {
+        return None;
+    }
+    let is_over = || budget.reached_part(UNTIL);
+    let limits = SizeLimits { is_over: &is_over, ..SizeLimits::default() };
+    let cells: Vec<Cell> = timers.iter().chain(&edges).copied().collect();
+    let bits: Vec<BitTarget> = cells.iter().map(|&cell| BitTarget::Cell(cell)).collect();
+    let followed = scan_model_to_end(program, &prices.times(), &limits, &bits);
+    let Ok((mut model, ends)) = followed else {
+        let what = "timers and edges may go together that never do";
+        budget.cut_part(UNTIL, STAGE, what);
+        return None;
+    };
+    let starts = starts(&mut model, &cells);
+    let on: Vec<Kept> =
+        starts.into_iter().zip(ends).map(|(start, end)| Kept { start, end }).collect();
+    let off = on.iter().map(|bit| Kept { start: !bit.start, end: !bit.end });
+    let all: Vec<Kept> = on.iter().copied().chain(off).collect();
+    let pairs = pairs(&model.circuit, &on, timers.len());
+    let deadline = Some(Instant::now() + LONGEST);
+    let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
+    let kept = if pairs.is_empty() { None } else { inductive(&model, &all, pairs, &limits) }?;
+    for pair in &kept {
+        let both = model.circuit.all(pair.iter().map(|&bit| all[bit].start));
+        model.constraints.push(!both);
+        let logic = |&bit: &usize| match cells.get(bit) {
+            Some(&cell) => Logic::cell(cell),
+            None => Logic::cell(cells[bit - cells.len()]).not(),
+        };
+        program.invariants.push(Logic::All(pair.iter().map(logic).collect()).not());
+    }
+    (!kept.is_empty()).then_some(model)
+}
+
+/// The memories of timers, and of edges, that the model reads as they are when a scan starts.
+fn remembered(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
+    let expiries = program.timekeeping.expiries.values();
+    let running: BTreeSet<Cell> = expiries.map(|one| one.memory).collect();
+    let [mut timers, mut edges] = [Vec::new(), Vec::new()];
+    for variable in &model.variables {
+        let Origin::Start(cell) = variable.origin else { continue };
+        let area = program.area(cell.area);
+        if area.role == Role::Hidden && area.kind == AreaKind::Bit {
+            if running.contains(&cell) { &mut timers } else { &mut edges }.push(cell);
+        }
+    }
+    if !timers.is_empty() && !edges.is_empty() {
+        // What is written at any moment is not followed.
+        let is_own = |cell: &Cell| {
+            let within = |region: &Region| region.holds(*cell);
+            !program.volatile.iter().any(within) && !program.external.iter().any(within)
+        };
+        timers.retain(is_own);
+        edges.retain(is_own);
+    }
+    [timers, edges]
+}
+
+/// The bits' values when a scan starts.
+fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
+    let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
+        Origin::Start(cell) => Some((cell, VarId(at))),
+        _ => None,
+    });
+    let variables: BTreeMap<Cell, VarId> = variables.collect();
+    let circuit: &mut Circuit = &mut model.circuit;
+    cells.iter().map(|cell| circuit.atom(Atom::Bit(variables[cell]))).collect()
+}
+
+/// Pairs of a timer that runs and an edge's memory, on or off, that a scan seems to rule out: the timer runs when the scan
+/// ends only if that bit is the other way. By their places among the bits; those of bits that are off follow the others.
+fn pairs(circuit: &Circuit, bits: &[Kept], timers: usize) -> Vec<Vec<usize>> {
+    let mut edges: BTreeMap<Lit, Vec<usize>> = BTreeMap::new();
+    for (at, bit) in bits.iter().enumerate().skip(timers) {
+        edges.entry(bit.end).or_default().push(at);
+    }
+    let mut pairs = Vec::new();
+    for (timer, bit) in bits.iter().enumerate().take(timers) {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![bit.end];
+        while let Some(lit) = open.pop() {
+            if !seen.insert(lit) || seen.len() > MOST_PAIRS {
+                continue;
+            }
+            let off = edges.get(&lit).into_iter().flatten().map(|&edge| edge + bits.len());
+            let on = edges.get(&!lit).into_iter().flatten().copied();
+            pairs.extend(off.chain(on).map(|edge| vec![timer, edge]));
+            if let (false, Node::And(a, b)) = (lit.is_negated(), circuit.node(lit)) {
+                open.extend([a, b]);
+            }
+        }
+    }
+    pairs.truncate(MOST_PAIRS);
+    pairs
+}

@@ -1,0 +1,61 @@
+//! A group's charges by rung: what each rung takes, and which of its charges falls short.
+
+use super::{ChargeUse, Fate, RungUse};
+use scanbound_base::time::Picos;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+/// A rung, and what keeps it from costing its most.
+pub struct Rung {
+    pub shown: RungUse,
+    /// The charge, by its place among the group's, that falls shortest of the dearer of its times; none if all cost that.
+    pub shortest: Option<usize>,
+}
+
+/// The group's rungs, the dearest first; `comments` are those of a charge's operands.
+pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> Vec<Rung> {
+    let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (index, charge) in charges.iter().enumerate() {
+        by_block.entry(charge.block).or_default().push(index);
+    }
+    let mut rungs: Vec<Rung> = by_block
+        .into_iter()
+        .filter_map(|(block, own)| rung(block, &own, charges, &comments))
+        .collect();
+    rungs.sort_by_key(|rung| (Reverse(rung.shown.naive), rung.shown.block));
+    rungs
+}
+
+/// A rung of these of the charges; none of none.
+fn rung(
+    block: u32,
+    own: &[usize],
+    charges: &[ChargeUse],
+    comments: impl Fn(usize) -> Vec<String>,
+) -> Option<Rung> {
+    let dearer = |index: usize| charges[index].on.max(charges[index].off);
+    let short = |index: usize| dearer(index).checked_sub(charges[index].share).unwrap_or_default();
+    let dearest = own.iter().copied().rev().max_by_key(|&index| dearer(index))?;
+    let shown = &charges[dearest];
+    let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
+    let shortest = own.iter().copied().rev().max_by_key(|&index| short(index));
+    Some(Rung {
+        shown: RungUse {
+            block,
+            at: shown.at,
+            instruction: shown.instruction.clone(),
+            comments: comments(dearest),
+            others: own.len() - 1,
+            fate: match full {
+                0 => Fate::Excluded,
+                n if n == own.len() => Fate::Runs,
+                _ => Fate::Partly,
+            },
+            is_charged_off: !shown.runs && shown.share > Picos::ZERO,
+            cost: own.iter().map(|&index| charges[index].share).sum(),
+            naive: own.iter().map(|&index| dearer(index)).sum(),
+            exclusion: None,
+        },
+        shortest: shortest.filter(|&index| short(index) > Picos::ZERO),
+    })
+}

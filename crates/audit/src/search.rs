@@ -1,0 +1,224 @@
+//! The groups' maxima, as far as they are wanted.
+
+use super::{Progress, Request};
+use scanbound_base::time::Picos;
+use scanbound_model::{Assignment, Charge, Group, Portion, ScanModel};
+use scanbound_solve::trace::Trace;
+use scanbound_solve::{Engine, Limits, Maximum, Method, maxima, methods};
+use scanbound_timing::price::Prices;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// What is searched, and what ends it.
+pub struct Search<'a> {
+    /// What is asked: the method, the limit to decide, what else ends it and who is told of progress.
+    pub request: &'a Request<'a>,
+    /// The times, for the points that may be fitted besides those counted.
+    pub prices: &'a Prices,
+    /// What the groups' charges are part of.
+    pub model: &'a ScanModel,
+    /// The groups, the dearest first.
+    pub groups: &'a [Group],
+    /// The part of the scan that no assignment changes.
+    pub constant: Picos,
+    /// When the whole search ends.
+    pub deadline: Option<Instant>,
+    /// An upper bound from here on may be too low, which leaves the limit undecided.
+    pub doubtful_from: Option<Picos>,
+}
+
+/// What is known about all groups together.
+struct Known {
+    /// Of each group, the upper bound and the lower.
+    bounds: Vec<(Picos, Picos)>,
+    /// The sums of these.
+    upper: Picos,
+    lower: Picos,
+    /// How many groups' bounds have met.
+    solved: usize,
+}
+
+impl Known {
+    fn new(bounds: Vec<(Picos, Picos)>) -> Known {
+        let upper = bounds.iter().map(|bounds| bounds.0).sum();
+        let lower = bounds.iter().map(|bounds| bounds.1).sum();
+        let solved = bounds.iter().filter(|(upper, lower)| upper == lower).count();
+        Known { bounds, upper, lower, solved }
+    }
+
+    /// Takes note of a group's new bounds. Whether a better scan is known now.
+    fn put(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
+        // The sums are kept up to date, as there may be many groups.
+        let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
+        let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
+        self.upper = without(self.upper, old.0) + upper;
+        self.lower = without(self.lower, old.1) + lower;
+        self.solved = self.solved + usize::from(upper == lower) - usize::from(old.0 == old.1);
+        lower > old.1
+    }
+}
+
+fn is_open(maximum: &Maximum) -> bool {
+    maximum.lower < maximum.upper
+}
+
+/// Takes what a further search found where it is better.
+fn better(known: &mut Maximum, again: Maximum) {
+    let calls = known.calls + again.calls;
+    let upper = known.upper.min(again.upper);
+    if again.lower >= known.lower {
+        *known = again;
+    }
+    (known.calls, known.upper) = (calls, upper);
+}
+
+impl Search<'_> {
+    /// The maximum of every group, in their order; and whether the search ended because it was decided before
+    /// whether a scan takes longer than the request's limit.
+    ///
+    /// With a limit the groups are searched in rounds: the largest alone, then two, then four, and so on. What is
+    /// known between two rounds does not depend on which thread was first, nor does what is known whenever the
+    /// search of one group has found a better scan, since all its threads have met then. Only there is it asked
+    /// whether the limit is decided, so that every run ends with the same bounds.
+    pub fn run(&self) -> (Vec<Maximum>, bool) {
+        let dearest = |group: &Group| {
+            let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+            (times.sum::<Picos>(), Picos::ZERO)
+        };
+        let known = Mutex::new(Known::new(self.groups.iter().map(dearest).collect()));
+        let stop = AtomicBool::new(false);
+        let cancelled = || stop.load(Ordering::Relaxed) || (self.request.cancelled)();
+        let methods = methods(self.groups, self.request.method);
+        let mut found = Vec::with_capacity(self.groups.len());
+        for round in self.rounds() {
+            if known.lock().is_ok_and(|known| self.decided(&known)) {
+                stop.store(true, Ordering::Relaxed);
+            }
+            let alone = round.len() == 1;
+            let each = |group: usize, upper: Picos, lower: Picos| {
+                let Ok(mut known) = known.lock() else { return };
+                let better = known.put(round.start + group, upper, lower);
+                if better && alone && self.decided(&known) {
+                    stop.store(true, Ordering::Relaxed);
+                }
+                self.tell(round.start + group, &known);
+            };
+            let deadline = self.deadline.map(|end| self.share(&round, end));
+            let trace = self.request.trace;
+            let limits = Limits { deadline, cancelled: &cancelled, trace, ..Limits::default() };
+            let (groups, methods) = (&self.groups[round.clone()], &methods[round.clone()]);
+            found.extend(maxima(self.model, groups, methods, &limits, &each));
+        }
+        self.again(&mut found, &methods, &known, &cancelled);
+        let open = found.iter().any(is_open);
+        (found, open && stop.into_inner())
+    }
+
+    /// Searches the groups that are open again, as long as there is time that the others left over.
+    fn again(
+        &self,
+        found: &mut [Maximum],
+        methods: &[Method],
+        known: &Mutex<Known>,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) {
+        let Some(end) = self.deadline else { return };
+        loop {
+            let open: Vec<usize> =
+                (0..found.len()).filter(|&group| is_open(&found[group])).collect();
+            let start = Instant::now();
+            if open.is_empty() || cancelled() || start >= end {
+                return;
+            }
+            let groups: Vec<Group> = open.iter().map(|&group| self.groups[group].clone()).collect();
+            let methods: Vec<Method> = open.iter().map(|&group| methods[group]).collect();
+            let each = |group: usize, upper: Picos, lower: Picos| {
+                let Ok(mut known) = known.lock() else { return };
+                let (most, least) = known.bounds[open[group]];
+                known.put(open[group], upper.min(most), lower.max(least));
+                self.tell(open[group], &known);
+            };
+            let (deadline, trace) = (Some(end), self.request.trace);
+            let limits = Limits { deadline, cancelled, trace, ..Limits::default() };
+            let again = maxima(self.model, &groups, &methods, &limits, &each);
+            for (&group, again) in open.iter().zip(again) {
+                better(&mut found[group], again);
+            }
+            // A search that ends open before its time does so every time.
+            if start.elapsed() < (end - start) / 2
+                && found.iter().filter(|one| is_open(one)).count() == open.len()
+            {
+                return;
+            }
+        }
+    }
+
+    /// Nothing but each group's sum, where no more is asked.
+    pub fn sums(&self) -> (Vec<Maximum>, bool) {
+        let zeros = Assignment(vec![0; self.model.variables.len()]);
+        let values = self.model.circuit.evaluate(&zeros);
+        let sum = |group: &Group| {
+            let charges = || group.charges.iter().map(|&charge| &self.model.charges[charge]);
+            let mut constraints = group.constraints.iter();
+            Maximum {
+                upper: charges().map(Charge::dearer).sum(),
+                lower: charges().map(|charge| charge.cost(&values)).sum(),
+                best: Portion::default(),
+                kept: constraints.all(|&holds| values.get(self.model.constraints[holds])),
+                calls: 0,
+                engine: Engine::Cores,
+                trace: Trace::default(),
+            }
+        };
+        (self.groups.iter().map(sum).collect(), false)
+    }
+
+    /// Which groups are searched side by side, one range after the other.
+    fn rounds(&self) -> Vec<Range<usize>> {
+        let count = self.groups.len();
+        let mut size = if self.request.limit.is_some() { 1 } else { count };
+        let mut rounds: Vec<Range<usize>> = Vec::new();
+        let mut start = 0;
+        while start < count {
+            let end = start.saturating_add(size).min(count);
+            rounds.push(start..end);
+            start = end;
+            size *= 2;
+        }
+        rounds
+    }
+
+    /// Whether it is known if a scan takes longer than the limit, whatever points are fitted.
+    fn decided(&self, known: &Known) -> bool {
+        let Some(limit) = self.request.limit else { return false };
+        let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
+        let doubtful = self.doubtful_from.is_some_and(|least| upper >= least);
+        let kept = upper + self.prices.more_points() <= limit && !doubtful;
+        kept || lower.checked_sub(self.prices.unsure()).is_some_and(|lower| lower > limit)
+    }
+
+    fn tell(&self, group: usize, known: &Known) {
+        (self.request.progress)(Progress::Bounds {
+            group: group + 1,
+            upper: self.constant + known.upper,
+            lower: self.constant + known.lower,
+            solved: known.solved,
+            groups: self.groups.len(),
+        });
+    }
+
+    /// When a round must end so that it leaves the later ones their share of the time, by their charges.
+    fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
+        let charges = |groups: &[Group]| -> usize {
+            groups.iter().map(|group| group.charges.len() + 1).sum()
+        };
+        let (own, later) =
+            (charges(&self.groups[round.clone()]), charges(&self.groups[round.end..]));
+        let rest = end.saturating_duration_since(Instant::now()).as_nanos();
+        let own = rest * own as u128 / (own + later) as u128;
+        let own = Duration::from_nanos(u64::try_from(own).unwrap_or(u64::MAX));
+        if later == 0 { end } else { Instant::now() + own }
+    }
+}

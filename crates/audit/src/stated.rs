@@ -1,0 +1,496 @@
+//! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
+
+use super::broken::{Broken, Left, Parted, bits_of, writes_constant};
+use super::own::Owners;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Facts, Part, StatedCall, plain};
+use scanbound_base::near;
+use scanbound_ir::{
+    AreaId, AreaKind, BitSource, BitTarget, Cell, Logic, Program, Radix, Region, Role, Source,
+    StartRange, WordSource, flow,
+};
+use scanbound_passes::values::{Trust, is_kept, is_ours};
+use scanbound_timing::price::own_points;
+use scanbound_timing::table::Table;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The most facts that are reported.
+const MOST_TOLD: usize = 100;
+
+/// Refuses ranges of words where the machine has none.
+///
+/// # Errors
+/// Each such range.
+pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let faults: Vec<Diagnostic> = facts
+        .ranges
+        .keys()
+        .filter(|_| program.ranges.is_empty())
+        .take(MOST_TOLD)
+        .map(|device| {
+            let message = format!("a range is stated for '{device}', but the machine has no words");
+            facts.fault(["ranges", device], Part::Key, Code::Fact, message, "leave it out")
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The cells that others than the program write, or that nobody else does.
+///
+/// # Errors
+/// Devices that the machine does not have, or that are known by another name.
+pub fn writers(
+    program: &Program,
+    facts: &Facts,
+    table: &str,
+    devices: &[String],
+) -> Result<Vec<Region>, Vec<Diagnostic>> {
+    let fault = |device: &String| {
+        let names: Vec<&str> = program
+            .areas
+            .iter()
+            .filter(|area| area.role != Role::Hidden)
+            .map(|area| area.name.trim())
+            .collect();
+        let message = format!("'{device}' under [{table}] is no device, nor one to another");
+        let help = format!(
+            "write \"D100\" or \"D100-D199\"; the machine's devices are {}",
+            names.join(", ")
+        );
+        facts.fault([table, "devices"], Part::Value, Code::Fact, message, &help)
+    };
+    let (mut regions, mut faults) = (Vec::new(), Vec::new());
+    for device in devices {
+        let (first, last) = device.split_once('-').unwrap_or((device, device));
+        match (cell(program, first), cell(program, last)) {
+            (Some(first), Some(last)) if first.area == last.area && first.index <= last.index => {
+                regions.push(Region::Range { first, count: last.index - first.index + 1 });
+            }
+            _ => faults.push(fault(device)),
+        }
+    }
+    faults.truncate(MOST_TOLD);
+    if faults.is_empty() { Ok(regions) } else { Err(faults) }
+}
+
+/// States in a program which bits are never on together when a scan starts.
+///
+/// # Errors
+/// What is no bit of the machine, or stands in a set twice.
+pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let (mut faults, mut stated) = (Vec::new(), Vec::new());
+    let mut fault = |message: String| {
+        let help = "write bits as the program does, such as X10, M100, or a bit of a word: D100.A";
+        let fact = ["exclusive", "sets"];
+        faults.push(facts.fault(fact, Part::Value, Code::Fact, message, help));
+    };
+    for set in &facts.exclusive {
+        let mut bits: Vec<BitSource> = Vec::new();
+        for name in set {
+            match bit(program, name) {
+                None => fault(format!("'{name}' under [exclusive] is no bit")),
+                Some(bit) if bits.contains(&bit) => {
+                    fault(format!("'{name}' stands twice in a set of [exclusive]"));
+                }
+                Some(bit) => bits.push(bit),
+            }
+        }
+        for (at, &one) in bits.iter().enumerate() {
+            let others = bits[at + 1..].iter();
+            stated.extend(others.map(|&other| [Logic::Bit(one), Logic::Bit(other)]));
+        }
+    }
+    faults.truncate(MOST_TOLD);
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let first = program.invariants.len();
+    program.invariants.extend(stated.into_iter().map(|two| Logic::All(two.to_vec()).not()));
+    program.exclusive = first..program.invariants.len();
+    Ok(())
+}
+
+/// A bit by its name as reports write it: a relay, or a bit of a word (`D100.A`, `0.05`).
+pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
+    let is_bit = |cell: &Cell| program.area(cell.area).kind == AreaKind::Bit;
+    if let Some(cell) = cell(program, name).filter(is_bit) {
+        return Some(BitSource::Cell(cell));
+    }
+    let (word, digits) = name.trim().rsplit_once('.')?;
+    // One digit is hexadecimal, two are decimal.
+    let radix = if digits.len() == 1 { 16 } else { 10 };
+    let bit = u8::from_str_radix(digits, radix).ok().filter(|bit| *bit < 16)?;
+    let word = cell(program, word).filter(|cell| !is_bit(cell))?;
+    Some(BitSource::WordBit(word, bit))
+}
+
+/// The cell of a device as [`cell`] finds it, or the word of a bit.
+pub fn holder(program: &Program, name: &str) -> Option<Cell> {
+    let of_word = || match bit(program, name)? {
+        BitSource::WordBit(word, _) => Some(word),
+        _ => None,
+    };
+    cell(program, name).or_else(of_word)
+}
+
+/// The devices, in place of bits of words these words: whom a word belongs to is stated of it whole.
+pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -> BTreeSet<String> {
+    let name = |cell| program.cell_name(cell);
+    devices.map(|one| holder(program, one).map_or_else(|| one.clone(), name)).collect()
+}
+
+/// Warns of devices that are stated to be the program's own where nothing follows from that.
+#[must_use]
+pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
+    let owners = Owners::of(program, trust);
+    let fact = ["internal", "devices"];
+    let told = |message: String, help: &str| {
+        facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
+    };
+    if trust == Trust::None && !facts.internal.is_empty() {
+        let message = "[internal] is not used where nothing is trusted".to_owned();
+        return vec![told(message, "audit with --trust counts or all, or leave it out")];
+    }
+    let is_idle = |&(_, region): &(&String, &Region)| match *region {
+        Region::Range { first, count } => {
+            let is_known =
+                |cell| is_ours(program, cell) || owners.is_output(cell) && is_kept(program, cell);
+            !(0..count).any(|n| is_known(Cell { index: first.index + n, ..first }))
+        }
+        _ => false,
+    };
+    let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MOST_TOLD);
+    idle.map(|(device, _)| {
+        let message = format!(
+            "nothing is known of {device} under [internal]: it is not cleared when the CPU comes up, an input, or under [external], too"
+        );
+        told(message, "leave it out")
+    })
+    .collect()
+}
+
+/// A cell by its name as reports write it.
+pub fn cell(program: &Program, name: &str) -> Option<Cell> {
+    let name = name.trim().to_ascii_uppercase();
+    let known = program.areas.iter().zip(0..).filter_map(|(area, at)| {
+        let digits = name.strip_prefix(area.name.as_str())?;
+        let radix = match area.radix {
+            Radix::Decimal => 10,
+            Radix::Hexadecimal => 16,
+            Radix::Octal => 8,
+        };
+        let index = u32::from_str_radix(digits, radix).ok()?;
+        (area.role != Role::Hidden).then_some(Cell { area: AreaId(at), index })
+    });
+    // The longest letters: S1 is no SM.
+    known.max_by_key(|cell| program.area(cell.area).name.len())
+}
+
+/// Warns of routines that are stated not to be there, where no call lacks one.
+#[must_use]
+pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
+    let lacked: BTreeSet<&str> = program.absent.iter().map(|one| one.name.as_str()).collect();
+    let unused = facts.calls.iter().filter(|(name, _)| !lacked.contains(name.as_str()));
+    let warning = |(plain_name, call): (&String, &StatedCall)| {
+        let StatedCall { name, .. } = call;
+        let (message, help) = match label(program, plain_name) {
+            Some(place) => (
+                format!("what is stated of {name} is not used: the routine stands in {place}"),
+                "it is followed as it stands there: leave the line out",
+            ),
+            None => (
+                format!("what is stated of {name} is not used: nothing calls it"),
+                "write the routine as the call does; leave the line out if it is not called",
+            ),
+        };
+        facts.fault(["calls", name], Part::Key, Code::UnusedFact, message, help).warning()
+    };
+    unused.take(MOST_TOLD).map(warning).collect()
+}
+
+/// Where a routine of this name begins.
+fn label(program: &Program, name: &str) -> Option<String> {
+    let (of, name) = name.rsplit_once(':').map_or((None, name), |(of, name)| (Some(of), name));
+    let found = program.instructions.iter().find(|one| {
+        let file = &one.place.of(&program.files).name;
+        let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+        plain(&one.text) == name && of.is_none_or(|of| stem.eq_ignore_ascii_case(of))
+    })?;
+    Some(format!("{}:{}", found.place.of(&program.files).name, found.place.line))
+}
+
+/// Warns of ranges of words that the program does not name, and of fewer points than it names, or more than
+/// the CPU has addresses for.
+#[must_use]
+pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    if !program.ranges.is_empty() {
+        let named = Named::of(program);
+        let unknown = program
+            .ranges
+            .iter()
+            .filter(|range| !range.cells.iter().any(|&cell| named.holds(cell)));
+        let keys: BTreeMap<String, &String> =
+            facts.ranges.keys().map(|key| (plain(key), key)).collect();
+        let mut dropped = 0;
+        for range in unknown {
+            if warnings.len() >= MOST_TOLD {
+                dropped += 1;
+                continue;
+            }
+            let word = program.cell_name(range.cells[0]);
+            let near = near::nearest(&word, named.words(program));
+            let near = near.map_or(String::new(), |near| format!(": did you mean {near}?"));
+            let message =
+                format!("a range is stated for {word}, which the program does not name{near}");
+            let help = "write the word as in the program; leave the range out if it is not used";
+            let fact = ["ranges", keys.get(&plain(&word)).map_or("", |key| key.as_str())];
+            warnings.push(facts.fault(fact, Part::Key, Code::UnusedFact, message, help).warning());
+        }
+        if dropped > 0 {
+            let message =
+                format!("and {dropped} further ranges of words that the program does not name");
+            warnings.push(Diagnostic::file(Code::UnusedFact, "", message, "").warning());
+        }
+    }
+    let sides = [
+        ("input", Role::Input, facts.inputs, &table.most_inputs),
+        ("output", Role::Output, facts.outputs, &table.most_outputs),
+    ];
+    let mut odd_points = |side: &str, message: String, help: &str| {
+        let fact = ["io", &format!("{side}s")];
+        warnings.push(facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning());
+    };
+    for (side, role, stated, most) in sides {
+        let Some(stated) = stated else { continue };
+        let (seen, why) = own_points(program, side, role, most.as_ref());
+        if stated < seen {
+            let message = format!("{stated} {side} points are stated, but the program shows {why}");
+            let help = "state all the points that the CPU refreshes";
+            odd_points(side, message, help);
+        }
+        if let Some(most) = most.as_ref().map(|most| most.points).filter(|&most| stated > most) {
+            let message =
+                format!("{stated} {side} points are stated, but the CPU has addresses for {most}");
+            let help = "count the points of the modules on the CPU's own bases; what networks bring is stated under [network]";
+            odd_points(side, message, help);
+        }
+    }
+    warnings
+}
+
+/// Tells of what is stated to hold whenever a scan starts, and does not hold where a scan ends which nothing known here
+/// excludes.
+///
+/// # Errors
+/// Where the program writes a constant outside of a range, or a run from power-up leads there whatever the outside gives:
+/// what is stated does not hold whenever a scan starts.
+pub fn left(
+    program: &Program,
+    facts: &Facts,
+    found: &Broken,
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let keys: BTreeMap<String, &String> =
+        facts.ranges.keys().map(|key| (plain(key), key)).collect();
+    let (mut broken, mut doubtful) = (Vec::new(), Vec::new());
+    let wrote = |by: usize| {
+        let at = &program.instructions[by];
+        let file = &at.place.of(&program.files).name;
+        format!("`{}` ({file}:{})", at.text, at.place.line)
+    };
+    let from_power_up =
+        |scan: usize| format!("whatever comes from outside, in scan {scan} from power-up on");
+    for (&range, &Left { value, by, scan }) in &found.left {
+        let word = program.cell_name(program.ranges[range].cells[0]);
+        // What is trusted was proved.
+        let Some(key) = keys.get(&plain(&word)) else { continue };
+        let (fact, wrote) = (["ranges", key.as_str()], wrote(by));
+        if writes_constant(program, by) || scan.is_some() {
+            let when = scan.map_or(String::new(), |scan| format!(", {}", from_power_up(scan)));
+            let message = format!(
+                "the program breaks what is stated: {wrote} leaves {value} in {word} when the scan ends{when}"
+            );
+            let help = "state a range that holds this, too, or leave it out";
+            broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
+        } else {
+            let message = format!(
+                "a scan that nothing known here excludes ends with {word} = {value}, by {wrote}"
+            );
+            let help = "check the range; state also what keeps the program from that, such as the words that this is worked out from";
+            doubtful
+                .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
+        }
+    }
+    for (&pair, Parted { by, scan }) in found.parted.iter().take(MOST_TOLD) {
+        let names: Vec<String> = bits_of(&program.invariants[pair])
+            .iter()
+            .filter_map(|bit| bit_name(program, bit))
+            .collect();
+        let (names, by): (String, Vec<String>) =
+            (names.join(" and "), by.iter().map(|&by| wrote(by)).collect());
+        let (by, fact) = (by.join(" and "), ["exclusive", "sets"]);
+        if let Some(scan) = scan {
+            let leave = if by.contains(" and ") { "leave" } else { "leaves" };
+            let message = format!(
+                "the program breaks what is stated: {by} {leave} {names} both on when the scan ends, {}",
+                from_power_up(*scan)
+            );
+            let help = "take one of the two out of the set";
+            broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
+        } else {
+            let message = format!(
+                "a scan that nothing known here excludes ends with {names} both on, by {by}"
+            );
+            let help = "check the set; state also what keeps the program from that, such as inputs that are never on together";
+            doubtful
+                .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
+        }
+    }
+    if broken.is_empty() { Ok(doubtful) } else { Err(broken) }
+}
+
+/// A bit's name.
+fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
+    match *bit {
+        BitSource::Cell(cell) => Some(program.bit_name(BitTarget::Cell(cell))),
+        BitSource::WordBit(cell, bit) => Some(program.bit_name(BitTarget::WordBit(cell, bit))),
+        BitSource::Const(_) | BitSource::Free(_) => None,
+    }
+}
+
+/// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it
+/// does: they say nothing of its scans.
+pub fn forget_unnamed(program: &mut Program) {
+    let named = Named::of(program);
+    let mut kept: BTreeSet<Cell> = BTreeSet::new();
+    let mut open = std::mem::take(&mut program.ranges);
+    loop {
+        let (say, rest): (Vec<StartRange>, Vec<StartRange>) = open.into_iter().partition(|range| {
+            range.cells.iter().any(|&cell| named.holds(cell) || kept.contains(&cell))
+        });
+        open = rest;
+        if say.is_empty() {
+            break;
+        }
+        kept.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
+        program.ranges.extend(say);
+    }
+}
+
+/// The cells that instructions read, write, or have among their operands.
+struct Named {
+    cells: BTreeSet<Cell>,
+    /// Ranges by their first cells, each reaching as far as any before it.
+    ranges: BTreeMap<Cell, u64>,
+    areas: BTreeSet<AreaId>,
+    everything: bool,
+}
+
+impl Named {
+    fn of(program: &Program) -> Named {
+        let mut named = Named {
+            cells: BTreeSet::new(),
+            ranges: BTreeMap::new(),
+            areas: BTreeSet::new(),
+            everything: false,
+        };
+        for (at, instruction) in program.instructions.iter().enumerate() {
+            instruction.each_read(&mut |source| match source {
+                Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+                | Source::Word(WordSource::Cell(cell)) => {
+                    named.cells.insert(cell);
+                }
+                _ => {}
+            });
+            let operands = instruction.timing.iter().flat_map(|key| &key.touched.regions);
+            for &region in flow::written(program, at).iter().chain(operands) {
+                named.region(region);
+            }
+        }
+        named.reach();
+        named
+    }
+
+    /// Lets each range reach as far as those before it.
+    fn reach(&mut self) {
+        let mut reach: Option<(AreaId, u64)> = None;
+        for (first, end) in &mut self.ranges {
+            let before = reach.filter(|(area, _)| *area == first.area).map_or(0, |(_, end)| end);
+            *end = before.max(*end);
+            reach = Some((first.area, *end));
+        }
+    }
+
+    fn region(&mut self, region: Region) {
+        match region {
+            Region::Range { first, count } => {
+                let end = u64::from(first.index) + u64::from(count);
+                let known = self.ranges.entry(first).or_insert(end);
+                *known = end.max(*known);
+            }
+            Region::Area(area) => {
+                self.areas.insert(area);
+            }
+            Region::Everything => self.everything = true,
+        }
+    }
+
+    /// The names of the words that are named by themselves, or as the first of a block.
+    fn words<'a>(&'a self, program: &'a Program) -> impl Iterator<Item = String> + 'a {
+        let is_word = |cell: &&Cell| {
+            let area = program.area(cell.area);
+            area.kind != AreaKind::Bit && area.role != Role::Hidden
+        };
+        let all = self.cells.iter().chain(self.ranges.keys());
+        all.filter(is_word).map(|&cell| program.cell_name(cell))
+    }
+
+    fn holds(&self, cell: Cell) -> bool {
+        let before = self.ranges.range(..=cell).next_back();
+        let ranges = before
+            .is_some_and(|(first, &end)| first.area == cell.area && u64::from(cell.index) < end);
+        self.everything || self.areas.contains(&cell.area) || self.cells.contains(&cell) || ranges
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_ir::{ChoiceId, Effect, Step, When, Write, testing};
+
+    #[test]
+    fn ranges_are_kept_that_hang_together_with_a_named_word() {
+        let cell = |index| Cell { area: AreaId(0), index };
+        let mut program = Program::default();
+        let range = |first: u32, count: u32| StartRange {
+            cells: (first..first + count).map(cell).collect(),
+            low: 0,
+            high: 9,
+            values: Vec::new(),
+        };
+        program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
+        let write = Write::Havoc(Region::Range { first: cell(2), count: 1 }, ChoiceId(0));
+        let effects = vec![Effect { when: When::Always, write }];
+        program.instructions.push(testing::with_effects(Step::Nothing, effects));
+        forget_unnamed(&mut program);
+        let mut firsts: Vec<u32> = program.ranges.iter().map(|one| one.cells[0].index).collect();
+        firsts.sort_unstable();
+        assert_eq!(firsts, [0, 0, 1]);
+    }
+
+    #[test]
+    fn a_cell_is_named_by_any_range_that_reaches_it() {
+        let cell = |index| Cell { area: AreaId(0), index };
+        let mut named = Named::of(&Program::default());
+        named.region(Region::Range { first: cell(10), count: 100 });
+        named.region(Region::Range { first: cell(20), count: 5 });
+        named.region(Region::Range { first: Cell { area: AreaId(1), index: 0 }, count: 1 });
+        named.reach();
+        for (index, holds) in [(9, false), (10, true), (24, true), (109, true), (110, false)] {
+            assert_eq!(named.holds(cell(index)), holds, "{index}");
+        }
+        assert!(!named.holds(Cell { area: AreaId(1), index: 1 }));
+    }
+}

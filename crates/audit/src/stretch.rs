@@ -1,0 +1,469 @@
+//! The longest time between two restarts of the watchdog, by the structure of the program: an upper bound.
+//!
+//! Control is followed over all paths at once. What matters at each place is how long ago the watchdog was restarted at
+//! most: in what is walked, or before it. A restart counts only where it surely fires. Loops and routines are walked
+//! once, and their times are put together.
+
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{BitSource, Cell, Counted, Exit, Join, Logic, Program, Step, Summary};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// How much time has passed at most where control stands, in picoseconds: since what is walked began, where no restart lies
+/// between, and since a restart within it. Neither where control does not get there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passed {
+    through: Option<u128>,
+    since: Option<u128>,
+}
+
+impl Passed {
+    /// Where a walk begins.
+    const BEGIN: Passed = Passed { through: Some(0), since: None };
+
+    fn is_reached(self) -> bool {
+        self.through.is_some() || self.since.is_some()
+    }
+
+    fn join(self, other: Passed) -> Passed {
+        Passed { through: self.through.max(other.through), since: self.since.max(other.since) }
+    }
+
+    fn plus(self, time: u128) -> Passed {
+        let more = |passed: u128| passed.saturating_add(time);
+        Passed { through: self.through.map(more), since: self.since.map(more) }
+    }
+
+    /// What has passed behind a part that begins here and in which so much passes.
+    fn then(self, part: Passed) -> Passed {
+        let along = part.through.map_or(Passed::default(), |time| self.plus(time));
+        Passed { since: along.since.max(part.since.filter(|_| self.is_reached())), ..along }
+    }
+
+    fn restarted(self) -> Passed {
+        Passed { through: None, since: self.is_reached().then_some(0) }
+    }
+}
+
+/// A part of the program that was walked from its beginning.
+#[derive(Debug, Clone, Default)]
+struct Part {
+    /// The longest time from its beginning to a restart.
+    head: Option<u128>,
+    /// The longest time between two restarts in it.
+    inner: u128,
+    /// Where its end is reached, and where a return is.
+    out: Passed,
+    returned: Passed,
+    /// Where the main routine is ended, and where the scan is.
+    ended: Passed,
+    stopped: Passed,
+    /// Where jumps lead out of it.
+    exits: BTreeMap<usize, Passed>,
+}
+
+impl Part {
+    /// Goes into a part from here: what it holds belongs to this.
+    fn enter(&mut self, from: Passed, part: &Part) {
+        let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
+        self.head = self.head.max(longest(from.through));
+        self.inner = self.inner.max(longest(from.since).unwrap_or(0));
+        if from.is_reached() {
+            self.inner = self.inner.max(part.inner);
+        }
+        self.ended = self.ended.join(from.then(part.ended));
+        self.stopped = self.stopped.join(from.then(part.stopped));
+    }
+
+    fn restart(&mut self, at: Passed) {
+        self.head = self.head.max(at.through);
+        self.inner = self.inner.max(at.since.unwrap_or(0));
+    }
+}
+
+/// What is known of conditions where control stands.
+struct Conditions {
+    /// The results on the stack; what lies below them is not known.
+    stack: Vec<Option<bool>>,
+    /// Whether the stack is empty below them.
+    is_whole: bool,
+    slots: BTreeMap<u32, Option<bool>>,
+    /// The open master control regions, each with its level and whether it surely is on.
+    masters: Vec<(u32, Option<bool>)>,
+    /// Whether all regions around are.
+    around: Option<bool>,
+    /// Bits that are on.
+    on: Vec<Cell>,
+}
+
+impl Conditions {
+    fn new(around: Option<bool>, is_whole: bool) -> Conditions {
+        let (stack, slots, masters) = (Vec::new(), BTreeMap::new(), Vec::new());
+        Conditions { stack, is_whole, slots, masters, around, on: Vec::new() }
+    }
+
+    /// Whether a step fires, where that is the same in every scan.
+    fn fires(&self, step: &Step) -> Option<bool> {
+        let condition = if step.acts() { and(self.top(), self.masters()) } else { self.top() };
+        step.fires().map_or(Some(true), |logic| truth(logic, condition, &self.on))
+    }
+
+    /// Follows a step behind which the next instruction stands. Whether it is one.
+    fn follow(&mut self, step: &Step, fires: Option<bool>) -> bool {
+        match step {
+            Step::Logic { join: Join::Start, .. } => {
+                (self.stack, self.is_whole) = (vec![fires], true);
+            }
+            Step::Logic { join: Join::Load, .. } => self.stack.push(fires),
+            Step::Logic { join, .. } => {
+                let top = self.pop();
+                self.stack.push(match join {
+                    Join::And => and(top, fires),
+                    Join::Or => or(top, fires),
+                    Join::Start | Join::Load | Join::Replace => fires,
+                });
+            }
+            Step::AndBlock | Step::OrBlock => {
+                let (b, a) = (self.pop(), self.pop());
+                self.stack.push(if *step == Step::AndBlock { and(a, b) } else { or(a, b) });
+            }
+            Step::Save(slot) => _ = self.slots.insert(*slot, self.top()),
+            Step::Fetch(slot) => {
+                let value = self.slots.get(slot).copied().unwrap_or(None);
+                self.pop();
+                self.stack.push(value);
+            }
+            Step::MasterControlBegin { level, .. } => self.masters.push((*level, fires)),
+            Step::MasterControlEnd { level } => self.masters.retain(|(open, _)| open < level),
+            Step::Act { .. } | Step::Nothing | Step::ForEnd => {}
+            _ => return false,
+        }
+        true
+    }
+
+    fn top(&self) -> Option<bool> {
+        self.stack.last().copied().unwrap_or(if self.is_whole { Some(true) } else { None })
+    }
+
+    fn pop(&mut self) -> Option<bool> {
+        let top = self.top();
+        self.stack.pop();
+        top
+    }
+
+    fn masters(&self) -> Option<bool> {
+        self.masters.iter().fold(self.around, |all, &(_, one)| and(all, one))
+    }
+
+    /// Control may come from elsewhere.
+    fn forget(&mut self) {
+        (self.stack, self.is_whole) = (Vec::new(), false);
+        self.slots.clear();
+    }
+}
+
+fn and(a: Option<bool>, b: Option<bool>) -> Option<bool> {
+    match (a, b) {
+        (Some(false), _) | (_, Some(false)) => Some(false),
+        (Some(true), Some(true)) => Some(true),
+        _ => None,
+    }
+}
+
+fn or(a: Option<bool>, b: Option<bool>) -> Option<bool> {
+    and(a.map(|a| !a), b.map(|b| !b)).map(|neither| !neither)
+}
+
+/// The walk.
+struct Walk<'p> {
+    program: &'p Program,
+    times: &'p [Times],
+    /// Routines that were walked, by their first instruction.
+    routines: BTreeMap<usize, Part>,
+    /// Whether restarts count.
+    restarts: bool,
+}
+
+/// The longest time that passes in a scan without a restart of the watchdog, at most: `around` is what passes outside of
+/// the program between the end of a scan and the begin of the next. `times` are the largest of each instruction. `None` if
+/// nothing in the program restarts it.
+pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
+    if program.scan_control.restarts.is_empty() {
+        return None;
+    }
+    let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: true };
+    let mut all = Part { out: Passed::BEGIN, ..Part::default() };
+    for main in &program.mains {
+        let part = walk.part(main.clone(), Some(true), true);
+        let from = all.out;
+        all.enter(from, &part);
+        all.out = from.then(part.out).join(all.ended);
+        all.ended = Passed::default();
+    }
+    let end = all.out.join(all.stopped);
+    let around = u128::from(around.0);
+    let edge = [all.head, end.through, end.since].into_iter().flatten().max().unwrap_or(0);
+    let stretch = all.inner.max(edge.saturating_add(around));
+    // Interrupts come where they please.
+    let mut interrupts = 0_u128;
+    let mut walk = Walk { routines: BTreeMap::new(), restarts: false, ..walk };
+    for interrupt in &program.interrupts {
+        let part = walk.part(interrupt.entry..program.instructions.len(), Some(true), true);
+        let most = [part.out, part.returned, part.ended, part.stopped]
+            .map(|passed| passed.through.unwrap_or(0));
+        let most = most.into_iter().max().unwrap_or(0);
+        interrupts = interrupts.saturating_add(most.saturating_mul(interrupt.times.into()));
+    }
+    Some(Picos(u64::try_from(stretch.saturating_add(interrupts)).unwrap_or(u64::MAX)))
+}
+
+/// By how much these instructions surely make the watchdog's time longer in every scan before it runs out: those that stand
+/// before anything that leads elsewhere, and are carried out while there is time. `around` is what passes outside of the
+/// program.
+pub fn surely(
+    program: &Program,
+    times: &[Times],
+    (default, around): (Picos, Picos),
+    extensions: &BTreeMap<usize, (Picos, Picos)>,
+) -> Picos {
+    let mut longer = Picos::ZERO;
+    along(program, times, &[], |at, passed| {
+        if let Some(&(least, _)) = extensions.get(&at)
+            && around + passed <= default + longer
+        {
+            longer += least;
+        }
+        true
+    });
+    longer
+}
+
+/// How long the first scan takes at most until it surely has set the watchdog and restarted it, where that stands before
+/// anything that leads elsewhere. `around` is what passes outside of the program.
+pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
+    let control = &program.scan_control;
+    let (mut is_set, mut found) = (false, None);
+    along(program, times, &program.power_up.first_scan, |at, passed| {
+        is_set |= control.watchdog.contains_key(&at);
+        if is_set && control.restarts.contains(&at) {
+            found = Some(around + passed);
+        }
+        found.is_none()
+    });
+    found
+}
+
+/// Goes along the beginning of the program, as far as nothing leads elsewhere and it is asked to, and tells of each
+/// instruction that surely fires where these bits are on, with what has passed at most.
+fn along(
+    program: &Program,
+    times: &[Times],
+    on: &[Cell],
+    mut told: impl FnMut(usize, Picos) -> bool,
+) {
+    let walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
+    let mut known = Conditions { on: on.to_vec(), ..Conditions::new(Some(true), true) };
+    let mut passed = 0_u128;
+    for at in program.mains.first().cloned().unwrap_or_default() {
+        let instruction = &program.instructions[at];
+        let fires = known.fires(&instruction.step);
+        passed = passed.saturating_add(walk.cost(at, fires));
+        let so_far = Picos(u64::try_from(passed).unwrap_or(u64::MAX / 2));
+        let goes_on = fires != Some(true) || told(at, so_far);
+        if !goes_on || !known.follow(&instruction.step, fires) {
+            break;
+        }
+    }
+}
+
+impl Walk<'_> {
+    /// Walks the instructions of a range, which begins with an empty stack if it `is_whole`; `around` tells whether the
+    /// master control regions around it are on.
+    fn part(&mut self, range: Range<usize>, around: Option<bool>, is_whole: bool) -> Part {
+        let program = self.program;
+        let mut part = Part::default();
+        let mut here = Passed::BEGIN;
+        let mut pending: BTreeMap<usize, Passed> = BTreeMap::new();
+        let mut known = Conditions::new(around, is_whole);
+        let mut at = range.start;
+        while at < range.end {
+            if let Some(passed) = pending.remove(&at) {
+                here = here.join(passed);
+                known.forget();
+            }
+            if !here.is_reached() {
+                // Nothing falls through to here: the next place to which a jump leads.
+                match pending.keys().next() {
+                    Some(&next) => at = next,
+                    None => break,
+                }
+                continue;
+            }
+            let instruction = &program.instructions[at];
+            let fires = known.fires(&instruction.step);
+            here = here.plus(self.cost(at, fires));
+            if self.restarts && fires == Some(true) && program.scan_control.restarts.contains(&at) {
+                part.restart(here);
+                // What the restart itself takes may count after it as well.
+                here = here.restarted().plus(self.cost(at, fires));
+            }
+            let mut next = at + 1;
+            match &instruction.step {
+                step if known.follow(step, fires) => {}
+                Step::Jump { target, .. } => {
+                    if fires != Some(false) {
+                        let to = pending.entry(*target).or_default();
+                        *to = to.join(here);
+                    }
+                    if fires == Some(true) {
+                        here = Passed::default();
+                    }
+                }
+                Step::Call { target, .. } => {
+                    let routine = self.routine(*target);
+                    if fires != Some(false) {
+                        part.enter(here, &routine);
+                        let behind = here.then(routine.out);
+                        here = if fires == Some(true) { behind } else { here.join(behind) };
+                    }
+                }
+                Step::Return => {
+                    part.returned = part.returned.join(here);
+                    here = Passed::default();
+                }
+                Step::End => {
+                    part.ended = part.ended.join(here);
+                    here = Passed::default();
+                }
+                Step::Stop { .. } | Step::Unbounded { .. } => {
+                    part.stopped = part.stopped.join(here);
+                    if fires == Some(true) {
+                        here = Passed::default();
+                    }
+                }
+                Step::ForBegin { least, most, end, .. } => {
+                    let turn = self.part(at + 1..end + 1, known.masters(), false);
+                    here = around_loop(&mut part, &mut pending, here, &turn, (*least, *most));
+                    known.forget();
+                    next = end + 1;
+                }
+                Step::Summary(summary) => {
+                    here =
+                        self.summary(&mut part, &mut pending, here, (at, summary), known.masters());
+                    known.forget();
+                    next = summary.end + 1;
+                }
+                _ => {}
+            }
+            at = next;
+        }
+        part.out = part.out.join(here);
+        part.exits = pending;
+        part
+    }
+
+    /// A summarised loop or routine.
+    fn summary(
+        &mut self,
+        part: &mut Part,
+        pending: &mut BTreeMap<usize, Passed>,
+        here: Passed,
+        (at, summary): (usize, &Summary),
+        around: Option<bool>,
+    ) -> Passed {
+        if let Some((_, least, most)) = summary.iterations {
+            let turn = self.part(at + 1..summary.end + 1, around, false);
+            return around_loop(part, pending, here, &turn, (least, most));
+        }
+        let charge = |&(instruction, times): &(usize, u64)| {
+            self.cost(instruction, None).saturating_mul(times.into())
+        };
+        let all = summary.charges.iter().map(charge).fold(0, u128::saturating_add);
+        let here = here.plus(all);
+        for (_, exit) in &summary.exits {
+            let to = match exit {
+                Exit::To(target) => pending.entry(*target).or_default(),
+                Exit::Return => &mut part.returned,
+                Exit::End => &mut part.ended,
+                Exit::Stop => &mut part.stopped,
+            };
+            *to = to.join(here);
+        }
+        here
+    }
+
+    fn routine(&mut self, entry: usize) -> Part {
+        if let Some(known) = self.routines.get(&entry) {
+            return known.clone();
+        }
+        let mut part = self.part(entry..self.program.instructions.len(), Some(true), true);
+        part.out = part.returned;
+        self.routines.insert(entry, part.clone());
+        part
+    }
+
+    /// What an instruction takes at most where it is reached.
+    fn cost(&self, at: usize, fires: Option<bool>) -> u128 {
+        let times = self.times[at];
+        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
+        let on = times.with(units);
+        u128::from(match fires {
+            Some(true) => on.0,
+            Some(false) => times.off.0,
+            None => on.max(times.off).0,
+        })
+    }
+}
+
+/// Goes round a loop, of which one turn was walked, between the least and the most times.
+fn around_loop(
+    part: &mut Part,
+    pending: &mut BTreeMap<usize, Passed>,
+    here: Passed,
+    turn: &Part,
+    (least, most): (u32, u32),
+) -> Passed {
+    if most == 0 {
+        return here;
+    }
+    // Where a turn may begin: the first, and one behind others.
+    let further = u128::from(most - 1);
+    let mut begins = here;
+    if further > 0 {
+        let along = turn
+            .out
+            .through
+            .map_or(Passed::default(), |turn| here.plus(turn.saturating_mul(further)));
+        let since = turn.out.since.filter(|_| here.is_reached());
+        let more = turn.out.through.unwrap_or(0).saturating_mul(further);
+        let since = since.map(|since| since.saturating_add(more));
+        begins = here.join(along).join(Passed { through: None, since });
+    }
+    part.enter(begins, turn);
+    for (&target, &passed) in &turn.exits {
+        let to = pending.entry(target).or_default();
+        *to = to.join(begins.then(passed));
+    }
+    part.returned = part.returned.join(begins.then(turn.returned));
+    let behind = begins.then(turn.out);
+    if least == 0 { here.join(behind) } else { behind }
+}
+
+/// A truth value as far as it is the same in every scan in which these bits are on.
+fn truth(logic: &Logic, condition: Option<bool>, on: &[Cell]) -> Option<bool> {
+    let all = |parts: &[Logic]| {
+        parts.iter().fold(Some(true), |all, one| and(all, truth(one, condition, on)))
+    };
+    match logic {
+        Logic::Condition => condition,
+        Logic::Const(value) | Logic::Bit(BitSource::Const(value)) => Some(*value),
+        Logic::Bit(BitSource::Cell(cell)) if on.contains(cell) => Some(true),
+        Logic::Bit(_) | Logic::Compare(_) => None,
+        Logic::Not(inner) => truth(inner, condition, on).map(|value| !value),
+        Logic::All(parts) => all(parts),
+        Logic::Any(parts) => {
+            let any = parts.iter().map(|one| truth(one, condition, on));
+            any.fold(Some(false), or)
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! What a bound owes to its timing table: the times that are only assumed, and the factor on the whole scan.
+
+use super::{AssumedUse, Bound, FactorUse, Share, TableUse};
+use scanbound_base::time::Picos;
+use scanbound_timing::price::{Price, Prices};
+use scanbound_timing::table::{Evidence, Factor, Table};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What was bounded, by which prices.
+pub struct TableParts<'a> {
+    pub prices: &'a Prices,
+    pub bound: &'a Bound,
+}
+
+impl TableParts<'_> {
+    /// What the bound owes to the table. `costs` is what instructions cost in the worst scan found, `shares` their parts in
+    /// the bound, `groups` the groups' upper bounds.
+    pub fn table_use(
+        &self,
+        table: &Table,
+        costs: &[(usize, Picos)],
+        shares: &[(usize, Picos)],
+        groups: impl Iterator<Item = Picos>,
+    ) -> TableUse {
+        let mut assumed = self.assumed_instructions(costs, shares);
+        assumed.extend(self.assumed_overhead());
+        let factor = self.prices.factor.as_ref();
+        let assumed_factor = factor.filter(|factor| factor.evidence == Evidence::Assumed);
+        let settled: Picos = shares.iter().map(|(_, share)| *share).sum();
+        let settled = settled + self.bound.overhead;
+        let open = self.bound.upper.checked_sub(settled).unwrap_or_default();
+        assumed.extend(assumed_factor.map(|factor| self.assumed_factor(factor, &assumed, open)));
+        let rank = |one: &AssumedUse| (Reverse(one.part), Reverse(one.time), one.name.clone());
+        assumed.sort_by_cached_key(rank);
+        let assumed_time: Picos = assumed.iter().map(|one| one.time).sum();
+        TableUse {
+            name: table.name.clone(),
+            title: table.title.clone(),
+            is_all_assumed: table.rows().iter().all(|row| row.evidence == Evidence::Assumed),
+            notes: table.notes.clone(),
+            watchdog: table.watchdog(),
+            factor: factor.map(|factor| self.factor_use(factor, groups)),
+            assumed_share: Share::of(assumed_time, self.bound.lower),
+            assumed,
+            assumed_time,
+        }
+    }
+
+    /// The assumed times of instructions, by the table's row, or by the row that would price them where that is a class's.
+    fn assumed_instructions(
+        &self,
+        costs: &[(usize, Picos)],
+        shares: &[(usize, Picos)],
+    ) -> Vec<AssumedUse> {
+        let is_assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
+        let mut rows: Vec<AssumedUse> = Vec::new();
+        let mut known: BTreeMap<&str, usize> = BTreeMap::new();
+        // Of each instruction, its row.
+        let mut row_of: Vec<Option<usize>> = Vec::new();
+        for price in &self.prices.instructions {
+            let row = price.as_ref().filter(is_assumed).map(|price| {
+                let name = price.instead_of.as_ref().unwrap_or(&price.row);
+                let row = *known.entry(name).or_insert_with(|| {
+                    rows.push(AssumedUse {
+                        name: name.to_string(),
+                        row: price.row.to_string(),
+                        by_class: price.instead_of.is_some(),
+                        count: 0,
+                        time: Picos::ZERO,
+                        part: Picos::ZERO,
+                    });
+                    rows.len() - 1
+                });
+                rows[row].count += 1;
+                row
+            });
+            row_of.push(row);
+        }
+        for &(instruction, cost) in costs {
+            if let Some(row) = row_of[instruction] {
+                rows[row].time += cost;
+            }
+        }
+        for &(instruction, share) in shares {
+            if let Some(row) = row_of[instruction] {
+                rows[row].part += share;
+            }
+        }
+        rows
+    }
+
+    /// The assumed terms of the scan.
+    fn assumed_overhead(&self) -> impl Iterator<Item = AssumedUse> {
+        let assumed = self.prices.overhead.iter().filter(|t| t.evidence == Evidence::Assumed);
+        assumed.map(|term| AssumedUse {
+            name: term.name.clone(),
+            row: term.name.clone(),
+            by_class: false,
+            count: 0,
+            time: term.time,
+            part: term.time,
+        })
+    }
+
+    /// A factor that is assumed, with what it adds to times that are not assumed themselves, nor left open by the search.
+    fn assumed_factor(&self, factor: &Factor, assumed: &[AssumedUse], open: Picos) -> AssumedUse {
+        let added = |whole: Picos, own: Picos| {
+            let others = whole.checked_sub(own).unwrap_or_default();
+            others.checked_sub(factor.taken_off(others)).unwrap_or_default()
+        };
+        let own: Picos = assumed.iter().map(|one| one.time).sum();
+        let part: Picos = assumed.iter().map(|one| one.part).sum();
+        AssumedUse {
+            name: format!("factor {}", factor.text),
+            row: "@factor".to_owned(),
+            by_class: false,
+            count: 0,
+            time: added(self.bound.lower, own),
+            part: added(self.bound.upper, part + open),
+        }
+    }
+
+    fn factor_use(&self, factor: &Factor, groups: impl Iterator<Item = Picos>) -> FactorUse {
+        let parts = self.prices.overhead.iter().map(|term| term.time).chain(groups);
+        let bare: Picos = parts.chain([self.bound.always]).map(|time| factor.taken_off(time)).sum();
+        FactorUse {
+            text: factor.text.clone(),
+            evidence: factor.evidence,
+            source: factor.source.clone(),
+            without: factor.taken_off(self.bound.upper),
+            millionths: factor.millionths,
+            part: self.bound.upper.checked_sub(bare).unwrap_or_default(),
+        }
+    }
+}

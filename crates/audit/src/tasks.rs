@@ -1,0 +1,225 @@
+//! The tasks of a project, each bounded by itself, and how long each takes where others interrupt it.
+
+use super::failure::Failure;
+use super::pipeline::{Concluded, audit};
+use super::request::{Progress, Request};
+use scanbound_base::time::Picos;
+use scanbound_ir::Task;
+
+/// A task and its bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TaskUse {
+    /// Its name.
+    pub name: String,
+    /// Its interval, where it is cyclic.
+    pub interval: Option<Picos>,
+    /// Its priority: 0 is the highest.
+    pub priority: Option<i64>,
+    /// The programs that it calls, in their order.
+    pub programs: Vec<String>,
+    /// No run of it takes longer, as long as nothing interrupts it; `None` if it may never end.
+    pub upper: Option<Picos>,
+    /// Some run of it takes as long.
+    pub lower: Picos,
+    /// The tasks that interrupt it.
+    pub interrupted_by: Vec<String>,
+    /// The tasks of its own priority, for which it may have to wait.
+    pub waits_for: Vec<String>,
+    /// The longest time from when it is due to when it has ended, worked out from the bounds and intervals of those tasks,
+    /// else why there is none.
+    pub response: Result<Picos, String>,
+}
+
+/// Adds to an audit each task of the project by itself, where it has several; each has the time limit for itself. Nothing is
+/// added where only a limit is asked for.
+///
+/// # Errors
+/// That in one of these audits the analysis and the interpreter disagree.
+pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
+    let all = concluded.followed.program.tasks.clone();
+    if all.len() < 2 || request.limit.is_some() {
+        return Ok(());
+    }
+    let is_alone = concluded.followed.program.interrupts.iter().all(|one| one.times == 0);
+    let mut bounds = Vec::new();
+    for (number, task) in all.iter().enumerate() {
+        if number == 0 && is_alone {
+            bounds.push(found(&concluded.audit));
+            continue;
+        }
+        (request.progress)(Progress::Stage("bounding the other tasks"));
+        let own = Request {
+            task: Some(&task.name),
+            alone: true,
+            confirm: false,
+            trace: false,
+            response: None,
+            ..*request
+        };
+        bounds.push(found(&audit(&own)?));
+    }
+    // What a task takes where it comes before another: what it costs to begin with it, too.
+    let entry = concluded.followed.table.row("@interrupt-entry").map_or(Picos::ZERO, |row| row.on);
+    let before: Vec<(Option<Picos>, Picos)> = bounds
+        .iter()
+        .map(|&(upper, _)| (upper, upper.map_or(entry, |upper| upper + entry)))
+        .collect();
+    let uses = all.iter().zip(&bounds).enumerate().map(|(at, (task, &(upper, lower)))| {
+        let others = || all.iter().enumerate().filter(move |(other, _)| *other != at);
+        let interrupting = others().filter(|(_, one)| one.interrupts(task));
+        let waiting = others().filter(|(_, one)| one.delays(task) && !one.interrupts(task));
+        TaskUse {
+            name: task.name.clone(),
+            interval: task.interval,
+            priority: task.priority,
+            programs: task.programs.clone(),
+            upper,
+            lower,
+            interrupted_by: interrupting.map(|(_, one)| one.name.clone()).collect(),
+            waits_for: waiting.map(|(_, one)| one.name.clone()).collect(),
+            response: response(&all, &before, at),
+        }
+    });
+    concluded.audit.tasks = uses.collect();
+    Ok(())
+}
+
+fn found(audit: &super::Audit) -> (Option<Picos>, Picos) {
+    (audit.unbounded.is_empty().then_some(audit.bound.upper), audit.possible())
+}
+
+/// The longest time from when a task is due to when it has ended. It holds where those that come before it are due no earlier
+/// than their intervals say, and have ended before they are due again: so it is worked out for them, too.
+fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Result<Picos, String> {
+    let own = by_intervals(all, bounds, at)?;
+    let mut before = vec![at];
+    let mut looked = 0;
+    while let Some(&this) = before.get(looked) {
+        looked += 1;
+        for other in (0..all.len()).filter(|&other| other != this) {
+            if all[other].delays(&all[this]) && !before.contains(&other) {
+                by_intervals(all, bounds, other).map_err(|why| {
+                    format!("of {}, which comes before it, {why}", all[other].name)
+                })?;
+                before.push(other);
+            }
+        }
+    }
+    Ok(own)
+}
+
+/// How long a task takes together with each that may run before it, as often as that is due in this time.
+/// `bounds` are of each its own bound, and what it takes where it comes before another.
+fn by_intervals(
+    all: &[Task],
+    bounds: &[(Option<Picos>, Picos)],
+    at: usize,
+) -> Result<Picos, String> {
+    let own = bounds[at].0.ok_or("nothing bounds it")?;
+    let mut before = Vec::new();
+    for (other, task) in all.iter().enumerate() {
+        if other == at || !task.delays(&all[at]) {
+            continue;
+        }
+        let interval =
+            task.interval.ok_or_else(|| format!("how often {} comes is not stated", task.name))?;
+        bounds[other].0.ok_or_else(|| format!("nothing bounds {}", task.name))?;
+        let takes = bounds[other].1;
+        before.push((interval, takes));
+    }
+    let limit = all[at].interval.unwrap_or(LONGEST);
+    let mut whole = own;
+    loop {
+        let mut next = own;
+        for &(interval, takes) in &before {
+            let times = whole.0.div_ceil(interval.0).max(1);
+            let more = takes.0.checked_mul(times).ok_or("it is too long")?;
+            next = Picos(next.0.checked_add(more).ok_or("it is too long")?);
+        }
+        if next > limit {
+            return Err(match all[at].interval {
+                Some(interval) => {
+                    format!("it may not have ended when it is due again, after {interval}")
+                }
+                None => "those that come before it may leave it no time".to_owned(),
+            });
+        }
+        if next == whole {
+            return Ok(whole);
+        }
+        whole = next;
+    }
+}
+
+/// A day: longer than anybody waits.
+const LONGEST: Picos = Picos(86_400_000_000_000_000);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn task(name: &str, interval: Option<u64>, priority: Option<i64>) -> Task {
+        let interval = interval.map(Picos);
+        Task { name: name.to_owned(), interval, priority, programs: Vec::new() }
+    }
+
+    fn responses(tasks: &[(Option<u64>, Option<i64>, u64)]) -> Vec<Result<u64, String>> {
+        let all: Vec<Task> = tasks
+            .iter()
+            .zip('a'..)
+            .map(|(one, name)| task(&name.to_string(), one.0, one.1))
+            .collect();
+        let bounds: Vec<_> = tasks.iter().map(|one| (Some(Picos(one.2)), Picos(one.2))).collect();
+        (0..all.len()).map(|at| response(&all, &bounds, at).map(|found| found.0)).collect()
+    }
+
+    #[test]
+    fn a_task_waits_for_those_before_it_as_often_as_they_come() {
+        // The textbook's example: 1 of 4, 2 of 6, 3 of 13.
+        let found =
+            responses(&[(Some(4), Some(0), 1), (Some(6), Some(1), 2), (Some(13), Some(2), 3)]);
+        assert_eq!(found, [Ok(1), Ok(3), Ok(10)]);
+    }
+
+    /// Runs tasks tick by tick, all due at first at every combination of moments, and holds the longest time against it.
+    #[test]
+    fn no_run_of_tasks_takes_longer_than_what_is_worked_out() {
+        let mut worst = [0; 3];
+        let tasks: [(u64, i64, u64); 3] = [(5, 0, 2), (7, 1, 2), (23, 2, 3)];
+        for (second, third) in (0..7).flat_map(|one| (0..23).map(move |two| (one, two))) {
+            let starts = [0, second, third];
+            let (mut left, mut due) = ([0_u64; 3], [0_u64; 3]);
+            for now in 0..2000_u64 {
+                for at in 0..3 {
+                    if now >= starts[at] && (now - starts[at]) % tasks[at].0 == 0 {
+                        assert_eq!(left[at], 0, "it has ended when it is due again");
+                        (left[at], due[at]) = (tasks[at].2, now);
+                    }
+                }
+                if let Some(at) = (0..3).find(|&at| left[at] > 0) {
+                    left[at] -= 1;
+                    if left[at] == 0 {
+                        worst[at] = worst[at].max(now + 1 - due[at]);
+                    }
+                }
+            }
+        }
+        let found =
+            responses(&tasks.map(|(every, level, takes)| (Some(every), Some(level), takes)));
+        let found: Vec<u64> = found.into_iter().map(|one| one.expect("it ends in time")).collect();
+        assert_eq!(found, worst);
+    }
+
+    #[test]
+    fn what_is_not_known_gives_no_time() {
+        let told = |tasks: &[_], at: usize| responses(tasks)[at].clone().expect_err("not known");
+        assert!(told(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0).contains("how often b"));
+        assert!(told(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("due again"));
+        assert!(told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("due again"));
+        assert!(told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("no time"));
+        let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
+        assert!(told(&late, 0).starts_with("of b"), "{}", told(&late, 0));
+        // Nobody knows which of the two comes first.
+        assert_eq!(responses(&[(Some(9), None, 1), (Some(9), Some(0), 2)]), [Ok(3), Ok(3)]);
+    }
+}

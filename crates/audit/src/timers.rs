@@ -1,0 +1,152 @@
+//! Timers that cannot be over in the scan that starts them, since no scan takes as long as they are set to.
+
+use super::doubt::{self, Doubt};
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{
+    Cell, ChoiceId, Number, Program, Region, SourceMut, Step, Unfollowed, WordSource, WordTarget,
+    Write, flow,
+};
+use scanbound_model::ScanModel;
+use scanbound_passes::loops;
+use scanbound_scan::scan_model;
+use scanbound_timing::price::Prices;
+use std::collections::BTreeMap;
+
+/// The most decimal and binary units that a setting can have.
+const MOST: [u64; 2] = [32_767, 9_999];
+
+/// Puts into the program how many units of time a scan can take at most, where that is known before any scan is followed:
+/// by the sum of all that can run.
+pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
+    if !has_open(program) {
+        return;
+    }
+    let mut sum = program.clone();
+    if loops::whole(&mut sum, Unfollowed::TooMany).is_err() {
+        return;
+    }
+    let mut priced = prices.clone();
+    priced.instructions.resize(sum.instructions.len(), None);
+    if let Ok(model) = scan_model(&sum, &priced.times()) {
+        settle(program, prices, &model);
+    }
+}
+
+/// The same by the model of a scan; whether that settles more timers than were settled before.
+pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
+    if !has_open(program) {
+        return false;
+    }
+    let Some(longest) = longest(program, prices, model) else { return false };
+    let others = Others::of(program);
+    let mut settled: BTreeMap<ChoiceId, u16> = BTreeMap::new();
+    for (&at, timed) in &program.timekeeping.coils {
+        if others.write(timed.present) {
+            continue;
+        }
+        program.instructions[at].each_read(&mut |source| {
+            if let scanbound_ir::Source::Word(WordSource::Free(choice)) = source
+                && let Some(&ChoiceKind::ScanTicks { unit, is_decimal }) =
+                    program.kinds.get(&choice)
+            {
+                let ticks = longest.0 / unit.0.max(1) + 1;
+                if ticks <= MOST[usize::from(is_decimal)] {
+                    let ticks = u16::try_from(ticks).unwrap_or(u16::MAX);
+                    settled.insert(choice, if is_decimal { digits(ticks) } else { ticks });
+                }
+            }
+        });
+    }
+    let mut changed = false;
+    let coils: Vec<usize> = program.timekeeping.coils.keys().copied().collect();
+    for at in coils {
+        program.instructions[at].each_read_mut(&mut |source| {
+            if let SourceMut::Word(word) = source
+                && let WordSource::Free(choice) = *word
+                && let Some(&ticks) = settled.get(&choice)
+            {
+                *word = WordSource::Const(ticks);
+                changed = true;
+            }
+        });
+    }
+    changed
+}
+
+/// Whether it is not settled of some timer how many units of its time a scan can take.
+fn has_open(program: &Program) -> bool {
+    let mut open = false;
+    for &at in program.timekeeping.coils.keys() {
+        program.instructions[at].each_read(&mut |source| {
+            if let scanbound_ir::Source::Word(WordSource::Free(choice)) = source {
+                open |= matches!(program.kinds.get(&choice), Some(ChoiceKind::ScanTicks { .. }));
+            }
+        });
+    }
+    open
+}
+
+/// How long a scan takes at most with everything open at its worst; `None` where something is open of which no worst is known.
+fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
+    let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
+    let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
+    if doubt::before(program, prices).iter().any(is_open)
+        || program.absent.iter().any(|one| !one.stated)
+        || program.instructions.iter().any(|one| is_endless(&one.step))
+    {
+        return None;
+    }
+    let dearest = u64::try_from(model.dearest()).ok()?;
+    let others = [prices.overhead_sum(), prices.more_points()];
+    others.iter().try_fold(dearest, |sum, time| sum.checked_add(time.0)).map(Picos)
+}
+
+/// What others than a timer's own instructions write into present values of timers.
+struct Others(Vec<Region>);
+
+impl Others {
+    fn of(program: &Program) -> Others {
+        let presents: Vec<Cell> =
+            program.timekeeping.coils.values().map(|timed| timed.present).collect();
+        let mut areas: Vec<_> = presents.iter().map(|cell| cell.area).collect();
+        areas.sort_unstable();
+        areas.dedup();
+        let of_interest = |region: &Region| match *region {
+            Region::Range { first, .. } => areas.binary_search(&first.area).is_ok(),
+            Region::Area(area) => areas.binary_search(&area).is_ok(),
+            Region::Everything => true,
+        };
+        let mut regions: Vec<Region> = program.external.clone();
+        for (at, instruction) in program.instructions.iter().enumerate() {
+            let own = program.timekeeping.coils.get(&at).map(|timed| timed.present);
+            let is_reset = |cell: Cell| {
+                instruction.effects.iter().any(|effect| match &effect.write {
+                    Write::Words(targets, Number::Words(words)) => {
+                        targets[..] == [WordTarget::Cell(cell)]
+                            && words[..] == [WordSource::Const(0)]
+                    }
+                    _ => false,
+                })
+            };
+            let written = flow::written(program, at).into_iter().filter(|region| match *region {
+                Region::Range { first, count: 1 } => own != Some(first) && !is_reset(first),
+                _ => true,
+            });
+            regions.extend(written);
+        }
+        regions.retain(of_interest);
+        regions.sort_unstable();
+        regions.dedup();
+        Others(regions)
+    }
+
+    fn write(&self, cell: Cell) -> bool {
+        self.0.iter().any(|region| region.holds(cell))
+    }
+}
+
+/// Four decimal digits.
+fn digits(value: u16) -> u16 {
+    (0..4).fold(0, |word, place| word | (value / 10u16.pow(place) % 10) << (4 * place))
+}

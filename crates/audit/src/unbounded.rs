@@ -1,0 +1,111 @@
+//! Loops without a bound: which of them can be reached at all, each proved by a replayed scan.
+
+use super::LoopUse;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{Program, Step};
+use scanbound_model::groups::{groups, witness};
+use scanbound_model::{Assignment, Charge, Lit, ScanModel};
+use scanbound_replay::replay;
+use scanbound_solve::{Limits, Method, maximum};
+use std::collections::BTreeSet;
+
+/// The search for loops stops when this many are found: one alone leaves a scan without bound.
+const MOST_FOUND: usize = 10;
+
+/// What is known of the loops.
+pub struct Loops {
+    /// Those that a scan can come to.
+    pub found: Vec<LoopUse>,
+    /// Those of which the search did not find out.
+    pub open: Vec<LoopUse>,
+}
+
+/// Asks of the loops of the model whether a scan can come to one of them, until none is left that can.
+///
+/// # Errors
+/// If the interpreter does not come to a loop that the analysis says it comes to.
+pub fn loops(
+    program: &Program,
+    times: &[Times],
+    model: &ScanModel,
+    limits: &Limits<'_>,
+) -> Result<Loops, String> {
+    let mut known = Loops { found: Vec::new(), open: Vec::new() };
+    if model.unbounded.iter().all(|one| one.reached == Lit::FALSE) {
+        return Ok(known);
+    }
+    let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
+    let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
+    while let Some(first) = rest.first() {
+        // The only charge, of one picosecond, is for coming to any of them: the maximum says whether that is possible.
+        let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
+        bare.charges = vec![Charge {
+            instruction: first.instruction,
+            frames: first.frames.clone(),
+            reached,
+            fires: reached,
+            on: Picos(1),
+            off: Picos::ZERO,
+            counted: None,
+        }];
+        let mut assignment = Assignment(vec![0; model.variables.len()]);
+        let mut possible = reached == Lit::TRUE;
+        let mut proved = possible;
+        for group in groups(&bare) {
+            let found = maximum(&bare, &group, Method::Cores, limits);
+            possible |= found.upper > Picos::ZERO;
+            proved |= found.lower > Picos::ZERO;
+            found.best.put(&mut assignment);
+        }
+        if !proved {
+            if possible {
+                known.open = rest.iter().map(|one| shown(program, one.instruction)).collect();
+                known.open.sort();
+                known.open.dedup();
+            }
+            break;
+        }
+        let values = bare.circuit.evaluate(&assignment);
+        let come_to = rest.iter().filter(|one| values.get(one.reached));
+        let come_to: Vec<LoopUse> = come_to.map(|one| shown(program, one.instruction)).collect();
+        let replayed = replay(program, times, &witness(model, &assignment));
+        if replayed.unbounded.is_none() || come_to.is_empty() {
+            let line = shown(program, first.instruction).to.line;
+            return Err(format!(
+                "the interpreter's scan ends, the analysis says that it goes round the loop to line {line} or a later one for ever"
+            ));
+        }
+        known.found.extend(come_to);
+        known.found.sort();
+        known.found.dedup();
+        if known.found.len() >= MOST_FOUND {
+            break;
+        }
+        rest.retain(|one| !known.found.contains(&shown(program, one.instruction)));
+    }
+    Ok(known)
+}
+
+/// All loops of the program, where none was asked about.
+pub fn unasked(program: &Program) -> Vec<LoopUse> {
+    let steps = program.instructions.iter().enumerate();
+    let endless = steps.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));
+    let found: BTreeSet<LoopUse> = endless.map(|(at, _)| shown(program, at)).collect();
+    found.into_iter().collect()
+}
+
+fn shown(program: &Program, at: usize) -> LoopUse {
+    let end = &program.instructions[at];
+    let (from, certain) = match end.step {
+        Step::Unbounded { from, certain } => (from, certain),
+        _ => (at, true),
+    };
+    let start = &program.instructions[from];
+    LoopUse {
+        from: start.place,
+        to: end.place,
+        begins: start.text.to_string(),
+        ends: end.text.to_string(),
+        certain,
+    }
+}

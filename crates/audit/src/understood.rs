@@ -1,0 +1,240 @@
+//! The first stage: the project's files become a program, and a table is found that prices it.
+
+use super::failure::Failure;
+use super::request::{Progress, Request};
+use super::{counts, indices, stated};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Part, StatedFactor};
+use scanbound_front::{Open, Options, Project};
+use scanbound_ir::Program;
+use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
+use std::collections::BTreeSet;
+
+/// The most wrong facts of one kind that are reported.
+const MOST_TOLD: usize = 100;
+
+/// A program that is understood, and what prices it.
+#[derive(Clone)]
+pub struct Understood {
+    pub program: Program,
+    pub table: Table,
+    /// What of the machine the user may state.
+    pub open: Open,
+    /// What was noticed on the way.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Understood {
+    /// Reads the files; holds what is stated of interrupts and words against the program.
+    pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
+        (request.progress)(Progress::Stage("reading"));
+        let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
+        let (mut program, table) = understand(&*project, request)?;
+        let open = project.open();
+        let mut warnings = project.warnings();
+        warnings.extend(other_series(request.cpu, project.cpu()));
+        warnings.extend(stated::unused_calls(&program, request.facts));
+        // The source takes as much memory as the program, which is all that the stages behind look at.
+        drop(project);
+        warnings.extend(state(&mut program, request)?);
+        Ok(Understood { program, table, open, warnings })
+    }
+
+    /// The same with another table of the same family.
+    #[must_use]
+    pub fn with_table(&self, table: Table, request: &Request<'_>) -> Understood {
+        let table = fitted(amended(table, request), &self.program, request);
+        Understood { table, ..self.clone() }
+    }
+}
+
+/// States in a program what the user states of it; what of that is noticed.
+///
+/// # Errors
+/// All that does not fit the program.
+pub fn state(
+    program: &mut Program,
+    request: &Request<'_>,
+) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+    let facts = request.facts;
+    let mut faults = Vec::new();
+    let mut hold =
+        |held: Result<(), Vec<Diagnostic>>| faults.extend(held.err().into_iter().flatten());
+    hold(know_interrupts(program, request));
+    hold(stated::know_words(program, facts));
+    hold(counts::state(program, facts));
+    hold(indices::state(program, facts));
+    let external = stated::writers(program, facts, "external", &facts.external);
+    hold(external.map(|regions| program.external.extend(regions)));
+    let internal = stated::writers(program, facts, "internal", &facts.internal);
+    hold(internal.map(|regions| program.internal = regions));
+    hold(stated::exclude(program, facts));
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Ok(stated::idle(program, facts, request.trusted()))
+}
+
+/// The program that the source means, and the table that prices it.
+fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
+    let open = project.open();
+    if request.clock.is_some() && !open.clock {
+        return Err(Failure::from(no_clock()));
+    }
+    if request.facts.latched.is_some() && !open.latched {
+        let message = "[io] latched is stated, but of this PLC it is known";
+        let fault =
+            request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
+        return Err(Failure::from(fault));
+    }
+    let stated = [
+        ("bits", request.facts.index_bits.is_some()),
+        ("indirect", request.facts.indirect.is_some()),
+    ];
+    if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !open.index) {
+        let message = format!("[index] {key} is stated, but of this PLC it is known");
+        let fault =
+            request.facts.fault(["index", key], Part::Key, Code::Facts, message, "leave it out");
+        return Err(Failure::from(fault));
+    }
+    if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
+        let message = format!("--clock and --time {} both state how long a word takes", time.name);
+        let found = Diagnostic::file(Code::NoClock, "", message, "leave one of the two out");
+        return Err(Failure::from(found));
+    }
+    let table = choose_table(request, project.cpu())?;
+    let program = project.decode(&Options {
+        cpu: request.cpu,
+        family: table.family.as_deref(),
+        is_user_instruction: &|name| table.knows(name),
+        facts: request.facts,
+        incomplete: request.incomplete,
+        task: request.task,
+        alone: request.alone,
+        others_write: request.others_write(),
+    })?;
+    knows_task(&program, request)?;
+    let table = fitted(table, &program, request);
+    Ok((program, table))
+}
+
+/// A task that is asked for and is not there is a slip of the pen.
+fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
+    let Some(asked) = request.task else { return Ok(()) };
+    if program.tasks.iter().any(|task| task.name.eq_ignore_ascii_case(asked)) {
+        return Ok(());
+    }
+    let file = request.inputs.first().map_or("", |input| &input.name);
+    let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
+    let help = match names.as_slice() {
+        [] => "leave --task out: the project does not have several tasks".to_owned(),
+        names => format!("its tasks are {}", names.join(", ")),
+    };
+    let message = format!("--task {asked}: the project has no task of that name");
+    Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
+}
+
+/// A table for a program's areas, with the clock that is stated.
+pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Table {
+    request.clock.into_iter().for_each(|clock| table.set_clock(clock));
+    for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
+        table.join_cells(&[&[area.name.as_str()], area.aliases].concat());
+    }
+    table
+}
+
+/// A count for a routine that is not there is a slip of the pen, and another is left without.
+fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
+    // The task whose scan this is interrupts others.
+    let tasks = program.tasks.iter().map(|one| &one.name);
+    let names = program.interrupts.iter().map(|one| &one.name).chain(tasks);
+    let known: BTreeSet<String> = names.map(|name| name.to_ascii_uppercase()).collect();
+    let faults: Vec<Diagnostic> = request
+        .facts
+        .interrupts
+        .keys()
+        .filter(|label| !known.contains(*label))
+        .take(MOST_TOLD)
+        .map(|label| {
+            let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
+            let names: Vec<&str> =
+                program.interrupts.iter().take(MOST_TOLD).map(|one| one.name.as_str()).collect();
+            let help = match names.as_slice() {
+                [] => "it has no interrupt routines at all".to_owned(),
+                names => format!("its interrupt routines are {}", names.join(", ")),
+            };
+            request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Warns where the user names a CPU of another series than the programs do: series are told apart by their tables.
+pub fn other_series(named: Option<&str>, source: Option<&str>) -> Option<Diagnostic> {
+    let (named, source) = (named?, source?);
+    if Table::for_cpu(named)? == Table::for_cpu(source)? {
+        return None;
+    }
+    let message = format!(
+        "the programs say that they are for {source}, and {named}, which is named, is of another series: times and devices are those of {named}"
+    );
+    let help =
+        format!("leave the CPU out (--cpu, scanbound.toml) unless they are to run on {named}");
+    Some(Diagnostic::file(Code::OtherCpu, "", message, help).warning())
+}
+
+/// The table that the user names, else the built-in one for the CPU, with the user's times in it.
+pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
+    let file = request.inputs.first().map_or("", |input| &input.name);
+    let cpu = request.cpu.or(source_cpu);
+    let table = match (request.table, cpu) {
+        (Some(table), _) => table.clone(),
+        (None, Some(cpu)) => Table::for_cpu(cpu).and_then(Table::builtin).ok_or_else(|| {
+            let (file, message) = match request.cpu {
+                Some(cpu) => ("", format!("--cpu {cpu}: there is no timing table for this CPU")),
+                None => (
+                    file,
+                    format!("the program's CPU is {cpu}, for which there is no timing table"),
+                ),
+            };
+            Diagnostic::file(Code::NoTable, file, message, Table::advice(cpu))
+        })?,
+        (None, None) => {
+            let names = scanbound_timing::table::builtin::names().join(", ");
+            return Err(Failure::from(Diagnostic::file(
+                Code::NoTable,
+                file,
+                "the source does not name its CPU, so its instructions have no times",
+                format!(
+                    "name the CPU with --cpu, or a table with --table: one of {names}, or a file of your own"
+                ),
+            )));
+        }
+    };
+    Ok(amended(table, request))
+}
+
+/// A table with the user's times in it.
+fn amended(mut table: Table, request: &Request<'_>) -> Table {
+    if request.strict_times {
+        table.refuse_assumed_points();
+    }
+    if let Some(StatedFactor { millionths, text }) = &request.facts.factor {
+        table.factor = Some(Factor {
+            millionths: *millionths,
+            text: text.clone(),
+            evidence: Evidence::Stated,
+            source: "stated in the facts".to_owned(),
+        });
+    }
+    for time in request.times {
+        table.amend(&time.name, time.on, time.off);
+    }
+    table
+}
+
+fn no_clock() -> Diagnostic {
+    let message = "--clock says nothing about this CPU: its instructions take different times";
+    Diagnostic::file(Code::NoClock, "", message, "leave --clock out; --table and --time give times")
+}

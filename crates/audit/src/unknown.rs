@@ -1,0 +1,316 @@
+//! What the bound rests on and of which nothing is known, or not much: counts, and where is written; with what to state.
+
+use scanbound_base::facts::Facts;
+use scanbound_base::location::Location;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{Approximated, Counted, Program, Step, WordSource};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A count is listed if it takes at least the bound divided by this.
+const SMALLEST: u64 = 1000;
+
+/// A count of which something is known is listed if it may still be this large.
+const WIDE: i64 = 1000;
+
+/// The end of the range that is offered for an index.
+pub(super) const INDEX: i64 = 99;
+
+/// Of the words that an index may come from so many are named.
+const MOST_ORIGINS: usize = 4;
+
+/// Something of which nothing is known there, or not much.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unknown {
+    /// The word, as the source has it.
+    pub word: Arc<str>,
+    /// Where it matters, and the instruction's text, the dearest first or in the order of the scan: at least one.
+    pub places: Vec<(Location, Arc<str>)>,
+    /// What is not known.
+    pub kind: UnknownKind,
+    /// What a facts file calls it: a place, or the word where it counts at several.
+    pub key: String,
+    /// The line for the facts file's table, with a number to be replaced.
+    pub fact: String,
+}
+
+/// What is not known of a word.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum UnknownKind {
+    /// It counts.
+    Count(Counts),
+    /// Something is written where it says as an index: any device of its kind is taken. It may be what these words hold
+    /// when the scan starts.
+    Index(Vec<String>),
+    /// How many bits an index has.
+    IndexBits,
+    /// Something is written where an address says that may be any.
+    Indirect,
+}
+
+/// What a word is taken to count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts {
+    /// Up to so many.
+    pub most: i64,
+    /// What each of them takes at most, an iteration or a unit, at all places together.
+    pub each: Picos,
+    /// What all of them take at most, each time that the instructions run, and no more than the bound.
+    pub cost: Picos,
+}
+
+impl Unknown {
+    /// The facts file's table in which it is stated.
+    #[must_use]
+    pub fn table(&self) -> &'static str {
+        match self.kind {
+            UnknownKind::Count(_) => "counts",
+            UnknownKind::Index(_) | UnknownKind::IndexBits | UnknownKind::Indirect => "index",
+        }
+    }
+
+    /// What is taken of a count.
+    #[must_use]
+    pub fn counts(&self) -> Option<&Counts> {
+        match &self.kind {
+            UnknownKind::Count(counts) => Some(counts),
+            _ => None,
+        }
+    }
+
+    /// Which words' values at the start of a scan an index may be, in words; empty where nothing is known of that.
+    #[must_use]
+    pub fn origin(&self) -> String {
+        match &self.kind {
+            UnknownKind::Index(from) if !from.is_empty() => {
+                let more = if from.len() > MOST_ORIGINS { " and others" } else { "" };
+                let from: Vec<&str> = from.iter().map(String::as_str).take(MOST_ORIGINS).collect();
+                format!(", from what {} held before the scan{more}", from.join(", "))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// Whether it is a number: how large matters.
+    pub(super) fn is_number(&self) -> bool {
+        matches!(self.kind, UnknownKind::Count(_) | UnknownKind::Index(_))
+    }
+
+    /// The line for the facts file's table where it is at most so many.
+    pub(super) fn stated(&self, most: u32) -> String {
+        match self.is_number() {
+            true => format!("{:?} = [0, {most}]", self.key),
+            false => self.fact.clone(),
+        }
+    }
+
+    /// States it as a number of at most so many, where it is a number.
+    pub(super) fn state(&self, facts: &mut Facts, most: u32) {
+        let range = (0, i64::from(most));
+        match self.kind {
+            UnknownKind::Count(_) => _ = facts.counts.insert(self.key.clone(), range),
+            UnknownKind::Index(_) => _ = facts.indices.insert(self.key.clone(), range),
+            // The other is what few CPUs are set to.
+            UnknownKind::IndexBits => facts.index_bits = Some(16),
+            UnknownKind::Indirect => {}
+        }
+    }
+}
+
+/// A count, before all of one word are put together.
+struct Found {
+    word: Arc<str>,
+    places: Vec<(Location, Arc<str>)>,
+    counts: Counts,
+}
+
+impl Unknown {
+    /// The counts on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
+    pub(super) fn counted(program: &Program, times: &[Times], upper: Picos) -> Vec<Unknown> {
+        let mut costs = Costs { program, times, routines: BTreeMap::new() };
+        let unknown = program.approximations.iter().filter_map(|one| match &one.what {
+            Approximated::UnknownCount { word, most, .. } => {
+                Some((one.instruction, (word.clone(), *most)))
+            }
+            _ => None,
+        });
+        let unknown: BTreeMap<usize, (Arc<str>, i64)> = unknown.collect();
+        let found = (0..program.instructions.len()).filter_map(|at| {
+            let instruction = &program.instructions[at];
+            if program.counts.contains_key(&at) {
+                return None;
+            }
+            let (word, taken) = match unknown.get(&at) {
+                Some(told) => told.clone(),
+                None => (word(program, at)?, 0),
+            };
+            let (most, cost) = costs.counted(at, taken)?;
+            // What is known of a count may still be far from what it is meant to be.
+            if !unknown.contains_key(&at) && most < WIDE {
+                return None;
+            }
+            let each = Picos(cost.0 / most.max(1).unsigned_abs());
+            let places = vec![(instruction.place, instruction.text.clone())];
+            Some(Found { word, places, counts: Counts { most, each, cost } })
+        });
+        let mut found: Vec<Found> = found.collect();
+        found.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
+        found.dedup_by_key(|one| one.places[0].0);
+        let mut words: Vec<Found> = Vec::new();
+        let mut known: BTreeMap<Arc<str>, usize> = BTreeMap::new();
+        for one in found {
+            let at = *known.entry(one.word.clone()).or_insert(words.len());
+            match words.get_mut(at) {
+                None => words.push(one),
+                Some(word) => {
+                    word.places.extend(one.places);
+                    word.counts = Counts {
+                        most: word.counts.most.max(one.counts.most),
+                        each: plus(word.counts.each, one.counts.each),
+                        cost: plus(word.counts.cost, one.counts.cost),
+                    };
+                }
+            }
+        }
+        words.retain(|one| one.counts.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
+        words.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
+        let unknown = |Found { word, places, counts }: Found| {
+            let key = match places[..] {
+                [(at, _)] => key(program, at),
+                _ => word.to_string(),
+            };
+            // No more of the bound hangs on it than there is.
+            let counts = Counts { cost: counts.cost.min(upper), ..counts };
+            // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+            let fact = format!("{key:?} = [0, 20]");
+            Unknown { word, places, kind: UnknownKind::Count(counts), key, fact }
+        };
+        words.into_iter().map(unknown).collect()
+    }
+}
+
+/// The word in which an instruction finds a count.
+pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
+    let instruction = &program.instructions[at];
+    let count = match &instruction.step {
+        Step::ForBegin { count, .. } => Some(*count),
+        Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+        _ => instruction.counted().and_then(|counted| counted.words.first().copied()),
+    };
+    let count = match count? {
+        WordSource::Free(choice) => match program.kinds.get(&choice) {
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => *word,
+            _ => WordSource::Free(choice),
+        },
+        count => count,
+    };
+    match count {
+        WordSource::Const(_) => None,
+        WordSource::Cell(cell) => Some(program.cell_name(cell).into()),
+        _ => Some(instruction.text.split_whitespace().last()?.into()),
+    }
+}
+
+/// What a facts file calls a place.
+pub(super) fn key(program: &Program, at: Location) -> String {
+    let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
+    let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
+    let file = whole(at.file as usize);
+    let short = &file[file.len() - last(file)..];
+    let alike = (0..program.files.len())
+        .filter(|&other| whole(other)[whole(other).len() - last(whole(other))..] == *short)
+        .count();
+    let file = if alike == 1 { short } else { file };
+    format!("{file}:{}", at.line)
+}
+
+/// What parts of a program take at most, everything in them at its dearer time.
+struct Costs<'a> {
+    program: &'a Program,
+    times: &'a [Times],
+    /// By their entries; zero while they are worked out.
+    routines: BTreeMap<usize, Picos>,
+}
+
+impl Costs<'_> {
+    /// How many an instruction counts at most, and what these take together.
+    fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
+        match &self.program.instructions[at].step {
+            Step::ForBegin { most, end, .. } => {
+                let iteration = self.span(at + 1, end + 1);
+                Some((i64::from(*most), times(iteration, u64::from(*most))))
+            }
+            Step::Summary(summary) => {
+                let (.., most) = summary.iterations?;
+                Some((i64::from(most), self.summary(&summary.charges)))
+            }
+            _ => {
+                let per_unit = self.times[at].per_unit;
+                match self.program.instructions[at].counted() {
+                    Some(counted) => {
+                        let cost = times(per_unit, counted.most_units());
+                        Some((i64::try_from(counted.most).unwrap_or(i64::MAX), cost))
+                    }
+                    // What cannot be told by the word is in the instruction's own time.
+                    None => Some((most, self.dearest(at))),
+                }
+            }
+        }
+    }
+
+    /// What a summary's charges take: instructions, and how often each.
+    fn summary(&self, charges: &[(usize, u64)]) -> Picos {
+        let all = charges.iter().map(|&(at, often)| times(self.dearest(at), often));
+        all.fold(Picos::ZERO, plus)
+    }
+
+    /// What an instruction takes once at most.
+    fn dearest(&self, at: usize) -> Picos {
+        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
+        self.times[at].with(units).max(self.times[at].off)
+    }
+
+    /// What a routine takes, up to its return.
+    fn routine(&mut self, entry: usize) -> Picos {
+        if let Some(&known) = self.routines.get(&entry) {
+            return known;
+        }
+        self.routines.insert(entry, Picos::ZERO);
+        let instructions = self.program.instructions.iter().enumerate().skip(entry);
+        let end = instructions
+            .filter(|(_, one)| matches!(one.step, Step::Return | Step::End))
+            .map(|(at, _)| at)
+            .next();
+        let cost = end.map_or(Picos::ZERO, |end| self.span(entry, end + 1));
+        self.routines.insert(entry, cost);
+        cost
+    }
+
+    /// What a stretch takes, its loops and calls followed.
+    fn span(&mut self, from: usize, to: usize) -> Picos {
+        let program = self.program;
+        let (mut cost, mut at) = (Picos::ZERO, from);
+        while at < to.min(program.instructions.len()) {
+            cost = plus(cost, self.dearest(at));
+            let (more, next) = match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    (times(self.span(at + 1, end + 1), u64::from(*most)), end + 1)
+                }
+                Step::Summary(summary) => (self.summary(&summary.charges), summary.end + 1),
+                Step::Call { target, .. } => (self.routine(*target), at + 1),
+                _ => (Picos::ZERO, at + 1),
+            };
+            (cost, at) = (plus(cost, more), next);
+        }
+        cost
+    }
+}
+
+fn plus(a: Picos, b: Picos) -> Picos {
+    Picos(a.0.saturating_add(b.0))
+}
+
+fn times(a: Picos, n: u64) -> Picos {
+    Picos(a.0.saturating_mul(n))
+}

@@ -1,0 +1,149 @@
+//! Writes of which it is not known where they go, and what to state of them.
+
+use super::unknown::{INDEX, Unknown, UnknownKind, key};
+use scanbound_front::Open;
+use scanbound_ir::{Cell, ChoiceId, Program, WordSource, WordTarget, Write};
+use scanbound_model::{FarWrite, Group, Origin, ScanModel};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// So many places are named.
+const MOST_PLACES: usize = 20;
+
+/// What is not known of where is written, as far as something depends on it, in the order of the scan. What follows only
+/// from what others may have written is left out: it is known once those are. `open` says whether the CPU has parameters of
+/// indices and indirect addresses.
+pub(super) fn all(
+    program: &Program,
+    model: &ScanModel,
+    groups: &[Group],
+    open: Open,
+) -> Vec<Unknown> {
+    let matters = matter(program, model, groups);
+    let first = |far: &&FarWrite| far.is_first && matters.contains(&far.choice);
+    let first: Vec<&FarWrite> = model.far_writes.iter().filter(first).collect();
+    let is_open = |far: &&&FarWrite| {
+        program.indexed.get(&far.choice).is_some_and(|indexed| indexed.readings.len() > 1)
+    };
+    let text = |far: &FarWrite| program.instructions[far.instruction].text.clone();
+    let place = |far: &&FarWrite| (program.instructions[far.instruction].place, text(far));
+    let mut found = Vec::new();
+    let either: Vec<&FarWrite> = first.iter().filter(is_open).copied().collect();
+    if open.index && !either.is_empty() {
+        found.push(Unknown {
+            word: "index bits".into(),
+            places: either.iter().map(place).take(MOST_PLACES).collect(),
+            kind: UnknownKind::IndexBits,
+            key: "bits".to_owned(),
+            fact: "bits = 16".to_owned(),
+        });
+    }
+    let indirect = |far: &&&FarWrite| !far.has_index && text(far).contains('@');
+    let indirect: Vec<&FarWrite> = first.iter().filter(indirect).copied().collect();
+    if open.index && !indirect.is_empty() {
+        found.push(Unknown {
+            word: "indirect addresses".into(),
+            places: indirect.iter().map(place).take(MOST_PLACES).collect(),
+            kind: UnknownKind::Indirect,
+            key: "indirect".to_owned(),
+            fact: "indirect = [\"D0-D99\"]".to_owned(),
+        });
+    }
+    let mut known = BTreeSet::new();
+    let indices = first.iter().filter(|far| far.has_index && !is_open(far));
+    for far in indices.take(MOST_PLACES) {
+        let place = place(far);
+        let key = key(program, place.0);
+        // An instruction may write at two.
+        if known.insert(key.clone()) {
+            found.push(Unknown {
+                word: index(program, far),
+                kind: UnknownKind::Index(
+                    far.starts.iter().map(|&cell| program.cell_name(cell)).collect(),
+                ),
+                fact: format!("{key:?} = [0, {INDEX}]"),
+                places: vec![place],
+                key,
+            });
+        }
+    }
+    found
+}
+
+/// The index by which is written, as the program calls it.
+fn index(program: &Program, far: &FarWrite) -> Arc<str> {
+    let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.readings[..]);
+    let cells = readings.unwrap_or_default().iter().flatten().filter_map(|word| match word {
+        WordSource::Cell(cell) => Some(*cell),
+        _ => None,
+    });
+    let first = cells.map(|cell| program.cell_name(cell)).next();
+    first.map_or_else(|| program.instructions[far.instruction].text.clone(), Arc::from)
+}
+
+/// The choices of those on which guards of the scan depend: they read what these may have left, or what another left at an
+/// index that these may have left; or they read what the program writes and such a write may be in the way of.
+fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<ChoiceId> {
+    let mut matter: BTreeSet<ChoiceId> = BTreeSet::new();
+    let mut starts: BTreeSet<Cell> = BTreeSet::new();
+    let guarding = groups.iter().flat_map(|group| &group.variables);
+    for variable in guarding.chain(&model.counting) {
+        match &model.variables[variable.0 as usize].origin {
+            Origin::Start(cell) => _ = starts.insert(*cell),
+            Origin::Choice(_) => {}
+            &Origin::Havocked { cell, since, until } => {
+                let moments = model.havocs.concerning(cell, since, until);
+                matter.extend(moments.map(|moment| moment.choice));
+            }
+        }
+    }
+    let written = written(program);
+    let hidden = |far: &&FarWrite| match program.indexed.get(&far.choice) {
+        Some(indexed) => {
+            starts.iter().any(|cell| cell.area == indexed.first.area && written.contains(cell))
+        }
+        None => starts.iter().any(|cell| written.contains(cell)),
+    };
+    matter.extend(model.far_writes.iter().filter(hidden).map(|far| far.choice));
+    // Each follows from earlier ones.
+    for far in model.far_writes.iter().rev() {
+        if matter.contains(&far.choice) {
+            matter.extend(&far.follows);
+        }
+    }
+    matter
+}
+
+/// The words that the program writes itself, whatever it writes by indices.
+fn written(program: &Program) -> BTreeSet<Cell> {
+    let written = program.instructions.iter().flat_map(|one| &one.effects);
+    written
+        .flat_map(|effect| match &effect.write {
+            Write::Words(targets, _) => &targets[..],
+            Write::Bit(..) | Write::Havoc(..) => &[],
+        })
+        .filter_map(|target| match target {
+            WordTarget::Cell(cell) => Some(*cell),
+            WordTarget::Bits { .. } | WordTarget::Discard => None,
+        })
+        .collect()
+}
+
+/// Counts that are not known where the scan starts though the program writes them: a write of which it is not known where
+/// it goes may have changed them. They come last, since they may be known once that is stated.
+pub(super) fn put_last(unknowns: &mut [Unknown], program: &Program, model: &ScanModel) {
+    let written = written(program);
+    let is_reached = |cell: Cell| {
+        model.far_writes.iter().any(|far| match program.indexed.get(&far.choice) {
+            Some(indexed) => indexed.first.area == cell.area,
+            None => true,
+        })
+    };
+    let start = |origin: &Origin| match origin {
+        Origin::Start(cell) if written.contains(cell) && is_reached(*cell) => Some(*cell),
+        _ => None,
+    };
+    let hidden = model.variables.iter().filter_map(|variable| start(&variable.origin));
+    let hidden: BTreeSet<String> = hidden.map(|cell| program.cell_name(cell)).collect();
+    unknowns.sort_by_key(|one| one.counts().is_some() && hidden.contains(&*one.word));
+}

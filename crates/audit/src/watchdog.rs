@@ -1,0 +1,389 @@
+//! What a scan is held against: the watchdog and what restarts it, and a constant scan time.
+
+use super::real::{Found, Search};
+use super::{Audit, stretch};
+use scanbound_base::facts::Facts;
+use scanbound_base::location::Location;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
+use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_replay::{Event, Real};
+use scanbound_timing::price::Prices;
+use scanbound_timing::table::Table;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// So many scans of a run are made to see what it sets, each of at most so many instructions.
+const SCANS: usize = 3;
+const MOST_RUN: u64 = 400_000;
+
+/// An instruction that sets the watchdog or the constant scan time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SettingUse {
+    /// Where it stands.
+    pub at: Location,
+    /// Its text.
+    pub instruction: Arc<str>,
+    /// The least and the largest time, where these are known.
+    pub times: Option<(Picos, Picos)>,
+    /// The device that it takes the time from, where that is not known.
+    pub from: Option<String>,
+}
+
+/// A stretch of a scan that was run, and the longest time that the watchdog may have been set to in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// What passes in it at least without a restart of the watchdog.
+    pub took: Picos,
+    /// The most that the watchdog may be.
+    pub watchdog: Option<Picos>,
+    /// Whether the run begins at power-up.
+    pub is_reached: bool,
+}
+
+/// The watchdog.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Watchdog {
+    /// The time that it has unless the program sets another: stated, or the table's.
+    pub default: Option<Picos>,
+    /// Whether the user states it.
+    pub is_stated: bool,
+    /// The device that holds it, if there is one.
+    pub device: &'static str,
+    /// What sets it.
+    pub settings: Vec<SettingUse>,
+    /// The least that it may be, where that is known.
+    pub least: Option<Picos>,
+    /// How many instructions restart it.
+    pub restarts: usize,
+    /// Where there are some: no longer time passes without a restart, all points that the CPU can have included.
+    pub upper: Option<Picos>,
+    /// Stretches that were found.
+    pub found: Vec<Stretch>,
+}
+
+/// The least time of each scan, beside what it executes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Cycle {
+    /// No scan is made to last longer, if it is made to last at all.
+    pub upper: Option<Picos>,
+    /// Some scan is made to last so long.
+    pub lower: Option<Picos>,
+    /// What sets it.
+    pub settings: Vec<SettingUse>,
+    /// What switches it on.
+    pub switches: Vec<SettingUse>,
+    /// The devices of its time and its switch, where there are any.
+    pub devices: [&'static str; 2],
+    /// Whether the program may switch it on, and to what time is not known.
+    pub is_unknown: bool,
+    /// Whether the user states it.
+    pub is_stated: bool,
+    /// What the CPU's parameters call it, where they may set it and nobody states whether they do.
+    pub unstated: Option<&'static str>,
+}
+
+/// What scans and runs are looked at with.
+pub(super) struct Look<'a> {
+    pub program: &'a Program,
+    pub prices: &'a Prices,
+    pub table: &'a Table,
+    pub facts: &'a Facts,
+}
+
+/// What was seen in runs from power-up.
+#[derive(Default)]
+struct Seen {
+    /// The stretches of their scans.
+    stretches: Vec<Stretch>,
+    /// Whether a scan set the watchdog.
+    sets_watchdog: bool,
+    /// The longest constant scan time that surely was in force.
+    constant: Option<Picos>,
+}
+
+impl Look<'_> {
+    /// The watchdog and the least cycle.
+    pub fn see(&self, found: &Found, search: &Search<'_>) -> Result<(Watchdog, Cycle), String> {
+        let control = &self.program.scan_control;
+        let is_quiet = control.restarts.is_empty()
+            && control.watchdog.is_empty()
+            && control.extensions.is_empty()
+            && control.constant.is_empty()
+            && control.switches.is_empty();
+        let seen = if is_quiet { Seen::default() } else { self.seen() };
+        let cycle = self.cycle(&seen);
+        let mut stretches = Vec::new();
+        if !is_quiet {
+            stretches = self.others(found, search, seen.sets_watchdog)?;
+            stretches.extend(seen.stretches);
+        }
+        Ok((self.watchdog(stretches), cycle))
+    }
+
+    fn uses(&self, settings: &BTreeMap<usize, Setting>) -> Vec<SettingUse> {
+        let one = |(&at, setting): (&usize, &Setting)| SettingUse {
+            times: setting.range(),
+            from: match setting {
+                Setting::Device(from) => Some(from.clone()),
+                Setting::Computed(_) | Setting::Range(..) => None,
+            },
+            ..self.place(at)
+        };
+        settings.iter().map(one).collect()
+    }
+
+    fn place(&self, at: usize) -> SettingUse {
+        let instruction = &self.program.instructions[at];
+        let (at, instruction) = (instruction.place, instruction.text.clone());
+        SettingUse { at, instruction, times: None, from: None }
+    }
+
+    fn default(&self) -> Option<Picos> {
+        self.facts.watchdog.or(self.table.watchdog())
+    }
+
+    fn watchdog(&self, found: Vec<Stretch>) -> Watchdog {
+        let control = &self.program.scan_control;
+        let default = self.default();
+        let times = self.prices.times();
+        let around = self.prices.overhead_sum() + self.prices.more_points();
+        let settings = control.watchdog.values();
+        // What is stated stands for what is not known.
+        let set = settings.map(|setting| match setting.range() {
+            Some((least, _)) => least,
+            None => self.facts.watchdog.unwrap_or(Picos::ZERO),
+        });
+        let extensions = &control.extensions;
+        let extended = default
+            .map(|time| time + stretch::surely(self.program, &times, (time, around), extensions));
+        Watchdog {
+            default,
+            is_stated: self.facts.watchdog.is_some(),
+            device: control.devices[0],
+            settings: self.uses(&control.watchdog),
+            least: match self.is_set_first(&times, around) {
+                true => set.min(),
+                false => set.chain(extended).min(),
+            },
+            restarts: control.restarts.len(),
+            upper: stretch::upper(self.program, &times, around),
+            found,
+        }
+    }
+
+    /// Whether every run surely sets the watchdog in its first scan and restarts it behind that, before the time runs out
+    /// that it has by default: then that does not count any more.
+    fn is_set_first(&self, times: &[Times], around: Picos) -> bool {
+        let passed = stretch::until_set(self.program, times, around);
+        passed.is_some_and(|passed| self.default().is_some_and(|default| passed <= default))
+    }
+
+    /// The most that the watchdog may be: as it comes, or as the program sets it.
+    fn most(&self, from_settings: bool, from_default: bool) -> Option<Picos> {
+        let settings = self.program.scan_control.watchdog.values();
+        let settings = settings.map(|setting| match setting.range() {
+            Some((_, most)) => most,
+            None => self.facts.watchdog.unwrap_or(Picos(u64::MAX)),
+        });
+        let settings: Vec<Picos> = settings.filter(|_| from_settings).collect();
+        if !from_default {
+            return settings.into_iter().max();
+        }
+        Some(settings.into_iter().chain([self.default()?]).max().unwrap_or_default())
+    }
+
+    /// The longest stretches of the longest scan that was found, and of the same one where it is not the first.
+    fn others(
+        &self,
+        found: &Found,
+        search: &Search<'_>,
+        is_set: bool,
+    ) -> Result<Vec<Stretch>, String> {
+        let first = &self.program.power_up.first_scan;
+        let is_first = first.iter().any(|cell| found.witness.start.get(cell) == Some(&1));
+        let later;
+        let mut runs = vec![(&found.best, is_first)];
+        if is_first && is_set {
+            let mut witness = found.witness.clone();
+            witness.start.retain(|cell, _| !first.contains(cell));
+            later = search.real(&witness)?;
+            runs.push((&later, false));
+        }
+        let runs = runs.into_iter().filter(|(run, _)| run.is_possible());
+        Ok(runs.map(|(run, is_first)| self.stretch(run, !is_set || is_first, false)).collect())
+    }
+
+    fn stretch(&self, run: &Real, may_be_default: bool, is_reached: bool) -> Stretch {
+        let events = &run.replay.events;
+        let extended: Picos = events
+            .iter()
+            .filter(|event| event.fired)
+            .filter_map(|event| {
+                Some(self.program.scan_control.extensions.get(&event.instruction)?.1)
+            })
+            .sum();
+        let watchdog = self.most(true, may_be_default);
+        Stretch {
+            took: self.longest(events),
+            watchdog: watchdog.map(|time| time + extended),
+            is_reached,
+        }
+    }
+
+    /// The longest time that surely passes in a scan without a restart.
+    fn longest(&self, events: &[Event]) -> Picos {
+        let control = &self.program.scan_control;
+        let overhead = self.prices.overhead_sum().checked_sub(self.prices.unsure());
+        let entries: BTreeSet<usize> =
+            self.program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
+        let restarts =
+            |event: &&Event| event.fired && control.restarts.contains(&event.instruction);
+        let interrupts =
+            |event: &&Event| event.frames.first().is_some_and(|frame| entries.contains(&frame.at));
+        if !events.iter().any(|event| restarts(&event)) {
+            let all: Picos = events.iter().map(|event| event.cost).sum();
+            return all + overhead.unwrap_or_default();
+        }
+        // An interrupt may restart it at any moment.
+        if events.iter().any(|event| restarts(&event) && interrupts(&event)) {
+            return Picos::ZERO;
+        }
+        let (mut longest, mut passed) = (Picos::ZERO, Picos::ZERO);
+        for event in events.iter().filter(|event| !interrupts(event)) {
+            if restarts(&event) {
+                passed = Picos::ZERO;
+                continue;
+            }
+            passed += event.cost;
+            longest = longest.max(passed);
+        }
+        longest
+    }
+
+    /// Runs the program from power-up with all inputs off and with all on.
+    fn seen(&self) -> Seen {
+        let mut seen = Seen::default();
+        let times = self.prices.least_times();
+        let outside = Outside::of(self.program);
+        for value in [0, u16::MAX] {
+            let inputs = match value {
+                0 => BTreeMap::new(),
+                _ => self.inputs(&outside).into_iter().map(|cell| (cell, value)).collect(),
+            };
+            self.run(&outside, &times, &inputs, &mut seen);
+        }
+        seen
+    }
+
+    /// The inputs that the program reads.
+    fn inputs(&self, outside: &Outside<'_>) -> BTreeSet<Cell> {
+        let mut found = BTreeSet::new();
+        for instruction in &self.program.instructions {
+            instruction.each_read(&mut |source| {
+                use scanbound_ir::{BitSource, Source, WordSource};
+                if let Source::Bit(BitSource::Cell(cell) | BitSource::WordBit(cell, _))
+                | Source::Word(WordSource::Cell(cell)) = source
+                    && outside.sets(cell)
+                {
+                    found.insert(cell);
+                }
+            });
+        }
+        let is_bit = |cell: &Cell| self.program.area(cell.area).kind == AreaKind::Bit;
+        found.retain(|cell| is_bit(cell) || self.program.area(cell.area).kind == AreaKind::Word);
+        found
+    }
+
+    fn run<'r>(
+        &self,
+        outside: &'r Outside<'r>,
+        times: &'r [Times],
+        inputs: &BTreeMap<Cell, u16>,
+        seen: &mut Seen,
+    ) {
+        let control = &self.program.scan_control;
+        let choices = BTreeMap::new();
+        let mut run = Run::new(outside, times, self.prices.overhead_sum());
+        let (mut is_set, mut is_on, mut constant) = (false, false, Picos::ZERO);
+        for _ in 0..SCANS {
+            let given = Given { inputs: inputs.clone(), choices: &choices, chance: None };
+            let scan = run.scan(&given, MOST_RUN);
+            if !scan.is_possible() {
+                break;
+            }
+            seen.stretches.push(self.stretch(&scan, !is_set, true));
+            for event in &scan.replay.events {
+                let at = event.instruction;
+                is_set |= event.fired && control.watchdog.contains_key(&at);
+                if event.fired
+                    && let Some(setting) = control.constant.get(&at)
+                {
+                    constant = setting.range().map_or(Picos::ZERO, |(least, _)| least);
+                }
+                is_on = match control.switches.get(&at) {
+                    Some(Switch::Condition) => event.fired,
+                    Some(Switch::On) => is_on || event.fired,
+                    Some(Switch::Off) => is_on && !event.fired,
+                    Some(Switch::Unknown) => false,
+                    None => is_on,
+                };
+            }
+            if scan.stopped.is_some() {
+                break;
+            }
+            if is_on && constant > Picos::ZERO {
+                seen.constant = seen.constant.max(Some(constant));
+            }
+        }
+        seen.sets_watchdog |= is_set;
+    }
+
+    fn cycle(&self, seen: &Seen) -> Cycle {
+        let control = &self.program.scan_control;
+        let stated = self.facts.constant_scan;
+        let may_be = control.may_be_constant();
+        let known = control.constant.values().filter(|_| may_be);
+        let known: Vec<Option<Picos>> =
+            known.map(|setting| setting.range().map(|range| range.1)).collect();
+        let is_open = known.is_empty() || known.contains(&None);
+        let is_unknown = may_be && is_open && stated.is_none();
+        let upper = known.into_iter().flatten().chain(stated).max();
+        Cycle {
+            upper: upper.filter(|&time| time > Picos::ZERO),
+            lower: seen.constant.max(stated).filter(|&time| time > Picos::ZERO),
+            settings: self.uses(&control.constant),
+            switches: control.switches.keys().map(|&at| self.place(at)).collect(),
+            devices: [control.devices[1], control.devices[2]],
+            is_unknown,
+            is_stated: stated.is_some(),
+            unstated: control.by_parameters.filter(|_| stated.is_none()),
+        }
+    }
+}
+
+impl Audit {
+    /// No scan, with the wait for the constant scan time, lasts longer.
+    #[must_use]
+    pub fn cycle_upper(&self) -> Picos {
+        self.bound.upper.max(self.cycle.upper.unwrap_or_default())
+    }
+
+    /// The same with all points that the CPU can have, where it is not stated how many are fitted.
+    #[must_use]
+    pub fn cycle_with_all_points(&self) -> Picos {
+        self.upper_with_all_points().max(self.cycle.upper.unwrap_or_default())
+    }
+
+    /// Some scan, with the wait for the constant scan time, lasts so long.
+    #[must_use]
+    pub fn cycle_lower(&self) -> Picos {
+        self.possible().max(self.cycle.lower.unwrap_or_default())
+    }
+
+    /// The same without the points that are not stated.
+    #[must_use]
+    pub fn cycle_without_points(&self) -> Picos {
+        self.lower_without_points().max(self.cycle.lower.unwrap_or_default())
+    }
+}

@@ -1,0 +1,780 @@
+//! What the user states about the plant and the source does not say: ranges of words, interrupts a scan, points, networks.
+
+mod calls;
+mod places;
+
+use crate::checksum::sha256;
+use crate::code::Code;
+use crate::diagnostic::Diagnostic;
+use crate::time::Picos;
+use places::Places;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+pub use calls::{StatedCall, key, plain};
+pub use places::Part;
+
+/// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Facts {
+    /// The file that they were read from, if from one: its name and the SHA-256 of its bytes.
+    pub read_from: Option<(String, String)>,
+    /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
+    pub ranges: BTreeMap<String, (i64, i64)>,
+    /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
+    /// executed: a loop's iterations, a block's length. Or a word (`D100`): wherever it counts.
+    pub counts: BTreeMap<String, (i64, i64)>,
+    /// Routine that is not among the files, as [`plain`] has its name (`P153`), to what is known of it.
+    pub calls: BTreeMap<String, StatedCall>,
+    /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
+    pub interrupts: BTreeMap<String, u32>,
+    /// Interrupt label in upper case (`I28`) to how often it comes: once in each such interval.
+    pub intervals: BTreeMap<String, Picos>,
+    /// Input points that the CPU refreshes.
+    pub inputs: Option<u32>,
+    /// Output points that the CPU refreshes.
+    pub outputs: Option<u32>,
+    /// The kind of base unit that all modules sit on, as timing tables name it (`main`).
+    pub base: Option<String>,
+    /// Input points and output points by base; empty where a side has one number only. The number is their sum.
+    pub by_base: [BTreeMap<String, u32>; 2],
+    /// What the refresh of networks takes in one scan at most; zero if there is none.
+    pub network: Option<Picos>,
+    /// The factor on the whole scan, in place of the table's.
+    pub factor: Option<StatedFactor>,
+    /// Whether the CPU stops at an operation error, or goes on with the next instruction: a parameter of some CPUs.
+    pub stops_on_error: Option<bool>,
+    /// The constant or minimum scan time that the CPU's parameters set; zero if they set none.
+    pub constant_scan: Option<Picos>,
+    /// The watchdog's time that the CPU's parameters set.
+    pub watchdog: Option<Picos>,
+    /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
+    pub latched: Option<bool>,
+    /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
+    pub index_bits: Option<u32>,
+    /// The only devices that are written through an indirect address (`@D0`), each as written: from the first to the last
+    /// (`ZR1000-ZR1999`), or one.
+    pub indirect: Option<Vec<String>>,
+    /// What an index is where something is written by it, at a place (`MAIN.csv:924`) or wherever a register is the index
+    /// (`Z0`): the least and the largest.
+    pub indices: BTreeMap<String, (i64, i64)>,
+    /// Devices that others than the program write between scans, such as HMIs: each as `D100`, or `D100-D199`.
+    pub external: Vec<String>,
+    /// Devices that nobody but the program writes, likewise.
+    pub internal: Vec<String>,
+    /// Sets of bits of which no two are on when a scan starts, each bit as written.
+    pub exclusive: Vec<Vec<String>>,
+    /// Whether scans after a download or a change in RUN count, when memory may hold anything.
+    pub download: bool,
+    /// Whether of transitions of a chart that compete for a step, and of which one has no priority, all clear whose conditions
+    /// are true.
+    pub all_clear: bool,
+    /// In which order a chart's actions are carried out in one scan, where that is known.
+    pub action_order: Option<ActionOrder>,
+    /// Where they stand.
+    pub places: Places,
+}
+
+/// In which order the actions of a chart that run in one scan are carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActionOrder {
+    /// As the chart first names them.
+    Named,
+    /// Boolean variables first, then actions as they are declared.
+    Declared,
+    /// By their names; those that have ended, which are carried out once more, before the others.
+    Alphabetical,
+}
+
+impl ActionOrder {
+    /// All.
+    pub const ALL: [ActionOrder; 3] =
+        [ActionOrder::Named, ActionOrder::Declared, ActionOrder::Alphabetical];
+
+    /// As facts files write it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ActionOrder::Named => "named",
+            ActionOrder::Declared => "declared",
+            ActionOrder::Alphabetical => "alphabetical",
+        }
+    }
+}
+
+/// How often an interrupt routine runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HowOften {
+    /// So many times in a scan at most.
+    Times(u32),
+    /// Once in each interval of this length, which is above 0.
+    Every(Picos),
+}
+
+impl std::str::FromStr for HowOften {
+    type Err = ();
+    fn from_str(text: &str) -> Result<HowOften, ()> {
+        if let Ok(times) = text.parse() {
+            return Ok(HowOften::Times(times));
+        }
+        let time: Picos = text.parse().map_err(|_| ())?;
+        if time > Picos::ZERO { Ok(HowOften::Every(time)) } else { Err(()) }
+    }
+}
+
+/// A factor on the whole scan that the user states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StatedFactor {
+    /// In millionths, at least a million.
+    pub millionths: u64,
+    /// As written.
+    pub text: String,
+}
+
+/// What a facts file may say, shown where it says something else.
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const SCAN: &str = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most; constant = \"20ms\", the constant or minimum scan time that its parameters set, or \"none\"; watchdog = \"500ms\", the watchdog's time that they set";
+const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
+const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
+const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
+const ON_ERROR: &str = "write on_error = \"stop\" where the CPU stops at an operation error (division by zero, an index beyond its area), on_error = \"continue\" where it goes on, as its parameters say";
+/// The tables of a facts file.
+pub const TABLES: [&str; 13] = [
+    "ranges",
+    "counts",
+    "calls",
+    "interrupts",
+    "io",
+    "network",
+    "index",
+    "scan",
+    "external",
+    "internal",
+    "exclusive",
+    "start",
+    "sfc",
+];
+/// More faults than this are counted, not listed.
+const MOST_FAULTS: usize = 100;
+/// No network's refresh takes longer, nor is any scan multiplied by more.
+const LONGEST: Picos = Picos(10_000_000_000_000);
+/// No watchdog and no constant scan is set to more: 60 s.
+const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
+const LARGEST_FACTOR: u64 = 10_000_000;
+
+impl Facts {
+    /// How often an interrupt routine runs in one scan at most, if that is stated; letter case does not count.
+    #[must_use]
+    pub fn interrupt(&self, label: &str) -> Option<u32> {
+        self.interrupts.get(&label.to_ascii_uppercase()).copied()
+    }
+
+    /// States how often an interrupt routine runs, whatever a file says: so many times in a scan, or once in each interval.
+    pub fn state_interrupt(&mut self, label: &str, often: HowOften) {
+        self.places.forget("interrupts", label);
+        let label = label.to_ascii_uppercase();
+        self.interrupts.remove(&label);
+        self.intervals.remove(&label);
+        match often {
+            HowOften::Times(times) => _ = self.interrupts.insert(label, times),
+            HowOften::Every(interval) => _ = self.intervals.insert(label, interval),
+        }
+    }
+
+    /// A finding about the fact of this table and key, at its place in the file if it stands in one.
+    #[must_use]
+    pub fn fault(
+        &self,
+        fact: [&str; 2],
+        part: Part,
+        code: Code,
+        message: impl Into<String>,
+        help: &str,
+    ) -> Diagnostic {
+        self.places.fault(fact, part, code, message.into(), help)
+    }
+
+    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics.
+    ///
+    /// # Errors
+    /// All faults at once, up to a limit.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound_base::facts::Facts;
+    ///
+    /// let facts = Facts::parse("facts.toml", "[interrupts]\nI0 = 2\n").expect("right facts");
+    /// assert_eq!(facts.interrupt("I0"), Some(2));
+    /// let faults = Facts::parse("facts.toml", "[interrupts]\nI0 = -1\n").expect_err("a negative number");
+    /// assert_eq!(faults.len(), 1);
+    /// ```
+    pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
+        let read_from = Some((name.to_owned(), sha256(text.as_bytes())));
+        let facts = Facts { read_from, places: Places::new(name, text), ..Facts::default() };
+        let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };
+        let (table, errors) = DeTable::parse_recoverable(text);
+        for error in errors {
+            let help = match error.message() {
+                "duplicate key" => "write each table, and each key in it, once",
+                _ => FORM,
+            };
+            reader.fault(error.span(), format!("not TOML: {}", error.message()), help);
+        }
+        for (key, value) in table.get_ref() {
+            let name = key.get_ref().as_ref();
+            match value.get_ref().as_table() {
+                Some(entries) if TABLES.contains(&name) => {
+                    for (own, value) in entries {
+                        reader.facts.places.put(name, own.get_ref(), [own.span(), value.span()]);
+                        reader.fact(name, own, value);
+                    }
+                }
+                None if TABLES.contains(&name) => {
+                    reader.fault(Some(key.span()), format!("'{name}' is a table"), FORM);
+                }
+                _ => {
+                    let message = format!("'{name}' is not a fact");
+                    reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
+                }
+            }
+        }
+        reader.finish()
+    }
+}
+
+struct Reader<'a> {
+    name: &'a str,
+    facts: Facts,
+    faults: Vec<Diagnostic>,
+    dropped: usize,
+}
+
+/// A key and its value.
+type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader<'_> {
+    fn finish(mut self) -> Result<Facts, Vec<Diagnostic>> {
+        self.faults.sort_by_key(|fault| fault.line);
+        if self.dropped > 0 {
+            let message = format!("and {} further faults, not listed", self.dropped);
+            let help = "mend those listed first";
+            self.faults.push(Diagnostic::file(Code::Facts, self.name, message, help));
+        }
+        if self.faults.is_empty() { Ok(self.facts) } else { Err(self.faults) }
+    }
+
+    fn fact(&mut self, table: &str, key: &Key<'_>, value: &Value<'_>) {
+        match table {
+            "ranges" => self.range(key.get_ref(), value),
+            "counts" => self.counted(key.get_ref(), value),
+            "calls" => self.call(key.get_ref(), value),
+            "index" => self.index(key, value),
+            "interrupts" if value.get_ref().as_str().is_some() => {
+                let text = value.get_ref().as_str().unwrap_or_default().trim();
+                match text.parse() {
+                    Ok(HowOften::Every(interval)) => {
+                        let label = key.get_ref().to_ascii_uppercase();
+                        self.facts.intervals.insert(label, interval);
+                    }
+                    _ => {
+                        let message = format!("{} is not an interval above 0", key.get_ref());
+                        let help = "write an interval in quotes, such as I28 = \"4ms\", or a count, such as I28 = 2";
+                        self.fault(Some(value.span()), message, help);
+                    }
+                }
+            }
+            "interrupts" => {
+                if let Some(times) = self.count(key.get_ref(), value) {
+                    let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());
+                    let most = most.or_insert(times);
+                    *most = (*most).max(times);
+                }
+            }
+            "io" => self.points(key, value),
+            "network" => self.network(key, value),
+            "external" => {
+                let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.external = devices;
+                }
+            }
+            "internal" => {
+                let help =
+                    "write devices = [\"D100-D199\", \"M50\"], what nobody but the program writes";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.internal = devices;
+                }
+            }
+            "exclusive" => self.exclusive(key, value),
+            "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
+                ("download", Some(download)) => self.facts.download = download,
+                ("download", None) => {
+                    self.fault(Some(value.span()), "download is true or false".to_owned(), DOWNLOAD)
+                }
+                (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
+            },
+            "sfc" => self.chart(key, value),
+            _ => self.scan(key, value),
+        }
+    }
+
+    fn chart(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let text = value.get_ref().as_str();
+        match key.get_ref().as_ref() {
+            "selection" => match text {
+                Some("all") => self.facts.all_clear = true,
+                Some("first") => self.facts.all_clear = false,
+                _ => {
+                    let message = "selection is \"first\" or \"all\"".to_owned();
+                    self.fault(Some(value.span()), message, SELECTION);
+                }
+            },
+            "action_order" => {
+                let named = |one: &ActionOrder| text == Some(one.name());
+                self.facts.action_order = ActionOrder::ALL.into_iter().find(named);
+                if self.facts.action_order.is_none() {
+                    let message =
+                        "action_order is \"named\", \"declared\" or \"alphabetical\"".to_owned();
+                    self.fault(Some(value.span()), message, ACTION_ORDER);
+                }
+            }
+            other => {
+                let help = format!("{SELECTION}; {ACTION_ORDER}");
+                self.unknown(key, "sfc", &meant(other, &["selection", "action_order"], &help));
+            }
+        }
+    }
+
+    fn range(&mut self, device: &str, value: &Value<'_>) {
+        match numbers(value).as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.ranges.insert(device.to_owned(), (low, high));
+            }
+            Some(&[low, high]) => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is empty: {low} is above {high}"),
+                "give the least value first",
+            ),
+            _ => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is not two whole numbers"),
+                "write D100 = [0, 10]; a device with a point in its name goes in quotes: \"D10.A\"",
+            ),
+        }
+    }
+
+    fn counted(&mut self, place: &str, value: &Value<'_>) {
+        let item = |value: &DeValue<'_>| integer(value).filter(|count| *count >= 0);
+        let numbers: Option<Vec<i64>> = match value.get_ref().as_array() {
+            Some(array) => array.iter().map(|one| item(one.get_ref())).collect(),
+            None => item(value.get_ref()).map(|count| vec![count, count]),
+        };
+        match numbers.as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.counts.insert(place.to_owned(), (low, high));
+            }
+            _ => self.fault(
+                Some(value.span()),
+                format!("the count at {place} is no number from 0 on, nor two of them, the least first"),
+                "write \"MAIN.csv:543\" = 20 for a count that is always 20, = [0, 20] for one of at most 20",
+            ),
+        }
+    }
+
+    fn index(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        match key.get_ref().as_ref() {
+            "bits" => match integer(value.get_ref()) {
+                Some(16) => self.facts.index_bits = Some(16),
+                Some(32) => self.facts.index_bits = Some(32),
+                _ => self.fault(
+                    Some(value.span()),
+                    "bits is neither 16 nor 32".to_owned(),
+                    "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)",
+                ),
+            },
+            "indirect" => {
+                let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+                let all = value.get_ref().as_array().map(|all| all.iter().map(text).collect());
+                match all {
+                    Some(Some(devices)) => self.facts.indirect = Some(devices),
+                    _ => self.fault(
+                        Some(value.span()),
+                        "indirect is no list of devices".to_owned(),
+                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], all that the program writes through @",
+                    ),
+                }
+            }
+            place if value.get_ref().as_array().is_some() => {
+                match numbers(value).as_deref() {
+                    Some(&[low, high]) if low <= high => {
+                        self.facts.indices.insert(place.to_owned(), (low, high));
+                    }
+                    _ => self.fault(
+                        Some(value.span()),
+                        format!("the index at {place} is no two numbers, the least first"),
+                        "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
+                    ),
+                }
+            }
+            other => {
+                let help = "write bits = 16, Z0 = [0, 99], or indirect = [\"ZR1000-ZR1999\"]";
+                self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
+            }
+        }
+    }
+
+    /// The devices of a table that has nothing else.
+    fn devices(
+        &mut self,
+        table: &str,
+        key: &Key<'_>,
+        value: &Value<'_>,
+        help: &str,
+    ) -> Option<Vec<String>> {
+        if key.get_ref().as_ref() != "devices" {
+            self.unknown(key, table, &meant(key.get_ref(), &["devices"], help));
+            return None;
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        let devices = value.get_ref().as_array().and_then(|all| all.iter().map(text).collect());
+        if devices.is_none() {
+            self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help);
+        }
+        devices
+    }
+
+    fn exclusive(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], in each set bits of which no two are on when a scan starts";
+        if key.get_ref().as_ref() != "sets" {
+            return self.unknown(key, "exclusive", &meant(key.get_ref(), &["sets"], help));
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        let set = |one: &Value<'_>| {
+            let bits: Vec<String> =
+                one.get_ref().as_array()?.iter().map(text).collect::<Option<_>>()?;
+            (bits.len() > 1).then_some(bits)
+        };
+        match value.get_ref().as_array().and_then(|all| all.iter().map(set).collect()) {
+            Some(sets) => self.facts.exclusive = sets,
+            None => {
+                let message = "sets is no list of lists of two bits or more".to_owned();
+                self.fault(Some(value.span()), message, help);
+            }
+        }
+    }
+
+    fn points(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        match key.get_ref().as_ref() {
+            "inputs" => self.facts.inputs = self.side(0, "inputs", value),
+            "outputs" => self.facts.outputs = self.side(1, "outputs", value),
+            "base" => match value.get_ref().as_str() {
+                Some(base) => self.facts.base = Some(base.trim().to_ascii_lowercase()),
+                None => self.fault(
+                    Some(value.span()),
+                    "base is not a text in quotes".to_owned(),
+                    "write base = \"main\", the kind of base unit that all I/O modules sit on",
+                ),
+            },
+            "latched" => match value.get_ref().as_bool() {
+                Some(latched) => self.facts.latched = Some(latched),
+                None => self.fault(
+                    Some(value.span()),
+                    "latched is true or false".to_owned(),
+                    "write latched = true if the PC reads its inputs once a pass, into an image",
+                ),
+            },
+            other => self.unknown(
+                key,
+                "io",
+                &meant(
+                    other,
+                    &["inputs", "outputs", "base", "latched"],
+                    "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
+                ),
+            ),
+        }
+    }
+
+    /// The points of a side: one number, or one for each base.
+    fn side(&mut self, side: usize, name: &str, value: &Value<'_>) -> Option<u32> {
+        let Some(bases) = value.get_ref().as_table() else { return self.count(name, value) };
+        let mut sum = Some(0_u32);
+        for (base, points) in bases {
+            let own = self.count(&format!("{name} on the base {}", base.get_ref()), points)?;
+            let own_name = base.get_ref().trim().to_ascii_lowercase();
+            let key = format!("{name}.{own_name}");
+            self.facts.places.put("io", &key, [base.span(), points.span()]);
+            let on_base = self.facts.by_base[side].entry(own_name).or_default();
+            *on_base = on_base.saturating_add(own);
+            sum = sum.and_then(|sum| sum.checked_add(own));
+        }
+        if sum.is_none() {
+            let message = format!("{name} are more points than can be counted");
+            self.fault(Some(value.span()), message, "give the points of each base");
+        }
+        sum
+    }
+
+    fn network(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write refresh = \"1.5ms\", what the refresh of all networks takes in one scan at most, or refresh = \"none\" where there is none";
+        if key.get_ref().as_ref() != "refresh" {
+            return self.unknown(key, "network", &meant(key.get_ref(), &["refresh"], help));
+        }
+        let text = value.get_ref().as_str().map(str::trim);
+        let time = match text {
+            Some(none) if none.eq_ignore_ascii_case("none") => Some(Picos::ZERO),
+            Some(text) => text.parse().ok().filter(|&time| time <= LONGEST),
+            None => None,
+        };
+        match time {
+            Some(time) => self.facts.network = Some(time),
+            None => {
+                self.fault(Some(value.span()), "refresh is no time up to 10 s".to_owned(), help)
+            }
+        }
+    }
+
+    fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = match key.get_ref().as_ref() {
+            "factor" => {
+                "write factor = 1.1, by which what else the CPU serves lengthens a scan at most"
+            }
+            "on_error" => return self.on_error(value),
+            "constant" | "watchdog" => return self.scan_time(key.get_ref(), value),
+            other => {
+                let known = ["factor", "constant", "watchdog", "on_error"];
+                return self.unknown(
+                    key,
+                    "scan",
+                    &meant(other, &known, &format!("{SCAN}; {ON_ERROR}")),
+                );
+            }
+        };
+        let text = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().to_owned(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().to_owned(),
+            DeValue::String(text) => text.trim().to_owned(),
+            _ => String::new(),
+        };
+        let allowed = 1_000_000..=LARGEST_FACTOR;
+        match Picos::from_us_text(&text) {
+            Ok(Picos(millionths)) if allowed.contains(&millionths) => {
+                self.facts.factor = Some(StatedFactor { millionths, text });
+            }
+            _ => self.fault(
+                Some(value.span()),
+                "factor is not a decimal from 1 to 10".to_owned(),
+                help,
+            ),
+        }
+    }
+
+    fn on_error(&mut self, value: &Value<'_>) {
+        match value.get_ref().as_str() {
+            Some("stop") => self.facts.stops_on_error = Some(true),
+            Some("continue") => self.facts.stops_on_error = Some(false),
+            _ => {
+                let message = "on_error is \"stop\" or \"continue\"".to_owned();
+                self.fault(Some(value.span()), message, ON_ERROR);
+            }
+        }
+    }
+
+    /// The constant scan time or the watchdog's time.
+    fn scan_time(&mut self, name: &str, value: &Value<'_>) {
+        let text = value.get_ref().as_str().map_or("", str::trim);
+        let is_none = name == "constant" && text.eq_ignore_ascii_case("none");
+        let time = if is_none { Some(Picos::ZERO) } else { text.parse().ok() };
+        let time = time.filter(|&time| time <= LONGEST_CYCLE && (is_none || time > Picos::ZERO));
+        match (name, time) {
+            ("constant", Some(time)) => self.facts.constant_scan = Some(time),
+            (_, Some(time)) => self.facts.watchdog = Some(time),
+            (_, None) => {
+                let message = format!("{name} is not a time above 0 and up to 60 s");
+                self.fault(Some(value.span()), message, SCAN);
+            }
+        }
+    }
+
+    fn unknown(&mut self, key: &Key<'_>, table: &str, help: &str) {
+        let message = format!("'{}' is not known in [{table}]", key.get_ref());
+        self.fault(Some(key.span()), message, help);
+    }
+
+    fn count(&mut self, what: &str, value: &Value<'_>) -> Option<u32> {
+        let number = integer(value.get_ref()).and_then(|n| u32::try_from(n).ok());
+        if number.is_none() {
+            self.fault(
+                Some(value.span()),
+                format!("{what} is not a whole number from 0 on"),
+                "write a count, such as I0 = 2",
+            );
+        }
+        number
+    }
+
+    fn fault(&mut self, span: Option<Range<usize>>, message: String, help: &str) {
+        if self.faults.len() >= MOST_FAULTS {
+            self.dropped += 1;
+            return;
+        }
+        self.faults.push(match span {
+            Some(span) => self.facts.places.at(Code::Facts, span, message, help),
+            None => Diagnostic::file(Code::Facts, self.name, message, help),
+        });
+    }
+}
+
+/// The help, headed by the known name that is most like a wrong one, if any is.
+fn meant(wrong: &str, known: &[&str], help: &str) -> String {
+    let likeness =
+        |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
+    let nearest = known.iter().filter(|name| likeness(name).is_some());
+    let nearest =
+        nearest.max_by(|a, b| likeness(a).partial_cmp(&likeness(b)).unwrap_or(Ordering::Equal));
+    nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
+}
+
+/// An array of whole numbers.
+fn numbers(value: &Value<'_>) -> Option<Vec<i64>> {
+    value.get_ref().as_array()?.iter().map(|item| integer(item.get_ref())).collect()
+}
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    let number = value.as_integer()?;
+    i64::from_str_radix(number.as_str(), number.radix()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fact_is_read() {
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\n";
+        let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
+        let writes = Some(vec!["D1-D9".to_owned()]);
+        let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
+        assert_eq!(
+            facts,
+            Facts {
+                read_from: Some(("facts.toml".to_owned(), sha256(text.as_bytes()))),
+                ranges: [("D100".to_owned(), (0, 10)), ("Z0".to_owned(), (-1, 31))].into(),
+                counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
+                calls: [("P7".to_owned(), call)].into(),
+                index_bits: Some(32),
+                indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
+                indices: [("Z3".to_owned(), (-4, 9))].into(),
+                external: vec!["D5".to_owned()],
+                internal: vec!["M1-M9".to_owned()],
+                exclusive: [&["X1", "X2"][..], &["M1", "M2", "M3"]]
+                    .map(|set| set.iter().map(|one| (*one).to_owned()).collect())
+                    .into(),
+                download: true,
+                all_clear: true,
+                action_order: Some(ActionOrder::Alphabetical),
+                interrupts: [("I0".to_owned(), 2)].into(),
+                intervals: [("I28".to_owned(), Picos(4_000_000_000))].into(),
+                inputs: Some(64),
+                outputs: Some(32),
+                base: Some("main".to_owned()),
+                by_base: Default::default(),
+                network: Some(Picos(1_500_000_000)),
+                factor: Some(StatedFactor { millionths: 1_050_000, text: "1.05".to_owned() }),
+                stops_on_error: Some(false),
+                constant_scan: Some(Picos::ZERO),
+                watchdog: Some(Picos(500_000_000_000)),
+                latched: Some(true),
+                places: facts.places.clone(),
+            }
+        );
+        assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
+        let read_from = Some(("facts.toml".to_owned(), sha256(b"")));
+        let empty = Facts { read_from, places: Places::new("facts.toml", ""), ..Facts::default() };
+        assert_eq!(Facts::parse("facts.toml", ""), Ok(empty));
+    }
+
+    #[test]
+    fn points_are_stated_by_base_too_and_no_network_is_none() {
+        let text = "[io]\ninputs = { main = 32, Extension = 16 }\n[network]\nrefresh = 'none'\n[scan]\nfactor = 2\n";
+        let facts = Facts::parse("facts.toml", text).expect("facts");
+        assert_eq!((facts.inputs, facts.outputs), (Some(48), None));
+        let bases = [("main".to_owned(), 32), ("extension".to_owned(), 16)];
+        assert_eq!(facts.by_base, [bases.into(), BTreeMap::new()]);
+        assert_eq!(facts.network, Some(Picos::ZERO));
+        assert_eq!(facts.factor.map(|factor| factor.millionths), Some(2_000_000));
+        for wrong in [
+            "[network]\nrefresh = 5",
+            "[network]\nrefresh = '11s'",
+            "[network]\nrefresh = '-1ms'",
+            "[network]\ntime = '1ms'",
+            "[scan]\nfactor = 0.9",
+            "[scan]\nfactor = 11",
+            "[scan]\nfactor = 1e1",
+            "[io]\nbase = 1",
+            "[io]\ninputs = { main = -1 }",
+            "[io]\ninputs = { a = 4294967295, b = 1 }",
+        ] {
+            let faults = Facts::parse("facts.toml", wrong).expect_err(wrong);
+            assert_eq!(faults.iter().map(|fault| fault.line).collect::<Vec<_>>(), [Some(2)]);
+        }
+    }
+
+    #[test]
+    fn faults_found_later_mark_the_key_or_the_value() {
+        let long = " ".repeat(1000);
+        let text = format!("[ranges]\r\n\"D 1\" = [3, 4]\r\nD2 ={long}[5, 6]\r\n");
+        let facts = Facts::parse("facts.toml", &text).expect("facts");
+        let marked = |key, part| {
+            let fault = facts.fault(["ranges", key], part, Code::Fact, "wrong", "help");
+            let (from, to) = fault.span.expect("a span");
+            (fault.line, fault.text[from..to].to_owned())
+        };
+        assert_eq!(marked("D 1", Part::Key), (Some(2), "\"D 1\"".to_owned()));
+        assert_eq!(marked("D 1", Part::Value), (Some(2), "[3, 4]".to_owned()));
+        assert_eq!(marked("D2", Part::Value), (Some(3), "[5, 6]".to_owned()));
+        let unknown = facts.fault(["ranges", "D3"], Part::Key, Code::Fact, "wrong", "help");
+        assert_eq!((unknown.file.as_str(), unknown.line), ("", None));
+    }
+
+    #[test]
+    fn many_faults_are_counted() {
+        let text: String = (0..500).map(|n| format!("[a{n}]\n")).collect();
+        let faults = Facts::parse("facts.toml", &text).expect_err("500 faults");
+        assert_eq!(faults.len(), MOST_FAULTS + 1);
+        assert_eq!(faults[MOST_FAULTS].message, "and 400 further faults, not listed");
+    }
+
+    #[test]
+    fn all_faults_are_told_at_once_in_order() {
+        let text = "speed = 3\n[ranges]\nD1 = [3, 1]\nD2 = 5\n[interrupts]\nI0 = -1\n[io]\nmodules = 3\nlatched = 1\n";
+        let faults = Facts::parse("facts.toml", text).expect_err("six faults");
+        let told: Vec<(Option<u32>, &str)> =
+            faults.iter().map(|fault| (fault.line, fault.message.as_str())).collect();
+        assert_eq!(
+            told,
+            [
+                (Some(1), "'speed' is not a fact"),
+                (Some(3), "the range of D1 is empty: 3 is above 1"),
+                (Some(4), "the range of D2 is not two whole numbers"),
+                (Some(6), "I0 is not a whole number from 0 on"),
+                (Some(8), "'modules' is not known in [io]"),
+                (Some(9), "latched is true or false"),
+            ]
+        );
+        assert_eq!(faults[1].text, "D1 = [3, 1]");
+        assert_eq!(faults[1].span, Some((5, 11)));
+    }
+
+    #[test]
+    fn what_is_not_toml_is_told_with_its_line() {
+        let faults =
+            Facts::parse("facts.toml", "[ranges]\nD1 = [0, 1\nD2 == 3\n").expect_err("not TOML");
+        assert!(faults.iter().all(|fault| fault.line.is_some()));
+        assert!(faults.iter().any(|fault| fault.message.starts_with("not TOML")));
+    }
+}

@@ -1,0 +1,142 @@
+//! What the user states of routines that calls ask for and that are not among the files given.
+
+use super::{LONGEST, Reader, Value, meant};
+use crate::time::Picos;
+
+/// What is stated of a routine that is not there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StatedCall {
+    /// The routine as the facts file has it.
+    pub name: String,
+    /// What it takes from its call to its return, without the call itself.
+    pub time: Picos,
+    /// The devices that it writes, each from the first to the last (`D100-D199`) or one; `None`: it may write any.
+    pub writes: Option<Vec<String>>,
+}
+
+/// A name without what one may write in several ways: letter case, blanks, zeros in front of the number, function codes.
+/// A program's name may stand before it (`SUB:P10`).
+#[must_use]
+pub fn plain(name: &str) -> String {
+    let joined = |text: &str| text.split_whitespace().collect::<String>().to_uppercase();
+    if let Some((program, name)) = name.rsplit_once(':') {
+        return format!("{}:{}", joined(program), plain(name));
+    }
+    let mut name = joined(name);
+    if let (Some(open), Some(close)) = (name.find('('), name.find(')'))
+        && open < close
+    {
+        name.replace_range(open..=close, "");
+    }
+    let at = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
+    let (letters, number) = name.split_at(at);
+    // A number of zeros alone is 0.
+    let zeros = number.bytes().take_while(|&digit| digit == b'0').count();
+    let is_zero = number.as_bytes().get(zeros).is_none_or(|next| !next.is_ascii_alphanumeric());
+    let zeros = if is_zero { zeros.saturating_sub(1) } else { zeros };
+    format!("{letters}{}", &number[zeros..])
+}
+
+/// A name as a key of a facts file: in quotes where it must be.
+#[must_use]
+pub fn key(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && name.chars().all(is_bare) {
+        return name.to_owned();
+    }
+    let mut quoted = String::from("\"");
+    for c in name.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => quoted += &format!("\\u{:04X}", u32::from(c)),
+            c => quoted.push(c),
+        }
+    }
+    quoted + "\""
+}
+
+impl Reader<'_> {
+    pub(super) fn call(&mut self, name: &str, value: &Value<'_>) {
+        const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: what the routine takes at most, and all that it writes; without writes it may write anything";
+        let Some(entries) = value.get_ref().as_table() else {
+            let message = format!("what is stated of {name} is no time in braces");
+            return self.fault(Some(value.span()), message, HELP);
+        };
+        let (mut time, mut writes) = (None, None);
+        for (key, value) in entries {
+            let known = match key.get_ref().as_ref() {
+                "time" => {
+                    let text = value.get_ref().as_str();
+                    let read = text.and_then(|text| Picos::from_duration_text(text).ok());
+                    time = read.filter(|&time| time <= LONGEST);
+                    time.is_some()
+                }
+                "writes" => {
+                    let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+                    let all = value.get_ref().as_array();
+                    writes = all.and_then(|all| all.iter().map(text).collect());
+                    writes.is_some()
+                }
+                other => {
+                    let message = format!("'{other}' is not known of a routine");
+                    self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
+                    continue;
+                }
+            };
+            if !known {
+                let message = match key.get_ref().as_ref() {
+                    "time" => format!("the time of {name} is no time with its unit, up to 10 s"),
+                    _ => format!("what {name} writes is no list of devices"),
+                };
+                self.fault(Some(value.span()), message, HELP);
+            }
+        }
+        let Some(time) = time else {
+            if !entries.iter().any(|(key, _)| key.get_ref() == "time") {
+                let message = format!("the time of {name} is not stated");
+                self.fault(Some(value.span()), message, HELP);
+            }
+            return;
+        };
+        let call = StatedCall { name: name.to_owned(), time, writes };
+        let first = self.facts.calls.insert(plain(name), call);
+        if let Some(first) = first {
+            let message = format!("{name} and {} are the same routine", first.name);
+            self.fault(Some(value.span()), message, "state each routine once");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts::Facts;
+
+    #[test]
+    fn names_are_the_same_however_they_are_written() {
+        let names = ["p007", "P 7", "SUB:p07", "SBN(092) 010", "gsbn 0", "P00", "D10.A", "W0FF"];
+        let plain = names.map(plain);
+        assert_eq!(plain, ["P7", "P7", "SUB:P7", "SBN10", "GSBN0", "P0", "D10.A", "WFF"]);
+    }
+
+    #[test]
+    fn every_fault_of_a_routine_is_told_at_its_place() {
+        let text = "[calls]\nP1 = '50us'\nP2 = { writes = ['D1'] }\nP3 = { time = 50 }\nP4 = { time = '1us', write = ['D1'] }\nP5 = { time = '1us', writes = 'D1' }\nP06 = { time = '11s' }\nP7 = { time = '1us' }\nP07 = { time = '2us' }\n";
+        let faults = Facts::parse("facts.toml", text).expect_err("seven faults");
+        let told: Vec<(u32, &str)> =
+            faults.iter().map(|fault| (fault.line.unwrap_or(0), &*fault.message)).collect();
+        assert_eq!(
+            told,
+            [
+                (2, "what is stated of P1 is no time in braces"),
+                (3, "the time of P2 is not stated"),
+                (4, "the time of P3 is no time with its unit, up to 10 s"),
+                (5, "'write' is not known of a routine"),
+                (6, "what P5 writes is no list of devices"),
+                (7, "the time of P06 is no time with its unit, up to 10 s"),
+                (8, "P7 and P07 are the same routine"),
+            ]
+        );
+        assert!(faults[3].help.starts_with("did you mean writes?"));
+    }
+}

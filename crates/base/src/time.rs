@@ -1,0 +1,251 @@
+//! Exact times: integer picoseconds, read from and written as decimal text.
+
+use std::fmt;
+use std::iter::Sum;
+use std::str::FromStr;
+
+/// A span of time in whole picoseconds (ps). Sums are checked: an overflow (over 213 days) panics
+/// rather than wraps, since a wrapped bound would be too low.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Picos(pub u64);
+
+/// Why a text is not a time.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TimeError {
+    /// The text is empty.
+    #[error("the time is missing")]
+    Empty,
+    /// A minus sign stands in front.
+    #[error("a time cannot be negative")]
+    Negative,
+    /// Not decimal digits with at most one point.
+    #[error("not a decimal number")]
+    NotDecimal,
+    /// More digits behind the point than picoseconds can hold.
+    #[error("finer than a picosecond")]
+    TooFine,
+    /// Larger than `u64` picoseconds.
+    #[error("too large")]
+    TooLarge,
+    /// A duration without a unit that is known.
+    #[error("give a unit: us, ms, s or min")]
+    NoUnit,
+}
+
+/// What an instruction takes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Times {
+    /// When it fires; where words say how many units it handles, without any.
+    pub on: Picos,
+    /// When it is reached and does not fire.
+    pub off: Picos,
+    /// For each unit when it fires, where words say how many there are.
+    pub per_unit: Picos,
+}
+
+impl Times {
+    /// What an instruction takes that counts no units.
+    #[must_use]
+    pub fn new(on: Picos, off: Picos) -> Times {
+        Times { on, off, per_unit: Picos::ZERO }
+    }
+
+    /// When it fires with so many units.
+    #[must_use]
+    pub fn with(self, units: u64) -> Picos {
+        self.on + self.per_unit.times(units)
+    }
+}
+
+impl Picos {
+    /// No time at all.
+    pub const ZERO: Picos = Picos(0);
+
+    /// Reads decimal microseconds (`1.52`), exactly.
+    ///
+    /// # Errors
+    /// If the text is no decimal number, is finer than a picosecond, or is too long a time.
+    pub fn from_us_text(text: &str) -> Result<Picos, TimeError> {
+        decimal(text.trim(), 6)
+    }
+
+    /// Reads a duration with its unit in small letters or large (`10ms`, `1.5 us`, `200µs`, `2min`), exactly.
+    ///
+    /// # Errors
+    /// If there is no unit, or the number is no decimal one, is finer than a picosecond, or is too long a time.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound_base::time::Picos;
+    ///
+    /// assert_eq!(Picos::from_duration_text("1.5 us"), Ok(Picos(1_500_000)));
+    /// assert!(Picos::from_duration_text("1.5").is_err());
+    /// ```
+    pub fn from_duration_text(text: &str) -> Result<Picos, TimeError> {
+        let text = text.trim().to_lowercase();
+        let units = [
+            ("ps", 0, 1),
+            ("ns", 3, 1),
+            ("us", 6, 1),
+            ("µs", 6, 1),
+            ("μs", 6, 1),
+            ("ms", 9, 1),
+            ("days", 12, 86_400),
+            ("s", 12, 1),
+            ("min", 12, 60),
+            ("h", 12, 3_600),
+        ];
+        for (unit, digits, times) in units {
+            if let Some(number) = text.strip_suffix(unit) {
+                let time = decimal(number.trim(), digits)?;
+                return time.0.checked_mul(times).map(Picos).ok_or(TimeError::TooLarge);
+            }
+        }
+        Err(if text.is_empty() { TimeError::Empty } else { TimeError::NoUnit })
+    }
+
+    /// This time `n` times over.
+    #[must_use]
+    pub fn times(self, n: u64) -> Picos {
+        Picos(self.0.checked_mul(n).expect("time overflow"))
+    }
+
+    /// The difference, or `None` where `other` is larger.
+    #[must_use]
+    pub fn checked_sub(self, other: Picos) -> Option<Picos> {
+        self.0.checked_sub(other.0).map(Picos)
+    }
+
+    /// The time in decimal microseconds, without trailing zeros (`1.52`).
+    #[must_use]
+    pub fn us_text(self) -> String {
+        decimal_text(self.0, 6)
+    }
+
+    /// The time in the unit in which it reads best, exact (`8.448 ms`, `20 ns`).
+    #[must_use]
+    pub fn best_text(self) -> String {
+        self.text_like(self)
+    }
+
+    /// The time in the unit in which another reads best, exact: for times that stand beside each other.
+    #[must_use]
+    pub fn text_like(self, other: Picos) -> String {
+        let (digits, unit) = match other.0 {
+            0 => (6, "us"),
+            n if n >= 1_000_000_000_000 => (12, "s"),
+            n if n >= 1_000_000_000 => (9, "ms"),
+            n if n >= 1_000_000 => (6, "us"),
+            _ => (3, "ns"),
+        };
+        format!("{} {unit}", decimal_text(self.0, digits))
+    }
+}
+
+fn decimal(text: &str, digits: usize) -> Result<Picos, TimeError> {
+    if text.is_empty() {
+        return Err(TimeError::Empty);
+    }
+    if let Some(rest) = text.strip_prefix('-') {
+        return Err(if rest.is_empty() { TimeError::NotDecimal } else { TimeError::Negative });
+    }
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
+    let all_digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+    if !all_digits(whole) || !all_digits(fraction) || (whole.is_empty() && fraction.is_empty()) {
+        return Err(TimeError::NotDecimal);
+    }
+    let fraction = fraction.trim_end_matches('0');
+    if fraction.len() > digits {
+        return Err(TimeError::TooFine);
+    }
+    let number = |digits: &str| match digits {
+        "" => Some(0),
+        digits => digits.parse::<u64>().ok(),
+    };
+    let fine = number(fraction).map(|number| number * power(digits - fraction.len()));
+    let whole = number(whole).and_then(|number| number.checked_mul(power(digits)));
+    let sum = whole.zip(fine).and_then(|(whole, fine)| whole.checked_add(fine));
+    sum.map(Picos).ok_or(TimeError::TooLarge)
+}
+
+/// A one and so many zeros: twelve at most, for seconds.
+fn power(zeros: usize) -> u64 {
+    10u64.pow(zeros as u32)
+}
+
+fn decimal_text(value: u64, digits: usize) -> String {
+    let unit = power(digits);
+    let (whole, fraction) = (value / unit, value % unit);
+    if fraction == 0 {
+        return whole.to_string();
+    }
+    format!("{whole}.{fraction:0digits$}").trim_end_matches('0').to_owned()
+}
+
+impl std::ops::Add for Picos {
+    type Output = Picos;
+    fn add(self, other: Picos) -> Picos {
+        Picos(self.0.checked_add(other.0).expect("time overflow"))
+    }
+}
+
+impl std::ops::AddAssign for Picos {
+    fn add_assign(&mut self, other: Picos) {
+        *self = *self + other;
+    }
+}
+
+impl Sum for Picos {
+    fn sum<I: Iterator<Item = Picos>>(times: I) -> Picos {
+        times.fold(Picos::ZERO, |a, b| a + b)
+    }
+}
+
+impl fmt::Display for Picos {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.best_text())
+    }
+}
+
+impl FromStr for Picos {
+    type Err = TimeError;
+    fn from_str(text: &str) -> Result<Picos, TimeError> {
+        Picos::from_duration_text(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn microseconds_are_read_exactly() {
+        assert_eq!(Picos::from_us_text("1.52"), Ok(Picos(1_520_000)));
+        assert_eq!(Picos::from_us_text("0.0019"), Ok(Picos(1_900)));
+        assert_eq!(Picos::from_us_text(" 50.000 "), Ok(Picos(50_000_000)));
+        assert_eq!(Picos::from_us_text(".5"), Ok(Picos(500_000)));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused_with_its_reason() {
+        assert_eq!(Picos::from_us_text(""), Err(TimeError::Empty));
+        assert_eq!(Picos::from_us_text("-1"), Err(TimeError::Negative));
+        assert_eq!(Picos::from_us_text("1e3"), Err(TimeError::NotDecimal));
+        assert_eq!(Picos::from_us_text("0.0000001"), Err(TimeError::TooFine));
+        assert_eq!(Picos::from_us_text("99999999999999999"), Err(TimeError::TooLarge));
+        assert_eq!(Picos::from_duration_text("10"), Err(TimeError::NoUnit));
+    }
+
+    #[test]
+    fn durations_have_units_and_texts_round_trip() {
+        for (text, ps) in
+            [("10MS", 10_000_000_000), ("200µs", 200_000_000), ("1.5min", 90_000_000_000_000)]
+        {
+            assert_eq!(text.parse::<Picos>(), Ok(Picos(ps)));
+        }
+        for ps in [0, 1, 999, 1_000, 1_520_000, 8_448_000_000, 1_000_000_000_001] {
+            assert_eq!(Picos(ps).best_text().parse::<Picos>(), Ok(Picos(ps)));
+        }
+        assert_eq!(Picos(917_474_134).text_like(Picos(1_091_023_762)), "0.917474134 ms");
+    }
+}

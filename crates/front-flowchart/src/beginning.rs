@@ -1,0 +1,97 @@
+//! The states in which a pass can begin, as formulas over the bits that say where routines stand and what is on.
+
+use scanbound_ir::{Cell, Logic};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The bits that say where a routine stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Stands {
+    /// Whether it runs; the main routine always does.
+    pub(super) runs: Option<Cell>,
+    /// A bit a place; the main routine stands at its head where none is on.
+    pub(super) places: Vec<Cell>,
+}
+
+/// A state in which a pass can begin.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Beginning {
+    /// Where each routine stands; none: a group is stopped, or the main routine stands at its head.
+    pub(super) places: Vec<Option<Cell>>,
+    /// What else is on.
+    pub(super) on: BTreeSet<Cell>,
+}
+
+/// What holds in every such state and in no other; of bits beside `cells` and those of the routines nothing is said.
+pub(super) fn invariants(routines: &[Stands], states: &[Beginning], cells: &[Cell]) -> Vec<Logic> {
+    let mut all: Vec<Logic> =
+        routines.iter().map(|routine| Logic::All(at_most_one(&routine.places))).collect();
+    // A group stands somewhere if it runs, and nowhere else.
+    all.extend(routines.iter().filter_map(|routine| {
+        let (runs, stands) = (Logic::cell(routine.runs?), any(&routine.places));
+        Some(Logic::Any(vec![
+            Logic::All(vec![runs.clone(), stands.clone()]),
+            Logic::All(vec![runs.not(), stands.not()]),
+        ]))
+    }));
+    let states: Vec<&Beginning> = states.iter().collect();
+    all.push(one_of(routines, 0, &states, cells));
+    all
+}
+
+fn any(cells: &[Cell]) -> Logic {
+    Logic::Any(cells.iter().copied().map(Logic::cell).collect())
+}
+
+/// That no two of the cells are on, said of halves and halves of halves.
+fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
+    if cells.len() < 2 {
+        return Vec::new();
+    }
+    let (left, right) = cells.split_at(cells.len() / 2);
+    let mut all = vec![Logic::All(vec![any(left), any(right)]).not()];
+    all.extend(at_most_one(left));
+    all.extend(at_most_one(right));
+    all
+}
+
+/// Whether the routines from this one on stand, and the cells are on, as in one of the states.
+fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell]) -> Logic {
+    let Some(routine) = routines.get(at) else { return on(states, cells) };
+    let mut by_place: BTreeMap<Option<Cell>, Vec<&Beginning>> = BTreeMap::new();
+    for &state in states {
+        by_place.entry(state.places[at]).or_default().push(state);
+    }
+    // Places after which the same holds of the other routines are one alternative.
+    let mut told: Vec<(Logic, Vec<Logic>)> = Vec::new();
+    for (place, states) in by_place {
+        let stands = match (place, routine.runs) {
+            (Some(cell), _) => Logic::cell(cell),
+            (None, Some(runs)) => Logic::cell(runs).not(),
+            (None, None) => any(&routine.places).not(),
+        };
+        let rest = one_of(routines, at + 1, &states, cells);
+        match told.last_mut().filter(|(last, _)| *last == rest) {
+            Some((_, places)) => places.push(stands),
+            None => told.push((rest, vec![stands])),
+        }
+    }
+    let told = told.into_iter().map(|(rest, places)| Logic::All(vec![Logic::Any(places), rest]));
+    Logic::Any(told.collect())
+}
+
+/// Whether the cells' values are those of one of the states.
+fn on(states: &[&Beginning], cells: &[Cell]) -> Logic {
+    let Some((&cell, rest)) = cells.split_first() else {
+        return Logic::Const(!states.is_empty());
+    };
+    if states.is_empty() {
+        return Logic::Const(false);
+    }
+    let (there, not): (Vec<_>, Vec<_>) = states.iter().partition(|state| state.on.contains(&cell));
+    let (there, not) = (on(&there, rest), on(&not, rest));
+    if there == not {
+        return there;
+    }
+    let is = Logic::cell(cell);
+    Logic::Any(vec![Logic::All(vec![is.clone(), there]), Logic::All(vec![is.not(), not])])
+}

@@ -1,0 +1,385 @@
+//! Reads the instruction list: addresses, labels, spellings of the mnemonics, operands and comments.
+
+use scanbound_base::code::Code;
+use std::ops::Range;
+
+use scanbound_front::Faults;
+use scanbound_front::within;
+
+/// How many lines are looked at to tell what a file is.
+const LOOKED_AT: usize = 60;
+/// No number is larger: operands have four digits.
+const LARGEST: u32 = 9999;
+/// What an instruction looks like.
+const FORM: &str = "the instructions are AND n, AND NOT n, OUT n, OUT NOT n, TIM n #t, CNR TIM n, JMP LBLn, CJP LBLn, WAIT, LBL n, GJ, GS n, GOFF n, GN n and GE n; comments begin with ;";
+
+/// A mnemonic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Word {
+    And,
+    AndNot,
+    Out,
+    OutNot,
+    Timer,
+    ResetTimer,
+    Jump,
+    JumpIf,
+    Wait,
+    Label,
+    Groups,
+    Start,
+    Stop,
+    Head,
+    End,
+}
+
+/// Every mnemonic with its parts.
+const WORDS: [(&[&str], Word); 17] = [
+    (&["AND", "NOT"], Word::AndNot),
+    (&["AND"], Word::And),
+    (&["OUT", "NOT"], Word::OutNot),
+    (&["OUT"], Word::Out),
+    (&["CNR", "TIM"], Word::ResetTimer),
+    (&["TIM"], Word::Timer),
+    (&["JMP"], Word::Jump),
+    (&["CJP"], Word::JumpIf),
+    (&["WAIT"], Word::Wait),
+    (&["LBL"], Word::Label),
+    (&["G", "OFF"], Word::Stop),
+    (&["GOFF"], Word::Stop),
+    (&["G", "J"], Word::Groups),
+    (&["GJ"], Word::Groups),
+    (&["GS"], Word::Start),
+    (&["GN"], Word::Head),
+    (&["GE"], Word::End),
+];
+
+impl Word {
+    /// Whether other makers' lists do not have it.
+    fn is_own(self) -> bool {
+        !matches!(
+            self,
+            Word::And | Word::AndNot | Word::Out | Word::OutNot | Word::Timer | Word::Jump
+        )
+    }
+
+    fn has_operand(self) -> bool {
+        !matches!(self, Word::Wait | Word::Groups)
+    }
+
+    fn jumps(self) -> bool {
+        matches!(self, Word::Jump | Word::JumpIf)
+    }
+}
+
+/// One instruction, its names not yet looked up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listed {
+    /// What it is.
+    pub word: Word,
+    /// Its operand; 0 if it has none.
+    pub operand: u32,
+    /// A timer's time in tenths of a second.
+    pub time: Option<u32>,
+    /// Its line.
+    pub line: u32,
+    /// Its address, if one is given.
+    pub step: Option<u32>,
+    /// As written.
+    pub text: String,
+    /// The bytes of the file's text that its operand is, or its mnemonic if it has none.
+    pub at: Range<u32>,
+    /// The comment of its line.
+    pub comment: String,
+}
+
+/// A word in capital letters, and the bytes of its line that it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Token {
+    word: String,
+    at: Range<usize>,
+}
+
+impl PartialEq<str> for Token {
+    fn eq(&self, other: &str) -> bool {
+        self.word == other
+    }
+}
+
+/// A line taken apart: words and the comment. Dots between words are blanks (`OUT·NOT`), and what sticks to
+/// a number is apart from it (`LBL0:` is `LBL`, `0`, `:`).
+fn split(line: &str) -> (Vec<Token>, String) {
+    let (code, comment) = line.split_once([';', '；']).unwrap_or((line, ""));
+    let mut words: Vec<Token> = Vec::new();
+    let mut join = false;
+    for (at, c) in code.char_indices() {
+        let kind = |c: char| {
+            if c.is_ascii_digit() {
+                1
+            } else if c.is_alphanumeric() {
+                2
+            } else {
+                3
+            }
+        };
+        if c.is_whitespace() || matches!(c, '·' | '・' | '･' | '.' | '-' | '\u{FEFF}') {
+            join = false;
+            continue;
+        }
+        match words.last_mut() {
+            Some(Token { word, at: bytes })
+                if join && word.chars().next_back().map(kind) == Some(kind(c)) && kind(c) < 3 =>
+            {
+                word.push(c.to_ascii_uppercase());
+                bytes.end = at + c.len_utf8();
+            }
+            _ => words.push(Token {
+                word: c.to_ascii_uppercase().to_string(),
+                at: at..at + c.len_utf8(),
+            }),
+        }
+        join = true;
+    }
+    let comment = comment.trim();
+    let inner = comment.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
+    (words, inner.unwrap_or(comment).trim().to_owned())
+}
+
+/// The mnemonic at the beginning of the words and how many of them it takes.
+fn mnemonic(words: &[Token]) -> Option<(Word, usize)> {
+    let begins = |parts: &&(&[&str], Word)| {
+        parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| word == *part)
+    };
+    WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
+}
+
+/// Whether the beginning of a file is such a list: mostly its mnemonics with bare numbers, and no LD.
+pub fn sniff(beginning: &str) -> bool {
+    let (mut seen, mut known, mut own, mut loads) = (0_usize, 0_usize, 0_usize, 0_usize);
+    for line in beginning.lines().take(LOOKED_AT) {
+        let (words, _) = split(line);
+        let mut rest = &words[..];
+        if rest.first().is_some_and(|first| number(&first.word).is_some()) {
+            rest = &rest[1..];
+        }
+        let Some(first) = rest.first() else { continue };
+        if is_head(rest) || first == "#" {
+            continue;
+        }
+        seen += 1;
+        loads += usize::from(first.word.starts_with("LD"));
+        if let Some((word, taken)) = mnemonic(rest) {
+            let label = word == Word::Label
+                || (word.jumps() && rest.get(taken).is_some_and(|one| one == "LBL"));
+            let bare =
+                rest.get(taken).is_none_or(|operand| number(&operand.word).is_some()) || label;
+            known += usize::from(bare);
+            // FX has a CJP too, but its operand is a pointer: a label or a bare number is a flowchart's.
+            own += usize::from(bare && (word.is_own() || label));
+        }
+    }
+    loads == 0 && seen > 0 && (known == seen || (own > 0 && known * 2 >= seen))
+}
+
+fn number(word: &str) -> Option<u32> {
+    let digits = !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
+    if digits { word.parse().ok() } else { None }
+}
+
+/// Whether the words are the head of a printed list.
+fn is_head(words: &[Token]) -> bool {
+    words.first().is_some_and(|one| one == "ADR" || one == "ADDRESS" || one == "LABEL")
+}
+
+/// Reads the list.
+pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
+    let mut list = Vec::new();
+    let mut line = 0_u32;
+    for written in text.lines() {
+        line = line.saturating_add(1);
+        let (words, comment) = split(written);
+        let mut rest = &words[..];
+        if rest.is_empty() || is_head(rest) {
+            continue;
+        }
+        let begin = within(text, written).map_or(0, |bytes| bytes.start as u32);
+        let mut reader = Line { line, begin, written, comment, step: None };
+        if let Some(address) = number(&rest[0].word) {
+            reader.step = Some(address);
+            rest = &rest[1..];
+        }
+        reader.read(rest, &mut list, faults);
+    }
+    if list.is_empty() && !faults.any_error() {
+        let name = faults.file().to_owned();
+        faults.push(scanbound_base::diagnostic::Diagnostic::file(
+            Code::NoInstructions,
+            &name,
+            "no instruction in this file",
+            FORM,
+        ));
+    }
+    list
+}
+
+/// A line being read.
+struct Line<'a> {
+    line: u32,
+    /// The byte of the text at which it begins.
+    begin: u32,
+    written: &'a str,
+    comment: String,
+    step: Option<u32>,
+}
+
+impl Line<'_> {
+    fn read(&mut self, mut rest: &[Token], list: &mut Vec<Listed>, faults: &mut Faults<'_>) {
+        if rest.is_empty() {
+            return self.fault(
+                faults,
+                0..0,
+                Code::BareAddress,
+                "an address without an instruction",
+                FORM,
+            );
+        }
+        let mut first = true;
+        while !rest.is_empty() {
+            // A timer's time may stand on a line of its own.
+            if let [mark, time, behind @ ..] = rest
+                && mark == "#"
+            {
+                let open =
+                    list.last_mut().filter(|last| last.word == Word::Timer && last.time.is_none());
+                match (number(&time.word), open) {
+                    (Some(time), Some(last)) => {
+                        last.time = Some(time);
+                        last.text += &format!(" #{time}");
+                    }
+                    (None, _) => return self.bad_number(faults, time),
+                    (_, None) => {
+                        return self.fault(
+                            faults,
+                            mark.at.start..time.at.end,
+                            Code::TimeAlone,
+                            "a time without a timer in front of it",
+                            "write TIM n #t, t in tenths of a second",
+                        );
+                    }
+                }
+                rest = behind;
+                first = false;
+                continue;
+            }
+            let Some((word, taken)) = mnemonic(rest) else {
+                return self.unknown(faults, rest, first);
+            };
+            let name = rest[0].at.start..rest[taken - 1].at.end;
+            rest = &rest[taken..];
+            let named = word.jumps() && rest.first().is_some_and(|one| one == "LBL" || one == "L");
+            if named {
+                rest = &rest[1..];
+            }
+            let mut operand = 0;
+            let mut at = name.clone();
+            if word.has_operand() {
+                let Some(written) = rest.first() else {
+                    return self.fault(
+                        faults,
+                        name,
+                        Code::NoOperand,
+                        "the operand is missing",
+                        FORM,
+                    );
+                };
+                let Some(value) = number(&written.word).filter(|&value| value <= LARGEST) else {
+                    return self.bad_number(faults, written);
+                };
+                operand = value;
+                at = written.at.clone();
+                rest = &rest[1..];
+            }
+            if rest.first().is_some_and(|one| one == ":") {
+                rest = &rest[1..];
+            }
+            list.push(Listed {
+                word,
+                operand,
+                time: None,
+                line: self.line,
+                step: if first { self.step } else { None },
+                text: text(word, operand),
+                at: (self.begin + at.start as u32)..(self.begin + at.end as u32),
+                comment: self.comment.clone(),
+            });
+            first = false;
+            // Only a label has another instruction behind it, only a timer a time.
+            let more =
+                word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
+            if !more {
+                let message = format!("'{}' is one operand too many", concat(rest));
+                return self.fault(faults, reach(rest), Code::ExtraOperand, &message, FORM);
+            }
+        }
+    }
+
+    fn unknown(&self, faults: &mut Faults<'_>, rest: &[Token], first: bool) {
+        let Token { word, at } = &rest[0];
+        let likeness = |known: &str| strsim::jaro_winkler(known, word);
+        let near = WORDS
+            .iter()
+            .map(|(parts, _)| parts[0])
+            .filter(|known| likeness(known) > 0.7)
+            .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let help = near.map_or(FORM.to_owned(), |known| format!("did you mean {known}? {FORM}"));
+        let message = if first || word.chars().all(char::is_alphabetic) {
+            format!("a flowchart PC has no instruction '{word}'")
+        } else {
+            format!("'{}' is one operand too many", concat(rest))
+        };
+        self.fault(faults, at.clone(), Code::UnknownInstruction, &message, &help);
+    }
+
+    fn bad_number(&self, faults: &mut Faults<'_>, written: &Token) {
+        let message = format!("'{}' is no number from 0 to {LARGEST}", written.word);
+        self.fault(faults, written.at.clone(), Code::BadOperand, &message, FORM);
+    }
+
+    /// Notes a fault at these bytes of the line.
+    fn fault(
+        &self,
+        faults: &mut Faults<'_>,
+        at: Range<usize>,
+        code: Code,
+        message: &str,
+        help: &str,
+    ) {
+        faults.within(code, self.line, self.written, &self.written[at], (message, help));
+    }
+}
+
+/// What words come to without blanks.
+fn concat(words: &[Token]) -> String {
+    words.iter().map(|one| one.word.as_str()).collect()
+}
+
+/// From the first word's beginning to the last one's end.
+fn reach(words: &[Token]) -> Range<usize> {
+    match words {
+        [first, .., last] => first.at.start..last.at.end,
+        [only] => only.at.clone(),
+        [] => 0..0,
+    }
+}
+
+fn text(word: Word, operand: u32) -> String {
+    let parts =
+        WORDS.iter().rev().find(|(_, known)| *known == word).map_or(&[][..], |(parts, _)| parts);
+    let name = parts.join(" ");
+    match word {
+        Word::Wait | Word::Groups => name,
+        Word::Jump | Word::JumpIf => format!("{name} LBL{operand}"),
+        Word::Label => format!("LBL{operand}"),
+        _ => format!("{name} {operand}"),
+    }
+}

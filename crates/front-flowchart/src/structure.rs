@@ -1,0 +1,281 @@
+//! Finds routines, labels and groups in a list, and refuses what the documents give no meaning.
+
+use super::parse::{Listed, Word};
+use super::{Instruction, MOST_GROUPS, Op, Routine, Source};
+use scanbound_base::code::Code;
+use scanbound_front::Faults;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The program of a list. What is faulty is reported and replaced by something harmless.
+pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
+    let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
+    let routines = reader.routines(&list);
+    let mut instructions = Vec::with_capacity(list.len());
+    for (at, one) in list.iter().enumerate() {
+        // They follow each other.
+        let routine = routines.get(routines.partition_point(|routine| routine.body.end <= at));
+        let op = reader.op(at, one, routine);
+        let (line, step, text) = (one.line, one.step, one.text.clone());
+        instructions.push(Instruction { op, line, step, text });
+    }
+    without_delay(&mut instructions);
+    let mut comments = BTreeMap::new();
+    for one in list.iter().filter(|one| !one.comment.is_empty()) {
+        if matches!(one.word, Word::And | Word::AndNot | Word::Out | Word::OutNot) {
+            comments.entry(one.operand).or_insert_with(|| one.comment.clone());
+        }
+    }
+    let mut source = Source { name: name.to_owned(), instructions, routines, comments };
+    source.routines.sort_by_key(|routine| routine.group);
+    reader.conditions(&source);
+    reader.ends(&source);
+    source
+}
+
+/// A timer that some instruction starts with time 0 may have run out at once, so all of its instructions get time 0.
+fn without_delay(instructions: &mut [Instruction]) {
+    let zero: BTreeSet<u32> = instructions
+        .iter()
+        .filter_map(|one| match one.op {
+            Op::Timer { timer, tenths: 0 } => Some(timer),
+            _ => None,
+        })
+        .collect();
+    for one in instructions {
+        if let Op::Timer { timer, tenths } = &mut one.op
+            && zero.contains(timer)
+        {
+            *tenths = 0;
+        }
+    }
+}
+
+struct Reader<'a, 'f> {
+    /// The file's text.
+    text: &'a str,
+    /// Label to its instruction.
+    labels: BTreeMap<u32, usize>,
+    /// Group to its head.
+    groups: BTreeMap<u32, usize>,
+    faults: &'a mut Faults<'f>,
+}
+
+impl Reader<'_, '_> {
+    /// The main routine reaches to the first GN, each group to the next.
+    fn routines(&mut self, list: &[Listed]) -> Vec<Routine> {
+        let mut routines = vec![Routine { group: None, body: 0..0 }];
+        for (at, one) in list.iter().enumerate() {
+            if one.word == Word::Label {
+                if let Some(&first) = self.labels.get(&one.operand) {
+                    let message =
+                        format!("LBL{} stands in line {} too", one.operand, list[first].line);
+                    self.fault(
+                        Code::LabelTwice,
+                        one,
+                        &message,
+                        "give each label a number of its own",
+                    );
+                } else {
+                    self.labels.insert(one.operand, at);
+                }
+            }
+            if one.word == Word::Head {
+                if let Some(&first) = self.groups.get(&one.operand) {
+                    let message =
+                        format!("group {} begins in line {} too", one.operand, list[first].line);
+                    self.fault(
+                        Code::GroupTwice,
+                        one,
+                        &message,
+                        "give each group a number of its own",
+                    );
+                } else {
+                    self.groups.insert(one.operand, at);
+                }
+                if one.operand as usize > MOST_GROUPS {
+                    let message = format!("there is no group {}", one.operand);
+                    self.fault(Code::GroupNumber, one, &message, "groups have numbers up to 32");
+                }
+                routines.push(Routine { group: Some(one.operand), body: at..at });
+            }
+            routines.last_mut().expect("one is there from the start").body.end = at + 1;
+        }
+        if routines.len() > MOST_GROUPS + 1
+            && let Some(one) = list.get(routines[MOST_GROUPS + 1].body.start)
+        {
+            self.fault(
+                Code::TooManyGroups,
+                one,
+                "this is the 33rd group",
+                "a program has at most 32",
+            );
+        }
+        if routines[0].body.is_empty()
+            && let Some(one) = list.first()
+        {
+            let help = "the main routine comes first and ends with a JMP back to its label";
+            self.fault(
+                Code::NoMain,
+                one,
+                "there is no main routine in front of the first group",
+                help,
+            );
+        }
+        routines
+    }
+
+    fn op(&mut self, at: usize, one: &Listed, routine: Option<&Routine>) -> Op {
+        let n = one.operand;
+        let group = routine.and_then(|routine| routine.group);
+        match one.word {
+            Word::And | Word::AndNot => Op::And { bit: n, negated: one.word == Word::AndNot },
+            Word::Out | Word::OutNot => Op::Out { bit: n, on: one.word == Word::Out },
+            Word::Timer => {
+                if one.time.is_none() {
+                    self.fault(
+                        Code::NoTime,
+                        one,
+                        "the timer has no time",
+                        "write TIM n #t, t in tenths of a second; #t may stand in the next line",
+                    );
+                }
+                Op::Timer { timer: n, tenths: one.time.unwrap_or(1) }
+            }
+            Word::ResetTimer => Op::ResetTimer(n),
+            Word::Jump | Word::JumpIf => {
+                let target = self.target(one, routine).unwrap_or(at);
+                if one.word == Word::Jump { Op::Jump(target) } else { Op::JumpIf(target) }
+            }
+            Word::Wait => Op::Wait,
+            Word::Label => Op::Label(n),
+            Word::Groups => {
+                if group.is_some() {
+                    let help = "GJ stands in the main routine";
+                    self.fault(
+                        Code::JumpInGroup,
+                        one,
+                        "GJ within a group has no known meaning",
+                        help,
+                    );
+                }
+                Op::Groups
+            }
+            Word::Start | Word::Stop => {
+                if group == Some(n) {
+                    let message = format!("group {n} can neither start nor stop itself");
+                    self.fault(Code::OwnGroup, one, &message, "a group ends with GE");
+                } else if !self.groups.contains_key(&n) {
+                    let message = format!("there is no group {n}");
+                    self.fault(
+                        Code::NoGroup,
+                        one,
+                        &message,
+                        "a group begins with GN and its number",
+                    );
+                }
+                if one.word == Word::Start { Op::Start(n) } else { Op::Stop(n) }
+            }
+            Word::Head => Op::Head(n),
+            Word::End => {
+                if group != Some(n) {
+                    let message = match group {
+                        Some(own) => format!("GE {n} stands in group {own}"),
+                        None => "GE stands outside of any group".to_owned(),
+                    };
+                    self.fault(
+                        Code::WrongEnd,
+                        one,
+                        &message,
+                        "a group ends with GE and its own number",
+                    );
+                }
+                Op::End(n)
+            }
+        }
+    }
+
+    /// Where a jump goes to.
+    fn target(&mut self, one: &Listed, routine: Option<&Routine>) -> Option<usize> {
+        let n = one.operand;
+        let Some(&target) = self.labels.get(&n) else {
+            let message = format!("there is no LBL{n}");
+            self.fault(
+                Code::NoLabel,
+                one,
+                &message,
+                "write the label in front of where the jump goes",
+            );
+            return None;
+        };
+        if routine.is_some_and(|routine| routine.body.contains(&target)) {
+            return Some(target);
+        }
+        let message = format!("LBL{n} stands in another routine");
+        let help = "jump within the main routine or within one group; GS, GOFF and GE start, stop and end groups";
+        self.fault(Code::JumpOut, one, &message, help);
+        None
+    }
+
+    /// A condition is tests, or one timer, directly in front of the CJP or WAIT that asks for it.
+    fn conditions(&mut self, source: &Source) {
+        let list = &source.instructions;
+        let mut found = Vec::new();
+        for (at, one) in list.iter().enumerate() {
+            let next = list.get(at + 1).map(|next| next.op);
+            if one.op.asks() && source.condition(at) == at {
+                found.push((
+                    Code::NoCondition,
+                    one,
+                    "nothing is asked for here",
+                    "put AND, AND NOT or TIM in front of it; JMP jumps without a condition",
+                ));
+            }
+            if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.asks()) {
+                found.push((
+                    Code::UnusedCondition,
+                    one,
+                    "no CJP or WAIT follows that asks for this condition",
+                    "what a condition means to other instructions is not known: put CJP or WAIT behind it",
+                ));
+            }
+            let timer = |op: Op| matches!(op, Op::Timer { .. });
+            if one.op.is_test()
+                && next.is_some_and(|next| next.is_test() && (timer(next) || timer(one.op)))
+            {
+                found.push((
+                    Code::MixedCondition,
+                    one,
+                    "what a timer means together with other tests is not known",
+                    "ask for the timer and for the other tests each with a CJP or WAIT of its own",
+                ));
+            }
+        }
+        for (code, one, message, help) in found {
+            self.faults.at(code, one.line, &one.text, message, help);
+        }
+    }
+
+    /// No routine runs on into the next.
+    fn ends(&mut self, source: &Source) {
+        for routine in source.routines.iter().filter(|routine| !routine.body.is_empty()) {
+            let last = &source.instructions[routine.body.end - 1];
+            if !last.op.leaves() {
+                let (message, help) = match routine.group {
+                    None => (
+                        "the main routine runs on behind its end",
+                        "end it with a JMP back to its label",
+                    ),
+                    Some(_) => ("the group runs on behind its end", "end it with GE or with a JMP"),
+                };
+                self.faults.at(Code::NoEnd, last.line, &last.text, message, help);
+            }
+        }
+    }
+
+    fn fault(&mut self, code: Code, one: &Listed, message: &str, help: &str) {
+        let [from, to] = [one.at.start as usize, one.at.end as usize];
+        let begin = self.text[..from].rfind('\n').map_or(0, |at| at + 1);
+        let line = self.text[begin..].lines().next().unwrap_or_default();
+        self.faults.within(code, one.line, line, &self.text[from..to], (message, help));
+    }
+}

@@ -1,0 +1,181 @@
+//! The standard's function blocks.
+
+use super::emit::{Emit, Place};
+use super::mixed::below_zero;
+use super::open::opened;
+use super::types::{INT, Ty};
+use super::value::{Value, constant};
+use scanbound_ir::{
+    BitTarget, Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+};
+
+/// What some controllers do.
+const COUNTS_WORDS: &str = "counters count words without a sign";
+
+fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::All(parts.into_iter().collect())
+}
+
+fn any(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::Any(parts.into_iter().collect())
+}
+
+fn set(cell: Cell, value: Logic) -> Write {
+    Write::Bit(BitTarget::Cell(cell), value)
+}
+
+impl Emit<'_> {
+    /// Carries out an instance of a standard block, whose inputs have their values.
+    pub(super) fn standard_block(&mut self, kind: &'static str, place: &Place) {
+        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
+        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
+        let (q, was) = (cell("Q"), cell("was"));
+        let mut writes = Vec::new();
+        match kind {
+            "TON" | "TOF" | "TP" => return self.timer(kind, place),
+            "R_TRIG" | "F_TRIG" => {
+                let (Some(q), Some(was)) = (q, was) else { return };
+                let clock = bit("CLK");
+                let edge = match kind {
+                    "R_TRIG" => all([clock.clone(), Logic::cell(was).not()]),
+                    _ => all([clock.clone().not(), Logic::cell(was)]),
+                };
+                writes.extend([set(q, edge), set(was, clock)]);
+            }
+            "SR" => {
+                let Some(q) = cell("Q1") else { return };
+                writes.push(set(q, any([bit("S1"), all([bit("R").not(), Logic::cell(q)])])));
+            }
+            "RS" => {
+                let Some(q) = cell("Q1") else { return };
+                writes.push(set(q, all([bit("R1").not(), any([bit("S"), Logic::cell(q)])])));
+            }
+            _ => return self.counter(kind, place),
+        }
+        let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
+        let fires = match q {
+            Some(q) => Logic::cell(q),
+            None => cell("Q1").map_or(Logic::Const(true), Logic::cell),
+        };
+        self.builder.add(Some(Self::key(&[kind], "timer")), effects, Step::Act { fires });
+    }
+
+    /// Takes note of a part of a block, if it is what a counter stands at, or where it is through.
+    pub(super) fn note_count(&mut self, of: &Ty, part: &Place) {
+        let is_one = matches!(of, Ty::Standard("CTU" | "CTD" | "CTUD", _));
+        if is_one && matches!(part.ty, Ty::Number(_)) {
+            self.counts.extend(part.tag.cell());
+        }
+    }
+
+    /// What was read of a cell: of a counter's, it may be a number without a sign.
+    pub(super) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
+        match value {
+            Value::Number(kind, number) if cell.is_some_and(|cell| self.counts.contains(&cell)) => {
+                let below = below_zero(INT, &number);
+                opened(Value::Number(kind, number), Some(below))
+            }
+            value => value,
+        }
+    }
+
+    fn counter(&mut self, kind: &'static str, place: &Place) {
+        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
+        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
+        let (Some(count), Some(preset), Some(was)) = (cell("CV"), cell("PV"), cell("was")) else {
+            return;
+        };
+        let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
+        let compare = |relation, left, right| {
+            Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+        };
+        let write = |value| Write::Words(vec![WordTarget::Cell(count)], value);
+        let one = || Box::new(constant(1, 1));
+        let up = || Number::Add(Box::new(word(count)), one());
+        let down = || Number::Sub(Box::new(word(count)), one());
+        let (reset, load) = (bit("R"), bit("LD"));
+        // The standard has PV and CV as INT, others as WORD.
+        let is_word = self.differs(COUNTS_WORDS);
+        let either = |signed: Logic, unsigned: Logic| {
+            let other = all([is_word.clone(), unsigned]);
+            any([all([is_word.clone().not(), signed]), other])
+        };
+        let unsigned = |relation, left, right| {
+            let reading = Reading::Unsigned;
+            Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        };
+        let full = || {
+            either(
+                compare(Relation::GreaterOrEqual, word(count), word(preset)),
+                unsigned(Relation::GreaterOrEqual, word(count), word(preset)),
+            )
+        };
+        let empty = || {
+            either(
+                compare(Relation::LessOrEqual, word(count), constant(0, 1)),
+                compare(Relation::Equal, word(count), constant(0, 1)),
+            )
+        };
+        let below = either(
+            compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1)),
+            compare(Relation::NotEqual, word(count), constant(-1, 1)),
+        );
+        let above = either(
+            compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1)),
+            compare(Relation::NotEqual, word(count), constant(0, 1)),
+        );
+        // The standard counts on beyond the preset and below 0, some controllers stop there.
+        let stops = self.differs("counters stop at their preset and at 0");
+        let below = all([below, all([full(), stops.clone()]).not()]);
+        let above = all([above, all([empty(), stops]).not()]);
+        let rises = |input: &str, was: Cell| all([bit(input), Logic::cell(was).not()]);
+        match kind {
+            "CTU" => {
+                let counts = all([rises("CU", was), reset.clone().not(), below]);
+                self.write_if(counts, vec![write(up())], None);
+                self.write_if(reset, vec![write(constant(0, 1))], None);
+                self.write(vec![set(was, bit("CU"))]);
+                self.finish(kind, cell("Q"), full(), None);
+            }
+            "CTD" => {
+                let counts = all([rises("CD", was), load.clone().not(), above]);
+                self.write_if(counts, vec![write(down())], None);
+                self.write_if(load, vec![write(word(preset))], None);
+                self.write(vec![set(was, bit("CD"))]);
+                self.finish(kind, cell("Q"), empty(), None);
+            }
+            _ => {
+                let Some(was_down) = cell("was_down") else { return };
+                let (rise, fall) = (rises("CU", was), rises("CD", was_down));
+                let free = all([reset.clone().not(), load.clone().not()]);
+                let only_up =
+                    self.keep_bit(all([free.clone(), rise.clone(), fall.clone().not(), below]));
+                let only_down = self.keep_bit(all([free, fall, rise.not(), above]));
+                self.write_if(only_up, vec![write(up())], None);
+                self.write_if(only_down, vec![write(down())], None);
+                self.write_if(all([load, reset.clone().not()]), vec![write(word(preset))], None);
+                self.write_if(reset, vec![write(constant(0, 1))], None);
+                self.write(vec![set(was, bit("CU")), set(was_down, bit("CD"))]);
+                self.finish(kind, cell("QU"), full(), cell("QD").map(|cell| (cell, empty())));
+            }
+        }
+    }
+
+    fn finish(
+        &mut self,
+        kind: &'static str,
+        q: Option<Cell>,
+        value: Logic,
+        other: Option<(Cell, Logic)>,
+    ) {
+        let Some(q) = q else { return };
+        let mut writes = vec![set(q, value)];
+        writes.extend(other.map(|(cell, value)| set(cell, value)));
+        let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
+        self.builder.add(
+            Some(Self::key(&[kind], "counter")),
+            effects,
+            Step::Act { fires: Logic::cell(q) },
+        );
+    }
+}

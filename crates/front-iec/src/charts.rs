@@ -1,0 +1,122 @@
+//! What is wrong with charts by themselves, whether or not a program runs them.
+
+use super::decode::{self, decode};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::Facts;
+use scanbound_iec::ast::{Kind, Path, Statement};
+use scanbound_iec::chart::coactive::{BUDGET, Finding, faults};
+use scanbound_iec::chart::{Chart, told};
+use scanbound_iec::{Body, Language, Pou, PouKind, Project, Section, TypeRef, Variable};
+
+/// What begins the names of programs that are made up here.
+const MADE_UP: &str = "~";
+/// The instance in such a program.
+const INSTANCE: &str = "of";
+
+/// Warns of charts that are not safe, or in which nothing may clear any more.
+#[must_use]
+pub fn hang(project: &Project) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (name, pou, chart) in project.charts() {
+        for finding in faults(chart, BUDGET) {
+            let help = match finding {
+                Finding::EnteredTwice(..) => {
+                    "the bound takes it that all its steps may be active together: join its branches as they began"
+                }
+                Finding::Deadlock(..) => {
+                    "the chart stays there for ever: let a transition lead out, or join what runs together"
+                }
+                _ => continue,
+            };
+            let message = format!("{name}: {}", told::finding(chart, &finding));
+            let line = told::line(chart, &finding);
+            let file = &project.files[pou.file];
+            found.push(Diagnostic::line(Code::Chart, file, line, "", message, help).warning());
+        }
+    }
+    found
+}
+
+/// Warns of what an audit would refuse in charts: conditions that cannot be read, names that are nowhere declared. Also
+/// function blocks that no program has an instance of are looked at.
+#[must_use]
+pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
+    let charts = project.charts();
+    let mut own = project.clone();
+    own.inherit_parts();
+    own.tasks.clear();
+    own.connected.clear();
+    for pou in project.pous.iter().filter(|pou| pou.kind == PouKind::FunctionBlock) {
+        if !pou.charts().is_empty() {
+            own.pous.push(driver(pou));
+        }
+    }
+    let asked = scanbound_front::Options::new(facts);
+    let Err(all) = decode(&own, super::XML, decode::Options::default(), &asked) else {
+        return Vec::new();
+    };
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for mut one in all {
+        let here = charts.iter().filter(|(_, pou, _)| project.files[pou.file] == one.file);
+        let place = here.filter_map(|(name, _, chart)| place(name, chart, &one)).next();
+        if place.is_none() && one.code != Code::UnknownName {
+            continue;
+        }
+        for pou in &project.pous {
+            let made_up = format!("{MADE_UP}{}.{INSTANCE}", pou.name);
+            one.message = one.message.replace(&made_up, &pou.name);
+        }
+        if let Some(place) = place {
+            let why = one.message.split_once(": ").map_or(&one.message[..], |(_, why)| why);
+            one.message = format!("{place}: {why}");
+        }
+        let is_known = |other: &Diagnostic| {
+            (&other.file, other.line, &other.text) == (&one.file, one.line, &one.text)
+        };
+        if !found.iter().any(is_known) {
+            found.push(one.warning());
+        }
+    }
+    found
+}
+
+/// Which transition or block of a chart a finding is about.
+fn place(name: &str, chart: &Chart, fault: &Diagnostic) -> Option<String> {
+    let line = fault.line?;
+    let transitions = 0..chart.transitions.len();
+    let mut transitions = transitions.filter(|&at| chart.transitions[at].line == line);
+    let blocks = chart.steps.iter().flat_map(|step| step.blocks.iter().map(move |one| (step, one)));
+    let mut blocks = blocks.filter(|(_, block)| block.line == line);
+    // Where all stands on one line, the name tells what it is.
+    let named = blocks.clone().find(|(_, block)| block.target.name() == fault.text);
+    if let Some((step, _)) = named {
+        return Some(format!("{name}, step {}", step.name));
+    }
+    if let Some(at) = transitions.next() {
+        return Some(format!("{name}, transition {}", chart.transition_name(at)));
+    }
+    blocks.next().map(|(step, _)| format!("{name}, step {}", step.name))
+}
+
+/// A program that carries out a function block, and those of its actions that have charts.
+fn driver(pou: &Pou) -> Pou {
+    let mut program = Pou::new(&format!("{MADE_UP}{}", pou.name), PouKind::Program, pou.line);
+    program.file = pou.file;
+    program.variables.push(Variable {
+        name: INSTANCE.to_owned(),
+        section: Section::Local,
+        of: TypeRef::Named(pou.name.clone()),
+        initial: None,
+        at: None,
+        constant: false,
+        retain: false,
+        line: pou.line,
+    });
+    let call = |path: Path| Statement { line: pou.line, kind: Kind::Call(path, Vec::new()) };
+    let charts = pou.actions.iter().filter(|action| matches!(action.body, Body::Chart(_)));
+    let actions = charts.map(|action| call(Path::name(INSTANCE).with(&action.name)));
+    let body = [call(Path::name(INSTANCE))].into_iter().chain(actions).collect();
+    program.body = Body::Code(Language::St, body);
+    program
+}

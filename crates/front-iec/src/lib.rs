@@ -1,0 +1,215 @@
+//! The languages of IEC 61131-3, as PLCopen XML and as text: charts, ladder and function block diagrams, structured text
+//! and instruction lists, as one program.
+//!
+//! What is read stands in [`scanbound_iec`]; this says what it means to the analysis. A unit's instance is a routine with
+//! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
+
+mod address;
+mod arithmetic;
+mod begin;
+mod block;
+mod by_reference;
+mod chart;
+pub mod charts;
+mod connected;
+mod constants;
+mod control;
+mod convert;
+mod counted;
+mod declared;
+pub mod decode;
+mod differs;
+mod emit;
+mod enable;
+mod expr;
+mod extent;
+mod first_values;
+mod foreign;
+mod forget;
+mod function;
+mod inputs;
+mod invariant;
+mod loops;
+mod memory;
+mod method;
+mod mixed;
+mod numbered;
+mod open;
+mod operands;
+mod reach;
+mod refer;
+mod references;
+mod resolve;
+mod retained;
+mod selected;
+mod stand_in;
+mod statement;
+mod step_time;
+mod tally;
+mod timer;
+mod turns;
+mod types;
+mod unknown_types;
+mod value;
+mod walk;
+mod whole;
+mod within;
+
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::encoding::candidates;
+use scanbound_front::{Dialect, Front, Input, Project, Reading, Sniff, decoded};
+use scanbound_iec::{parse, xml};
+use scanbound_ir::Program;
+use std::borrow::Cow;
+
+/// PLCopen XML.
+pub const XML: &str = "plcopen-xml";
+/// Text.
+pub const TEXT: &str = "iec-text";
+
+static DIALECTS: [Dialect; 2] = [
+    Dialect {
+        name: XML,
+        what: "PLCopen TC6 XML (SFC, LD, FBD, ST, IL)",
+        sniff: Sniff::Text(xml::begins),
+    },
+    Dialect {
+        name: TEXT,
+        what: "IEC 61131-3 in text (PROGRAM, FUNCTION_BLOCK; SFC, ST, IL)",
+        sniff: Sniff::Text(parse::is_units),
+    },
+];
+
+/// The languages of IEC 61131-3.
+pub struct Iec;
+
+/// The registry's entry.
+pub const FRONT: Iec = Iec;
+
+/// What the files of a project say.
+#[derive(Debug)]
+pub struct Source {
+    dialect: &'static str,
+    project: scanbound_iec::Project,
+    options: decode::Options,
+    /// The drawings, to find the elements that faults are about.
+    drawn: Vec<(String, String)>,
+    /// What was noticed on reading.
+    warnings: Vec<Diagnostic>,
+}
+
+/// A file's text. Where it does not say its encoding, one is found that fits; the warning says which.
+fn source_text<'a>(
+    input: &'a Input,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<Cow<'a, str>, Diagnostic> {
+    let candidates = candidates(&input.bytes);
+    let is_xml = candidates.first().is_some_and(|(_, text)| xml::begins(text));
+    let [(name, text), others @ ..] = &candidates[..] else { return decoded(input, &[]) };
+    if is_xml {
+        return decoded(input, &[]);
+    }
+    let help = "state it with --encoding (such as windows-1252), or save the file as UTF-8";
+    if let Some((other, _)) = others.iter().find(|(_, other)| !parse::reads_alike(text, other)) {
+        let told = format!("this is no UTF-8, and reads differently as {name} and as {other}");
+        return Err(Diagnostic::file(Code::Encoding, &input.name, told, help));
+    }
+    let told = format!(
+        "this is no UTF-8 and was read as {name}: the code is the same in others, comments may not be"
+    );
+    warnings.push(Diagnostic::file(Code::Encoding, &input.name, told, help).warning());
+    Ok(text.clone())
+}
+
+impl Source {
+    /// The same faults with the elements of drawings that ask for what is not there.
+    fn placed(&self, mut faults: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        for (name, text) in &self.drawn {
+            let own: Vec<usize> = (0..faults.len())
+                .filter(|&at| faults[at].code == Code::UnknownName && faults[at].file == *name)
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            let asked: Vec<(u32, &str)> = own
+                .iter()
+                .map(|&at| (faults[at].line.unwrap_or(0), faults[at].text.as_str()))
+                .collect();
+            let found = xml::named(text, &asked);
+            for (at, found) in own.into_iter().zip(found) {
+                let fault = &mut faults[at];
+                if let Some(found) = found {
+                    let why = fault.message.rsplit_once(": ").map_or("", |(_, why)| why);
+                    fault.message = format!("{found}: {why}");
+                }
+            }
+        }
+        faults
+    }
+}
+
+impl Front for Iec {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        _beside: &[&Input],
+        reading: Reading,
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        let mut project = scanbound_iec::Project::default();
+        let mut options = decode::Options::default();
+        let mut drawn = Vec::new();
+        let (mut faults, mut warnings) = (Vec::new(), Vec::new());
+        for input in programs {
+            let text = match source_text(input, &mut warnings) {
+                Ok(text) => text,
+                Err(fault) => {
+                    faults.push(fault);
+                    continue;
+                }
+            };
+            options.begins_with_more |= text.contains("call_after_");
+            options.actions_first |= text.contains("3s-software.com");
+            match scanbound_iec::read_as(&input.name, &text, reading.comments) {
+                Ok(more) => {
+                    project.join(more);
+                    if xml::begins(&text) {
+                        drawn.push((input.name.clone(), text.into_owned()));
+                    }
+                }
+                Err(more) => {
+                    faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name)))
+                }
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        project.inherit_parts();
+        project.unqualify();
+        let dialect =
+            DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
+        Ok(Box::new(Source { dialect, project, options, drawn, warnings }))
+    }
+}
+
+impl Project for Source {
+    fn cpu(&self) -> Option<&str> {
+        Some("IEC")
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        let charts = charts::hang(&self.project);
+        self.warnings.iter().cloned().chain(charts).collect()
+    }
+
+    fn decode(&self, options: &scanbound_front::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        let decoded = decode::decode(&self.project, self.dialect, self.options, options);
+        decoded.map_err(|faults| self.placed(faults))
+    }
+}

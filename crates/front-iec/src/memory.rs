@@ -1,0 +1,158 @@
+//! What a chart remembers from scan to scan, as cells.
+
+use scanbound_iec::chart::{Chart, Feed, Qualifier};
+use scanbound_ir::{BitTarget, Cell, Logic, Tag, Type, Write};
+use std::sync::Arc;
+
+/// The bit that says that a chart has begun.
+const STARTED: &str = "chart started";
+
+/// What a chart remembers, as cells.
+pub(super) struct Memory {
+    pub(super) started: Cell,
+    pub(super) steps: Vec<Cell>,
+    pub(super) were: Vec<Cell>,
+    /// How long steps and macro steps are active.
+    pub(super) times: Vec<StepTime>,
+    pub(super) clears: Vec<Cell>,
+    pub(super) actions: Vec<ActionMemory>,
+}
+
+/// How long a step is active, or a macro step, of which steps stand in the place.
+pub(super) struct StepTime {
+    /// The first of two words.
+    pub(super) cell: Cell,
+    pub(super) steps: Vec<usize>,
+    pub(super) initial: bool,
+}
+
+/// What is remembered of an action.
+pub(super) struct ActionMemory {
+    pub(super) feeds: Vec<Feed>,
+    /// Whether it was on in the scan before.
+    pub(super) on: Cell,
+    /// Stored by S.
+    pub(super) stored: Cell,
+    pub(super) inputs: Vec<InputMemory>,
+}
+
+/// What is remembered of an input of an action's control.
+#[derive(Clone, Copy)]
+pub(super) struct InputMemory {
+    pub(super) was: Cell,
+    pub(super) stored: Cell,
+    pub(super) over: Cell,
+}
+
+fn parts(all: impl IntoIterator<Item = (String, Type)>) -> Type {
+    Type::Parts(Arc::new(all.into_iter().collect()))
+}
+
+fn bits(names: &[&str]) -> Type {
+    parts(names.iter().map(|name| ((*name).to_owned(), Type::Bit)))
+}
+
+pub(super) fn layout(chart: &Chart) -> Type {
+    let mut all = vec![(STARTED.to_owned(), Type::Bit)];
+    let time = || ("T".to_owned(), Type::Words(2));
+    let step = || {
+        let flags = ["X", "was active"].map(|name| (name.to_owned(), Type::Bit));
+        parts(flags.into_iter().chain([time()]))
+    };
+    all.extend(chart.steps.iter().map(|one| (one.name.clone(), step())));
+    all.extend(chart.macros.iter().map(|one| (one.name.clone(), parts([time()]))));
+    let ways = 0..chart.transitions.len();
+    all.extend(ways.map(|at| (format!("transition {} clears", at + 1), Type::Bit)));
+    for action in chart.actions() {
+        let inputs = 0..chart.inputs_of(&action).len();
+        let mut own = vec![("on".to_owned(), Type::Bit), ("stored".to_owned(), Type::Bit)];
+        own.extend(
+            inputs.map(|at| (format!("input {}", at + 1), bits(&["was", "stored", "over"]))),
+        );
+        all.push((format!("action {action}"), parts(own)));
+    }
+    parts(all)
+}
+
+pub(super) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
+    let cell = |names: &[&str]| {
+        let mut tag = tag.clone();
+        for name in names {
+            tag = tag.part(name)?;
+        }
+        tag.cell()
+    };
+    let action = |action: &String| {
+        let owner = format!("action {action}");
+        let feeds = chart.inputs_of(action);
+        let input = |at: usize| {
+            let own = format!("input {}", at + 1);
+            Some(InputMemory {
+                was: cell(&[&owner, &own, "was"])?,
+                stored: cell(&[&owner, &own, "stored"])?,
+                over: cell(&[&owner, &own, "over"])?,
+            })
+        };
+        Some(ActionMemory {
+            on: cell(&[&owner, "on"])?,
+            stored: cell(&[&owner, "stored"])?,
+            inputs: (0..feeds.len()).map(input).collect::<Option<_>>()?,
+            feeds,
+        })
+    };
+    let ways = 0..chart.transitions.len();
+    let names = chart.steps.iter().map(|step| &step.name);
+    let names = names.chain(chart.macros.iter().map(|one| &one.name));
+    let steps = (0..chart.steps.len()).map(|step| vec![step]);
+    let steps = steps.chain(chart.macros.iter().map(|one| one.steps.clone()));
+    let time = |(name, steps): (&String, Vec<usize>)| {
+        let initial = steps.iter().any(|&step| chart.steps[step].initial);
+        Some(StepTime { cell: cell(&[name, "T"])?, steps, initial })
+    };
+    Some(Memory {
+        started: cell(&[STARTED])?,
+        steps: chart.steps.iter().map(|step| cell(&[&step.name, "X"])).collect::<Option<_>>()?,
+        were: chart
+            .steps
+            .iter()
+            .map(|step| cell(&[&step.name, "was active"]))
+            .collect::<Option<_>>()?,
+        times: names.zip(steps).map(time).collect::<Option<_>>()?,
+        clears: ways
+            .map(|at| cell(&[&format!("transition {} clears", at + 1)]))
+            .collect::<Option<_>>()?,
+        actions: chart.actions().iter().map(action).collect::<Option<_>>()?,
+    })
+}
+
+pub(super) fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::All(parts.into_iter().collect())
+}
+
+pub(super) fn any(parts: impl IntoIterator<Item = Logic>) -> Logic {
+    Logic::Any(parts.into_iter().collect())
+}
+
+pub(super) fn set(cell: Cell, value: Logic) -> Write {
+    Write::Bit(BitTarget::Cell(cell), value)
+}
+
+impl Memory {
+    /// Whether one of the steps is active.
+    pub(super) fn active(&self, steps: &[usize]) -> Logic {
+        any(steps.iter().map(|&step| Logic::cell(self.steps[step])))
+    }
+}
+
+impl ActionMemory {
+    /// Whether R ends it anywhere.
+    pub(super) fn has_reset(&self) -> bool {
+        self.feeds.iter().any(|feed| feed.qualifier == Qualifier::R)
+    }
+
+    /// Whether one of the steps of a qualifier is active.
+    pub(super) fn active(&self, memory: &Memory, qualifier: Qualifier) -> Logic {
+        let own = self.feeds.iter().filter(|feed| feed.qualifier == qualifier);
+        any(own.map(|feed| memory.active(&feed.steps)))
+    }
+}

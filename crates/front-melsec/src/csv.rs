@@ -1,0 +1,340 @@
+//! Reads the CSV that GX Works2, GX Works3 and GX Developer export a program to.
+//!
+//! Row 1 is a title, row 2 names the CPU, row 3 has the column heads; then step number, line statement,
+//! instruction, device, blank, PI statement, note, read by position since heads come in every language.
+//! GX Works3's import takes the operands in four ways (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV
+//! file format" of programs): on rows of their own, in the device cell, in the instruction cell, or mixed.
+
+use ::csv::{ReaderBuilder, StringRecord};
+use scanbound_base::code::Code;
+
+use super::source::RawInstruction;
+use super::words;
+use scanbound_front::Places;
+use scanbound_front::{Faults, shown};
+
+/// Which tool's form a CSV has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tool {
+    /// GX Works2 and GX Developer.
+    Works2,
+    /// GX Works3.
+    Works3,
+}
+
+/// How a CSV file is laid out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Layout {
+    pub(super) tool: Tool,
+    pub(super) cpu: Option<String>,
+    delimiter: u8,
+    /// How many records stand before the first instruction.
+    heading: usize,
+    columns: usize,
+}
+
+/// Heads of the instruction column. Korean is known only from imitations of the tools' output.
+const INSTRUCTION_HEADS: [&str; 5] = ["instruction", "命令", "指令", "명령", "명령어"];
+/// What names the CPU in GX Works2 and GX Developer.
+const WORKS2_MARKS: [&str; 7] =
+    ["plcinformation", "plctype", "pc情報", "pcタイプ", "plc信息", "plc类型", "plc정보"];
+/// What names the CPU in GX Works3.
+const WORKS3_MARKS: [&str; 5] = ["moduletype", "機種情報", "机型信息", "기종정보", "모듈타입"];
+/// Words of the heads that only the right code page yields.
+pub(super) const MARKS: [&str; 12] = [
+    "命令",
+    "ステップ",
+    "デバイス",
+    "情報",
+    "指令",
+    "步号",
+    "信息",
+    "元件",
+    "명령",
+    "스텝",
+    "정보",
+    "디바이스",
+];
+
+/// The heads stand within the first so many rows.
+const HEADING_ROWS: usize = 6;
+/// Which column is which.
+const STEP: usize = 0;
+const STATEMENT: usize = 1;
+const INSTRUCTION: usize = 2;
+const DEVICE: usize = 3;
+
+/// The layout of a program's CSV, from the beginning of the file; `None` if it is none.
+pub(super) fn layout(beginning: &str) -> Option<Layout> {
+    // The heading is short: a quotation mark that nothing closes must not swallow everything.
+    let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
+    let text = &beginning[..end];
+    let delimiters = [b'\t', b',', b';'].into_iter();
+    let mut used = delimiters.filter(|&delimiter| text.as_bytes().contains(&delimiter));
+    used.find_map(|delimiter| layout_with(text, delimiter, &|| is_code(beginning)))
+}
+
+fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Option<Layout> {
+    let records: Vec<StringRecord> = reader(beginning, delimiter)
+        .into_records()
+        .take(HEADING_ROWS)
+        .map_while(Result::ok)
+        .collect();
+    for (index, record) in records.iter().enumerate() {
+        let above = index.checked_sub(1).map(|above| &records[above]);
+        let known = record.len() > DEVICE
+            && INSTRUCTION_HEADS.contains(&plain(&record[INSTRUCTION]).as_str());
+        // Heads in a language not known here: seven words, none a number, under the CPU's row. Structured text has lines with
+        // as many commas.
+        let shaped = record.len() == 7
+            && record.iter().take(DEVICE + 1).all(|head| !head.trim().is_empty())
+            && !record[STEP].trim().starts_with(|c: char| c.is_ascii_digit())
+            && above.is_some_and(|row| row.len() <= 7 && row[0].contains([':', '：']))
+            && !record.iter().chain(above.into_iter().flatten()).any(|cell| cell.contains(":="))
+            && !is_code();
+        if known || shaped {
+            let (tool, cpu) = machine(&records[..index], record);
+            let columns = record.len();
+            return Some(Layout { tool, cpu, delimiter, heading: index + 1, columns });
+        }
+    }
+    None
+}
+
+/// Whether a text is one of units of IEC 61131-3.
+fn is_code(text: &str) -> bool {
+    const ENDS: [&str; 6] =
+        ["END_VAR", "END_TYPE", "END_STRUCT", "END_PROGRAM", "END_STEP", "END_CONFIGURATION"];
+    let word = |word: &str| {
+        word.trim_matches(|c: char| !c.is_alphanumeric() && c != '_').to_ascii_uppercase()
+    };
+    text.split_whitespace().any(|own| ENDS.contains(&word(own).as_str()))
+}
+
+/// The tool and the CPU, from the rows above the heads.
+fn machine(above: &[StringRecord], heads: &StringRecord) -> (Tool, Option<String>) {
+    for (index, row) in above.iter().enumerate().rev() {
+        let Some((label, inline)) = row[0].split_once([':', '：']) else { continue };
+        let label = plain(label);
+        // The first row is the project's title, which may hold anything.
+        let known =
+            WORKS2_MARKS.contains(&label.as_str()) || WORKS3_MARKS.contains(&label.as_str());
+        if index == 0 && !known {
+            continue;
+        }
+        let value = row.iter().skip(1).find(|cell| !cell.trim().is_empty()).unwrap_or(inline);
+        let works3 = WORKS3_MARKS.contains(&label.as_str())
+            || (!WORKS2_MARKS.contains(&label.as_str()) && is_works3_cpu(value));
+        return (if works3 { Tool::Works3 } else { Tool::Works2 }, cpu(value));
+    }
+    let works3 = heads.get(5).is_some_and(|head| plain(head).starts_with("p/i"));
+    (if works3 { Tool::Works3 } else { Tool::Works2 }, None)
+}
+
+fn is_works3_cpu(value: &str) -> bool {
+    value.starts_with("RCPU") || value.starts_with("FX5")
+}
+
+/// The CPU's type in `QCPU (Q mode) Q26UDV`: the last word that has a digit, else the first word.
+fn cpu(value: &str) -> Option<String> {
+    let of_type = |word: &&str| {
+        word.starts_with(|c: char| c.is_ascii_alphabetic())
+            && word.contains(|c: char| c.is_ascii_digit())
+    };
+    let words = || value.split_whitespace();
+    words()
+        .rev()
+        .find(of_type)
+        .or_else(|| words().next().filter(|word| word.bytes().all(|b| b.is_ascii_alphabetic())))
+        .map(str::to_owned)
+}
+
+/// A head as it is compared: no blanks, lower case.
+fn plain(head: &str) -> String {
+    head.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect()
+}
+
+fn reader(text: &str, delimiter: u8) -> ::csv::Reader<&[u8]> {
+    ReaderBuilder::new()
+        .delimiter(delimiter)
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(text.as_bytes())
+}
+
+/// Reads a program's CSV.
+pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
+    let mut body = Body { text, instructions: Vec::new(), open: None, faults };
+    let mut lines = Lines { text, counted: 0, line: 1 };
+    let mut reader = reader(text, layout.delimiter);
+    let mut record = StringRecord::new();
+    let mut index = 0_usize;
+    let mut start = 0;
+    while let Ok(true) = reader.read_record(&mut record) {
+        start = lines.start_of(record.position().map_or(0, ::csv::Position::byte));
+        if index >= layout.heading {
+            body.row(&record, layout.columns, lines.line, start);
+        }
+        index += 1;
+        if words::are_too_many(&body.instructions, body.faults) {
+            return body.instructions;
+        }
+    }
+    body.close();
+    if is_open(&text[start..], layout.delimiter) {
+        body.faults.at(
+            Code::OpenQuote,
+            lines.line,
+            first_line(&text[start..]),
+            "a quotation mark that begins here is never closed",
+            "the file may have been cut off: export it again",
+        );
+    }
+    let Body { instructions, faults, .. } = body;
+    words::check(&instructions, lines.line, faults);
+    instructions
+}
+
+/// Whether the record that `tail` begins with has a quotation mark that nothing closes.
+fn is_open(tail: &str, delimiter: u8) -> bool {
+    let tail = tail.trim_end_matches(['\r', '\n']);
+    if tail.is_empty() {
+        return false;
+    }
+    // One more row behind it is a row of its own only if all quotation marks are closed.
+    let probed = [tail, "\nx"].concat();
+    reader(&probed, delimiter).into_records().map_while(Result::ok).count() == 1
+}
+
+fn first_line(text: &str) -> &str {
+    text.lines().next().unwrap_or_default()
+}
+
+/// Physical lines, counted on the way through the text.
+struct Lines<'a> {
+    text: &'a str,
+    counted: usize,
+    line: u32,
+}
+
+impl Lines<'_> {
+    /// Moves on to the record that is told to begin at a byte; its line ends may still be the record's
+    /// before it. Returns where it does begin.
+    fn start_of(&mut self, byte: u64) -> usize {
+        let bytes = self.text.as_bytes();
+        let mut start =
+            usize::try_from(byte).unwrap_or(usize::MAX).clamp(self.counted, bytes.len());
+        while bytes.get(start).is_some_and(|b| matches!(b, b'\r' | b'\n')) {
+            start += 1;
+        }
+        let ends = bytes[self.counted..start].iter().filter(|&&b| b == b'\n').count();
+        self.line = self.line.saturating_add(u32::try_from(ends).unwrap_or(u32::MAX));
+        self.counted = start;
+        start
+    }
+}
+
+/// The rows under the heads, on their way to instructions.
+struct Body<'a, 'f, 'n> {
+    text: &'a str,
+    instructions: Vec<RawInstruction>,
+    open: Option<Pending>,
+    faults: &'f mut Faults<'n>,
+}
+
+/// An instruction whose further operands may still follow.
+struct Pending {
+    line: u32,
+    step: Option<u32>,
+    mnemonic: String,
+    operands: Vec<String>,
+    /// The lines of the rows in which they stand.
+    rows: Vec<u32>,
+}
+
+impl Body<'_, '_, '_> {
+    fn row(&mut self, record: &StringRecord, columns: usize, line: u32, start: usize) {
+        let cell = |column: usize| record.get(column).unwrap_or_default().trim();
+        let fault = |faults: &mut Faults<'_>, code, message: &str, help| {
+            faults.at(code, line, first_line(&self.text[start..]), message, help);
+        };
+        if record.len() < columns
+            || record.iter().skip(columns).any(|extra| !extra.trim().is_empty())
+        {
+            let cells = match record.len() {
+                1 => "1 cell".to_owned(),
+                n => format!("{n} cells"),
+            };
+            let message = format!("this row has {cells}, the heads have {columns}");
+            let help = "the file may have been cut off or saved by another tool: export it again; a separator within a text must stand in quotation marks";
+            fault(self.faults, Code::Columns, &message, help);
+            return;
+        }
+        if [STEP, INSTRUCTION, DEVICE].iter().any(|&column| cell(column).contains(['\n', '\r'])) {
+            let message = "a quotation mark in this row is not closed before the end of the line";
+            fault(self.faults, Code::OpenQuote, message, "export the file again");
+            return;
+        }
+        let step = match cell(STEP) {
+            "" => None,
+            digits => match digits.parse::<u32>() {
+                Ok(step) => Some(step),
+                Err(_) => {
+                    let message = format!("'{}' is no step number", shown(digits));
+                    let help =
+                        "the first column holds step numbers or nothing: export the file again";
+                    fault(self.faults, Code::StepNumber, &message, help);
+                    return;
+                }
+            },
+        };
+        let mut found = Vec::new();
+        for column in [INSTRUCTION, DEVICE] {
+            match words::split(cell(column)) {
+                Ok(more) => found.extend(more),
+                Err(_) => {
+                    let message = "a string has no closing quotation mark";
+                    fault(self.faults, Code::OpenString, message, "close the string with \"");
+                    return;
+                }
+            }
+        }
+        if cell(INSTRUCTION).is_empty() {
+            if found.is_empty() {
+                // A statement ends the instruction before it; a note or a PI statement belongs to it.
+                if step.is_some() || !cell(STATEMENT).is_empty() {
+                    self.close();
+                }
+                return;
+            }
+            let Some(open) = &mut self.open else {
+                let message = "an operand without an instruction before it";
+                let help = "a row with a device alone continues the instruction above it: rows are missing here, export the file again";
+                fault(self.faults, Code::StrayOperand, message, help);
+                return;
+            };
+            open.rows.extend(found.iter().map(|_| line));
+            open.operands.extend(found.into_iter().map(str::to_owned));
+            return;
+        }
+        self.close();
+        let (mnemonic, operands) = found.split_first().map_or(("", &[][..]), |(m, o)| (*m, o));
+        if !words::can_be_mnemonic(mnemonic) {
+            let message = "the instruction column holds no instruction";
+            let help = "the third column holds mnemonics such as LD or MOV: export the file again";
+            fault(self.faults, Code::NotAnInstruction, message, help);
+            return;
+        }
+        let rows = vec![line; found.len()];
+        let operands = operands.iter().map(|&operand| operand.to_owned()).collect();
+        self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands, rows });
+    }
+
+    /// The instruction at hand is complete.
+    fn close(&mut self) {
+        if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
+            let places = Places::Rows(rows.into());
+            self.instructions.push(words::instruction(line, step, &mnemonic, operands, places));
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! From a MELSEC project to a program: every instruction with its exact or widened meaning, all faults at once.
+
+use super::emit::Emitter;
+use super::frame::frame;
+use super::memory::Family;
+pub use super::resolve::DecodeOptions;
+use super::resolve::resolve;
+use super::source::RawProject;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::Faults;
+use scanbound_ir::Program;
+
+/// Decodes a project.
+///
+/// # Errors
+/// All faults of all files.
+pub fn decode(
+    project: &RawProject,
+    options: &DecodeOptions<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
+    too_many(project, options.family)?;
+    let mut faults: Vec<Faults<'_>> =
+        project.files.iter().map(|file| Faults::new(&file.name)).collect();
+    let resolved = resolve(project, options, &mut faults);
+    let frame = frame(&resolved, options, &mut faults);
+    let mut emitter = Emitter::new(&resolved, &frame, options, faults);
+    for file in 0..project.files.len() {
+        emitter.file(file);
+    }
+    emitter.finish()
+}
+
+/// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
+/// step or more.
+fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
+    let most = family.most_steps();
+    let files = project.files.iter();
+    let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
+    let Some((file, one)) = all.nth(most) else { return Ok(()) };
+    let message = format!("the project has more than {most} instructions");
+    let help = format!("no {} holds as many: check the file, and the CPU", family.series());
+    let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
+    Err(vec![fault.at_step(one.step)])
+}

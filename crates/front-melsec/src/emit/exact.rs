@@ -1,0 +1,401 @@
+//! What MELSEC instructions really do where the effects say any value: kinds of choices, indexed places, operations.
+
+use super::Emitter;
+use crate::catalog::{Amount, Entry, Extent, Role};
+use crate::memory::{Family, Kind, area};
+use crate::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};
+use crate::source::RawInstruction;
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::{
+    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
+};
+use scanbound_ir::timed::Expiry;
+use scanbound_ir::{
+    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
+    Relation, When, WordSource, Write,
+};
+
+impl Emitter<'_> {
+    /// A bit that the outside may give any value.
+    pub(super) fn world_bit(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.out.world()))
+    }
+
+    /// A word that the outside may give any value.
+    pub(super) fn world_word(&mut self) -> WordSource {
+        WordSource::Free(self.out.world())
+    }
+
+    /// Whether the outside gives a device any value whenever it is read: direct inputs, modules' memory, links. What
+    /// instructions leave in special relays and registers (carry, errors) is not the outside's, and a date or time is
+    /// not any value.
+    pub(super) fn is_world(&self, device: &Device) -> bool {
+        match device.place {
+            // A step of an SFC program is none of the outside's.
+            Place::Foreign(_) => device.name != SFC_BLOCK,
+            Place::At(Kind::VolatileBit, _) => device.name == "DX",
+            _ => false,
+        }
+    }
+
+    /// A choice that an operation gives.
+    pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
+        let choice = self.choice();
+        if self.stops_on_error() {
+            self.note_error(meaning.error());
+        }
+        self.out.exactly(choice, meaning);
+        choice
+    }
+
+    /// Whether a timer whose coil is on is over, and what it stands at, by what it stood at. How far it has run is the
+    /// outside's.
+    pub(super) fn elapsed(
+        &mut self,
+        (memory, before): (Cell, Cell),
+        setting: WordSource,
+        unit: Picos,
+    ) -> (ChoiceId, ChoiceId) {
+        let word = |source| Operand::Words(vec![source]);
+        let (over, number) = (self.out.world(), self.out.world());
+        let on_delay = Expiry::of_on_delay(memory, setting, unit);
+        self.out.expiry([over, number], Expiry { stood: Some(before), ..on_delay });
+        let inputs = vec![
+            Operand::Bits(vec![BitSource::Free(over)]),
+            word(WordSource::Cell(before)),
+            word(setting),
+            word(WordSource::Free(number)),
+        ];
+        let now = self.exactly(Meaning { operation: Operation::Elapsed, inputs, outputs: vec![] });
+        (over, now)
+    }
+
+    /// The same of a counter, by its contact, coil and value.
+    pub(super) fn counted(
+        &mut self,
+        [contact, coil, value]: [Cell; 3],
+        setting: WordSource,
+    ) -> (ChoiceId, ChoiceId) {
+        let was = |cell| Operand::Bits(vec![BitSource::Cell(cell)]);
+        let word = |source| Operand::Words(vec![source]);
+        let now = self.exactly(Meaning {
+            operation: Operation::Counted,
+            inputs: vec![was(coil), was(contact), word(WordSource::Cell(value)), word(setting)],
+            outputs: Vec::new(),
+        });
+        let compare = Compare {
+            relation: Relation::GreaterOrEqual,
+            reading: Reading::Signed,
+            left: Number::Words(vec![WordSource::Free(now)]),
+            right: Number::Words(vec![setting]),
+        };
+        let through = Meaning::of(Operand::Truth(Logic::Compare(Box::new(compare))));
+        (self.exactly(through), now)
+    }
+
+    /// The cells that an indexed device may be, `offset` cells further on; `None` where they are not known.
+    pub(super) fn indexed(&self, device: &Device, offset: u32) -> Option<Address> {
+        let Index { number, letters, register, .. } = device.index?;
+        let cells = match device.place {
+            Place::Indexed(kind, _) | Place::IndexedDigits(kind, _) => match kind {
+                Kind::Bit(area) | Kind::Word(area) => area,
+                Kind::Timed(timed) => timed.contact,
+                Kind::VolatileBit | Kind::VolatileWord => return None,
+            },
+            _ => return None,
+        };
+        let count = self.points(cells, device.name)?;
+        let at =
+            |register| WordSource::Cell(Cell { area: const { self::area("Z") }, index: register });
+        let term = match letters {
+            // Whether an index to a file register has 16 or 32 bits is a parameter.
+            "Z" if matches!(device.name, "R" | "ZR") => match self.options.facts.index_bits? {
+                16 => Term::signed(at(register)),
+                _ if device.name == "R" => return None,
+                _ => Term {
+                    words: vec![at(register), at(register + 1)],
+                    ..Term::signed(at(register))
+                },
+            },
+            "Z" => Term::signed(at(register)),
+            "V" => Term::signed(WordSource::Cell(Cell {
+                area: const { area("V index ") },
+                index: register,
+            })),
+            _ => return None,
+        };
+        let first = Cell { area: cells, index: 0 };
+        Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
+    }
+
+    /// The words of an indexed device, each worked out where it is read.
+    pub(super) fn indexed_words(
+        &mut self,
+        device: &Device,
+        words: usize,
+    ) -> Option<Vec<WordSource>> {
+        if self.family == Family::Fx && words > 1 {
+            // There the index of a double word has 32 bits.
+            return None;
+        }
+        let (digits, shape) = match device.place {
+            Place::Indexed(Kind::Word(_), false) => (None, Shape::Cells),
+            Place::IndexedDigits(Kind::Bit(_), digits) => {
+                (Some(u32::from(digits)), Shape::Packed(16))
+            }
+            _ => return None,
+        };
+        let mut found = Vec::new();
+        for n in 0..words as u32 {
+            let (offset, shape) = match digits.map(|digits| (4 * digits).saturating_sub(16 * n)) {
+                None => (n, shape),
+                Some(0) => {
+                    found.push(WordSource::Const(0));
+                    continue;
+                }
+                Some(bits) => (16 * n, Shape::Packed(bits.min(16) as u8)),
+            };
+            let run = Operand::Run(self.indexed(device, offset)?, shape, Count::Exactly(1));
+            found.push(WordSource::Free(self.exactly(Meaning::of(run))));
+        }
+        Some(found)
+    }
+
+    /// A bit of an indexed device, worked out where it is read.
+    pub(super) fn indexed_bit(&mut self, device: &Device) -> Option<Logic> {
+        let address = self.indexed(device, 0)?;
+        let shape = match device.index?.bit {
+            Some(bit) => Shape::WordBits(bit),
+            None => Shape::Cells,
+        };
+        let meaning = Meaning::of(Operand::Run(address, shape, Count::Exactly(1)));
+        Some(Logic::Bit(BitSource::Free(self.exactly(meaning))))
+    }
+
+    /// The choice of a write to an indexed device: what is written there, if that is known.
+    pub(super) fn indexed_write(&mut self, text: &str, input: Operand, words: usize) -> ChoiceId {
+        let meaning = self.device(text).and_then(|device| {
+            if self.family == Family::Fx && words > 1 {
+                return None;
+            }
+            let address = self.indexed(&device, 0)?;
+            let shape = match (device.place, device.index?.bit) {
+                (Place::IndexedDigits(Kind::Bit(_), digits), _)
+                    if usize::from(digits).div_ceil(4) == words =>
+                {
+                    Shape::Packed(match digits % 4 {
+                        0 => 16,
+                        rest => 4 * rest,
+                    })
+                }
+                (Place::IndexedDigits(..), _) => return None,
+                (_, Some(bit)) => Shape::WordBits(bit),
+                (_, None) => Shape::Cells,
+            };
+            let outputs = vec![Target::Run(address, shape)];
+            Some(Meaning { operation: Operation::Copy, inputs: vec![input], outputs })
+        });
+        match meaning {
+            Some(meaning) => self.exactly(meaning),
+            None => self.choice(),
+        }
+    }
+
+    /// Notes which cells of an area a write is to whose device has an index, or whose length a word counts.
+    pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
+        let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
+            !matches!(operand.role, Role::Source | Role::Number | Role::Address)
+        });
+        let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
+        for (text, operand) in written {
+            let Ok(Written::Device(device)) = self.parsed(text) else { continue };
+            let length = self.written_length(raw, entry, operand.extent);
+            match device.place {
+                Place::Indexed(Kind::Word(area), false) => {
+                    found.push((area, self.indexed_cells(&device, area, length)));
+                }
+                Place::At(Kind::Word(area), number) => {
+                    let is_counted = matches!(length, Length::Counted(..));
+                    let indexed = Indexed {
+                        first: Cell { area, index: number },
+                        readings: vec![vec![WordSource::Const(0)]],
+                        length,
+                        stated: None,
+                        found: Vec::new(),
+                    };
+                    let is_switched = self.is_switched(device.name);
+                    found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
+                }
+                _ => {}
+            }
+        }
+        for (area, indexed) in &found {
+            let alone = found.iter().filter(|(other, _)| other == area).count() == 1;
+            let Some(indexed) = indexed else { continue };
+            let lost = effects.iter().filter_map(|effect| match effect.write {
+                Write::Havoc(region, choice) if indexed.may_reach(region) => Some(choice),
+                _ => None,
+            });
+            let lost: Vec<ChoiceId> = lost.collect();
+            // All that is written in this area with that choice is narrowed to these cells later.
+            let others = |choice: ChoiceId| {
+                let is_one = |effect: &&Effect| match effect.write {
+                    Write::Havoc(region, own) => own == choice && indexed.shares_area(region),
+                    _ => false,
+                };
+                effects.iter().filter(is_one).count() > 1
+            };
+            if let (true, [choice]) = (alone, &lost[..])
+                && !others(*choice)
+            {
+                self.out.program.indexed.insert(*choice, indexed.clone());
+            }
+        }
+    }
+
+    fn written_length(&mut self, raw: &RawInstruction, entry: &Entry, extent: Extent) -> Length {
+        match extent {
+            Extent::Words(Amount::Fixed(count)) => Length::Exactly(count),
+            Extent::Words(Amount::Counted { unit, operand }) => {
+                if let Some(count) = self.constant(&raw.operands[operand]) {
+                    let count = u32::try_from(count).ok();
+                    return count
+                        .map_or(Length::Unknown, |n| Length::Exactly(n.saturating_mul(unit)));
+                }
+                match self.count_words(raw, entry, operand).as_deref() {
+                    Some([word]) => Length::Counted(*word, unit),
+                    _ => Length::Unknown,
+                }
+            }
+            _ => Length::Unknown,
+        }
+    }
+
+    /// Where a write to an indexed word device goes, if the register is one whose readings are known.
+    fn indexed_cells(&self, device: &Device, area: AreaId, length: Length) -> Option<Indexed> {
+        let Index { number, letters, register, .. } = device.index?;
+        // On the FX the index of a double word has 32 bits; which file registers R are is switched.
+        let is_wide = self.family == Family::Fx && length != Length::Exactly(1);
+        if letters != "Z" || is_wide || self.is_switched(device.name) {
+            return None;
+        }
+        let at =
+            |register| WordSource::Cell(Cell { area: const { self::area("Z") }, index: register });
+        let mut readings = vec![vec![at(register)]];
+        // Whether an index to file registers and to extended D and W has 16 or 32 bits is a parameter.
+        let is_extended =
+            certain_points(self.family, area, device.name).is_none_or(|points| number >= points);
+        if is_extended && matches!(self.family, Family::Q | Family::L) {
+            let wide = vec![at(register), at(register + 1)];
+            match self.options.facts.index_bits {
+                Some(16) => {}
+                // D and W beyond the usual numbers may be extended registers or not.
+                Some(_) if device.name == "ZR" => readings = vec![wide],
+                _ => readings.push(wide),
+            }
+        }
+        Some(Indexed {
+            first: Cell { area, index: number },
+            readings,
+            length,
+            stated: None,
+            found: Vec::new(),
+        })
+    }
+
+    /// A special relay that the outside switches, but not twice within a scan: the clocks.
+    pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
+        let Place::At(Kind::VolatileBit, index) = device.place else { return None };
+        let is_clock = match device.name {
+            "SM" => (409..=415).contains(&index),
+            "M" => (8011..=8014).contains(&index),
+            _ => false,
+        };
+        let choice = is_clock.then(|| self.choice())?;
+        let cell = Cell { area: area(device.name), index };
+        self.out.program.kinds.insert(choice, ChoiceKind::Steady(cell));
+        Some(Logic::Bit(BitSource::Free(choice)))
+    }
+
+    /// Whether an instruction reads so many words of a module as it may have written.
+    fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
+        let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
+        let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
+            return false;
+        };
+        let is_word = match self.parsed(to) {
+            Ok(Written::Device(device)) => matches!(device.place, Place::At(Kind::Word(_), _)),
+            _ => false,
+        };
+        is_read && is_word && self.constant(count).is_some()
+    }
+
+    /// Gives the effects of an instruction that writes any value their exact meaning, where it has one.
+    pub(super) fn mean(&mut self, raw: &RawInstruction, entry: &Entry, effects: &mut [Effect]) {
+        // What has no meaning here is none the less right.
+        self.now.quiet = true;
+        let meaning = self.meaning(raw, entry);
+        self.now.quiet = false;
+        if entry.class == "module" && self.reads_module(raw, entry) {
+            for effect in effects.iter() {
+                if let Write::Havoc(_, choice) = effect.write {
+                    self.out.program.kinds.insert(choice, ChoiceKind::World);
+                }
+            }
+        }
+        let Some(meaning) = meaning else { return };
+        let choice = self.exactly(meaning);
+        for effect in effects {
+            if let (When::Fired, Write::Havoc(_, own)) = (effect.when, &mut effect.write) {
+                *own = choice;
+            }
+        }
+    }
+
+    /// Where a number of so many words goes, as an operation's result.
+    pub(super) fn target(&mut self, text: &str, words: usize) -> Option<Target> {
+        let device = self.device(text)?;
+        if let Place::Indexed(Kind::Word(_), false) = device.place {
+            let is_wide = self.family == Family::Fx && words > 1;
+            return Some(Target::Run(self.indexed(&device, 0).filter(|_| !is_wide)?, Shape::Cells));
+        }
+        match self.word_place(text, words)? {
+            super::access::WordPlace::All(targets) => Some(Target::Words(targets)),
+            _ => None,
+        }
+    }
+}
+
+impl Emitter<'_> {
+    /// The number of devices that an area surely has: every CPU of the family has so many, or the program names the last.
+    pub(super) fn points(&self, cells: AreaId, letters: &str) -> Option<u32> {
+        let named = match (letters, self.is_switched(letters)) {
+            ("D" | "W", _) | (_, true) => None,
+            _ => self.quirks.named.get(&cells).copied(),
+        };
+        named.max(certain_points(self.family, cells, letters))
+    }
+}
+
+/// The number of devices of an area that every CPU of the family surely has.
+fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
+    if family == Family::Fx || family == Family::Fx5 {
+        return match letters {
+            "D" => Some(256),
+            "M" => Some(512),
+            _ => None,
+        };
+    }
+    let points = [
+        // The Basic model's; the others have more.
+        ("X", 0x800),
+        ("Y", 0x800),
+        ("M", 8192),
+        ("L", 2048),
+        ("B", 0x800),
+        ("D", 11_136),
+        ("W", 0x800),
+    ];
+    let found = points.iter().find(|(name, _)| *name == letters && area(name) == cells);
+    found.map(|(_, points)| *points)
+}

@@ -1,0 +1,59 @@
+//! Regions in which coils are off while a condition does not hold: master control and step ladders.
+
+use super::{Emitter, OPEN, key};
+use crate::source::RawInstruction;
+use scanbound_ir::{Cell, Effect, Join, Logic, Step, TimingKey};
+
+/// Regions of step ladders lie above all nesting levels of master control.
+const STATE_LEVEL: u32 = 1000;
+
+/// An open state of a step ladder (STL).
+pub(super) struct State {
+    /// Its instruction, among all items.
+    item: usize,
+    /// The relays that must all be on.
+    pub(super) relays: Vec<Cell>,
+    /// The jump over it.
+    jump: usize,
+}
+
+impl Emitter<'_> {
+    /// Whether a region around the instruction under way may hold it off.
+    pub(super) fn is_held(&self) -> bool {
+        self.frame.site(self.now.item).master.is_some()
+    }
+
+    pub(super) fn master_begins(&mut self, raw: &RawInstruction, level: u32) {
+        let effects: Option<Vec<Effect>> =
+            self.bit_effects(&raw.operands[1], Logic::Condition, true);
+        let Some(effects) = effects else { return };
+        let begins = Step::MasterControlBegin { level, fires: Logic::Condition };
+        self.add(Some(key("MC", "master")), effects, begins);
+    }
+
+    /// A state of a step ladder: a master control region that runs while its relay is on, and perhaps once more behind that,
+    /// to switch its coils off.
+    pub(super) fn state_begins(&mut self, text: &str, relays: &[Cell]) {
+        let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
+        self.approximate(format!(
+            "{text}: a state that is off may run once more to switch its coils off"
+        ));
+        let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
+        let timing = TimingKey { dearer: true, ..key("STL", "set") };
+        let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
+        self.add(None, Vec::new(), Step::MasterControlBegin { level: STATE_LEVEL, fires: on });
+        self.add(None, Vec::new(), Step::Logic { join: Join::Start, value: Logic::Const(true) });
+        self.rung.depth = 1;
+        self.state = Some(State { item: self.now.item, relays: relays.to_vec(), jump });
+    }
+
+    /// Ends the open state unless it is this one, in which the next item stands; the jump over it leads behind.
+    pub(super) fn leave_state(&mut self, next: Option<usize>) {
+        let Some(state) = self.state.take_if(|open| next != Some(open.item)) else { return };
+        self.add(None, Vec::new(), Step::MasterControlEnd { level: STATE_LEVEL });
+        let behind = self.add(None, Vec::new(), Step::Nothing);
+        if let Step::Jump { target, .. } = &mut self.out.program.instructions[state.jump].step {
+            *target = behind;
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! What instructions do to the time that a scan may take: WDT, and the special devices that set the watchdog and a constant scan.
+
+use super::Emitter;
+use crate::catalog::{Operation, Role};
+use crate::memory::{Family, Kind};
+use crate::operand::{Device, Operand, Place};
+use crate::resolve::{Category, Item};
+use scanbound_base::time::Picos;
+use scanbound_ir::{ScanControl, Setting, Switch};
+
+/// What D8000 and D8039 count in.
+const MS: u64 = 1_000_000_000;
+/// The number of the register that holds the watchdog's time, and of the register and the relay of a constant scan (FX3
+/// programming manual; FX5: special devices compatible with FX).
+const WATCHDOG: u32 = 8000;
+const CONSTANT: u32 = 8039;
+/// No block of the FX is longer.
+const LONGEST_BLOCK: u32 = 512;
+
+/// What the CPUs of a family offer.
+pub(super) fn of_family(family: Family) -> ScanControl {
+    let devices = match family {
+        Family::Fx => ["D8000", "D8039", "M8039"],
+        Family::Fx5 => ["SD8000", "SD8039", "SM8039"],
+        _ => [""; 3],
+    };
+    let by_parameters = (family != Family::Fx).then_some("constant scan");
+    ScanControl { devices, by_parameters, ..ScanControl::default() }
+}
+
+impl Emitter<'_> {
+    /// Notes what the instructions from `first` on, which an item was made into, do to the time that a scan may take.
+    pub(super) fn note_scan_control(&mut self, item: &Item<'_>, first: usize) {
+        let priced =
+            self.out.program.instructions[first..].iter().rposition(|one| one.timing.is_some());
+        let Some(at) = priced.map(|offset| first + offset) else { return };
+        if matches!(&*item.name, "WDT" | "WDTP") {
+            self.out.program.scan_control.restarts.insert(at);
+            return;
+        }
+        if !matches!(self.family, Family::Fx | Family::Fx5) {
+            return;
+        }
+        let written = self.written(item);
+        let registers: Vec<Device> =
+            written.iter().copied().filter(|device| matches!(device.name, "D" | "SD")).collect();
+        let relays: Vec<Device> =
+            written.into_iter().filter(|device| matches!(device.name, "M" | "SM")).collect();
+        for register in [WATCHDOG, CONSTANT] {
+            if registers.iter().any(|device| self.may_reach(item, device, register)) {
+                let setting = self.setting(item, register);
+                let control = &mut self.out.program.scan_control;
+                match register {
+                    WATCHDOG => control.watchdog.insert(at, setting),
+                    _ => control.constant.insert(at, setting),
+                };
+            }
+        }
+        if relays.iter().any(|device| self.may_reach(item, device, CONSTANT)) {
+            let is_alone = matches!(relays[..], [Device { place: Place::At(..), .. }]);
+            let switch = match &*item.name {
+                "OUT" if is_alone => Switch::Condition,
+                "SET" if is_alone => Switch::On,
+                "RST" | "ZRST" | "ZRSTP" => Switch::Off,
+                _ => Switch::Unknown,
+            };
+            self.out.program.scan_control.switches.insert(at, switch);
+        }
+    }
+
+    /// The devices that an instruction may write.
+    fn written(&self, item: &Item<'_>) -> Vec<Device> {
+        let is_written = |operand: usize| match &item.category {
+            Category::Coil => operand == 0,
+            Category::User | Category::Unknown { .. } => true,
+            Category::Listed(found) => found.entry.operands.get(operand).is_none_or(|one| {
+                matches!(one.role, Role::Destination | Role::Both | Role::Either)
+            }),
+            _ => false,
+        };
+        let operands = item.operands.iter().enumerate();
+        let device = |(at, operand): (usize, &Result<Operand, String>)| match operand {
+            Ok(Operand::Device(device)) if is_written(at) => Some(*device),
+            _ => None,
+        };
+        operands.filter_map(device).collect()
+    }
+
+    /// Whether an instruction that writes from this device on may write the special one of this number.
+    fn may_reach(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
+        let number = |operand: &Operand| match operand {
+            Operand::Device(Device { place: Place::At(_, number), .. }) => Some(*number),
+            _ => None,
+        };
+        let first = match device.place {
+            Place::At(_, first) | Place::BitOf(_, first, _) if first == special => return true,
+            Place::At(_, first) | Place::BitOf(_, first, _) => first,
+            Place::Digits(_, first, digits) => {
+                return (first..first + 4 * u32::from(digits)).contains(&special)
+                    || first < special
+                        && self.block_length(item) > 1
+                        && special - first < 16 * LONGEST_BLOCK;
+            }
+            Place::Indexed(Kind::VolatileBit | Kind::VolatileWord, _)
+            | Place::IndexedDigits(Kind::VolatileBit, _) => return true,
+            Place::Indexed(..) | Place::IndexedDigits(..) => {
+                return self.index_reaches(device, special);
+            }
+            _ => return false,
+        };
+        if first > special {
+            return false;
+        }
+        if item.name.starts_with("ZRST") {
+            let last = item.operands.iter().filter_map(|one| number(one.as_ref().ok()?)).max();
+            return last.is_some_and(|last| last >= special);
+        }
+        special - first < self.block_length(item)
+    }
+
+    /// How many devices an instruction may write from its operand on.
+    fn block_length(&self, item: &Item<'_>) -> u32 {
+        let Category::Listed(found) = &item.category else { return 1 };
+        match found.entry.meaning {
+            _ if matches!(item.category, Category::User) => LONGEST_BLOCK,
+            Operation::Copy
+            | Operation::Fill
+            | Operation::Havoc
+            | Operation::HavocAlways
+            | Operation::HavocAnytime
+            | Operation::Clear
+            | Operation::SlideUp
+            | Operation::SlideDown
+            | Operation::Pairwise
+            | Operation::Text => {
+                let is_move = matches!(unpulsed(&item.name), "MOV" | "CML" | "SMOV");
+                let is_long = matches!(unpulsed(&item.name), "DMOV" | "DCML" | "EMOV" | "DEMOV");
+                let constants = item.operands.iter().filter_map(|operand| match operand {
+                    Ok(Operand::Constant(count)) => u32::try_from(*count).ok(),
+                    _ => None,
+                });
+                let words = item
+                    .operands
+                    .iter()
+                    .skip(1)
+                    .any(|operand| matches!(operand, Ok(Operand::Device(_))));
+                match (is_move, is_long) {
+                    (true, _) => 1,
+                    (_, true) => 2,
+                    // A count that stands in a word may be any.
+                    _ if item.operands.len() > 2 && words => match item.operands.last() {
+                        Some(Ok(Operand::Constant(count))) => {
+                            u32::try_from(*count).unwrap_or(LONGEST_BLOCK).clamp(4, LONGEST_BLOCK)
+                        }
+                        _ => LONGEST_BLOCK,
+                    },
+                    _ => constants.max().unwrap_or(4).clamp(4, LONGEST_BLOCK),
+                }
+            }
+            _ => 4,
+        }
+    }
+
+    /// Whether an index that the program sets to constants only may lead there. Where it computes one, what lies beyond the
+    /// end of an area is not reached, as with all indexed access.
+    fn index_reaches(&self, device: &Device, special: u32) -> bool {
+        let Some(index) = device.index else { return false };
+        let register = format!("{}{}", index.letters, index.register);
+        self.resolved.items.iter().any(|item| match item.operands.first() {
+            Some(Ok(Operand::Constant(value))) => {
+                item.raw.operands.last().is_some_and(|to| to.eq_ignore_ascii_case(&register))
+                    && i64::from(index.number) + value == i64::from(special)
+            }
+            _ => false,
+        })
+    }
+
+    /// What a move writes into the register.
+    fn setting(&self, item: &Item<'_>, register: u32) -> Setting {
+        let is_move = matches!(unpulsed(&item.name), "MOV" | "DMOV" | "FMOV");
+        let is_plain = matches!(item.operands.get(1), Some(Ok(Operand::Device(Device { place: Place::At(_, at), .. }))) if *at == register);
+        let unknown = || {
+            let is_plain_device = |operand: &&Result<Operand, String>| {
+                matches!(operand, Ok(Operand::Device(Device { place: Place::At(..), .. })))
+            };
+            match item.operands.first().filter(is_plain_device) {
+                Some(_) if is_move && is_plain => Setting::Device(item.raw.operands[0].clone()),
+                _ => Setting::Computed(item.raw.text.to_string()),
+            }
+        };
+        if item.name.starts_with("RST") || item.name.starts_with("ZRST") {
+            return Setting::Range(Picos::ZERO, Picos::ZERO);
+        }
+        if !is_move || !(is_plain || item.name.starts_with("FMOV")) {
+            return unknown();
+        }
+        match item.operands.first() {
+            Some(Ok(Operand::Constant(value))) => {
+                let time = Picos(MS).times(u64::from(*value as u16));
+                Setting::Range(time, time)
+            }
+            Some(Ok(Operand::Device(Device { place: Place::At(..), .. }))) => {
+                self.stated_times(&item.raw.operands[0]).unwrap_or_else(unknown)
+            }
+            _ => unknown(),
+        }
+    }
+
+    /// The range that is stated of a word, where the program writes nothing else into it.
+    fn stated_times(&self, word: &str) -> Option<Setting> {
+        let ranges = &self.options.facts.ranges;
+        let stated = ranges.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
+        let (low, high) = *stated?.1;
+        let is_within = |item: &Item<'_>| {
+            let written = self.written(item);
+            let names = item.raw.operands.iter().any(|operand| operand.eq_ignore_ascii_case(word));
+            let is_source = matches!(unpulsed(&item.name), "MOV")
+                && item.raw.operands.first().is_some_and(|one| one.eq_ignore_ascii_case(word));
+            match item.operands.first() {
+                Some(Ok(Operand::Constant(value))) if unpulsed(&item.name) == "MOV" => {
+                    !names || (low..=high).contains(value)
+                }
+                _ => !names || is_source || written.is_empty(),
+            }
+        };
+        let time = |value: i64| Some(Picos(MS).times(u64::try_from(value).ok()?));
+        let all = self.resolved.items.iter().all(is_within);
+        if all { Some(Setting::Range(time(low)?, time(high)?)) } else { None }
+    }
+}
+
+/// A mnemonic without the suffix of its pulse form.
+fn unpulsed(name: &str) -> &str {
+    name.strip_suffix('P').unwrap_or(name)
+}

@@ -1,0 +1,120 @@
+//! The MELSEC dialects: GX Works2 and GX Works3 CSV exports, and list text.
+
+mod catalog;
+mod comments;
+mod csv;
+pub mod decode;
+mod emit;
+mod frame;
+mod list;
+pub mod memory;
+mod mnemonic;
+pub mod operand;
+pub mod project;
+mod resolve;
+pub mod source;
+mod specimens;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use decode::DecodeOptions;
+use memory::Family;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, Specimens};
+use scanbound_ir::Program;
+use source::RawProject;
+
+/// The name of list text.
+const LIST: &str = "melsec-list";
+
+/// The dialects, as they are told from each other.
+static DIALECTS: [Dialect; 3] = [
+    Dialect {
+        name: "melsec-csv",
+        what: "a program's CSV from GX Works2 or GX Developer",
+        sniff: Sniff::Text(|text| {
+            csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works2)
+        }),
+    },
+    Dialect {
+        name: "melsec-gx3-csv",
+        what: "a program's CSV from GX Works3",
+        sniff: Sniff::Text(|text| {
+            csv::layout(text).is_some_and(|layout| layout.tool == csv::Tool::Works3)
+        }),
+    },
+    Dialect {
+        name: LIST,
+        what: "MELSEC list text (LD X0, one instruction a line)",
+        sniff: Sniff::Text(list::sniff),
+    },
+];
+
+/// MELSEC.
+pub struct Melsec;
+
+/// The registry's entry.
+pub const FRONT: Melsec = Melsec;
+
+impl Front for Melsec {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    /// The tools call device comments COMMENT, also where there are none.
+    fn is_beside(&self, name: &str, beginning: &str) -> bool {
+        let is_named = || scanbound_front::stem(name).eq_ignore_ascii_case("COMMENT");
+        comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())
+    }
+
+    fn marks(&self) -> Vec<&'static str> {
+        marks()
+    }
+
+    fn instructions(&self) -> Vec<String> {
+        specimens::all()
+    }
+
+    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+        specimens::specimens(name, Family::named(family)?)
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        beside: &[&Input],
+        _reading: Reading,
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(project::read(dialect, programs, beside)?))
+    }
+}
+
+impl Project for RawProject {
+    fn cpu(&self) -> Option<&str> {
+        self.files.iter().find_map(|file| file.cpu.as_deref())
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        self.warnings.clone()
+    }
+
+    fn open(&self) -> Open {
+        Open { index: true, ..Open::default() }
+    }
+
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        let Options { facts, is_user_instruction, incomplete, .. } = *options;
+        let cpu = options.cpu.or(self.cpu());
+        let named = || options.family.and_then(Family::named);
+        let family = cpu.and_then(Family::of_cpu).or_else(named).unwrap_or(Family::Q);
+        let options = DecodeOptions { family, is_user_instruction, facts, incomplete };
+        decode::decode(self, &options)
+    }
+}
+
+/// Words that files in these dialects hold, to tell code pages apart.
+fn marks() -> Vec<&'static str> {
+    csv::MARKS.into_iter().chain(comments::MARKS).collect()
+}

@@ -1,0 +1,174 @@
+//! Reads MELSEC list text: an instruction a line, operands apart by blanks.
+
+use super::source::RawInstruction;
+use super::words;
+use scanbound_base::code::Code;
+use scanbound_front::Faults;
+use scanbound_front::Places;
+use scanbound_front::text;
+
+/// How many instruction lines are looked at to tell what a file is.
+const LOOKED_AT: usize = 40;
+
+/// Words by which list text is known: what programs begin with and mostly consist of.
+const COMMON: [&str; 62] = [
+    "LD", "LDI", "AND", "ANI", "OR", "ORI", "LDP", "LDF", "ANDP", "ANDF", "ORP", "ORF", "LDPI",
+    "LDFI", "ANDPI", "ANDFI", "ORPI", "ORFI", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP",
+    "MEF", "EGP", "EGF", "OUT", "OUTH", "SET", "RST", "PLS", "PLF", "FF", "MC", "MCR", "STL",
+    "RET", "SRET", "CJ", "SCJ", "JMP", "CALL", "CALLP", "FEND", "FOR", "NEXT", "EI", "DI", "IRET",
+    "END", "NOP", "NOPLF", "MOV", "MOVP", "DMOV", "DMOVP", "INC", "INCP", "BMOV", "FMOV",
+];
+
+/// Words that MELSEC does not have, but lists that begin with LD as well do.
+const NOT_OURS: [&str; 13] = [
+    "ST", "STI", "LDNOT", "ANDNOT", "ORNOT", "OUTNOT", "ANDLD", "ORLD", "RSET", "KEEP", "DIFU",
+    "DIFD", "NOT",
+];
+
+/// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
+/// begin with, and at least half of the first lines are common ones or mnemonics with devices.
+pub(super) fn sniff(beginning: &str) -> bool {
+    if text::is_markup(beginning) {
+        return false;
+    }
+    let mut likely = 0_usize;
+    let mut seen = 0_usize;
+    for line in beginning.lines() {
+        let Ok(mut found) = words::split(code(line)) else { continue };
+        take_step(&mut found);
+        let Some((first, operands)) = found.split_first() else { continue };
+        // Nor are there function numbers, `MOV(21)`.
+        let numbered = first.ends_with(')') && first.contains('(');
+        if numbered || NOT_OURS.iter().any(|word| first.eq_ignore_ascii_case(word)) {
+            return false;
+        }
+        seen += 1;
+        let devices = operands.iter().all(|operand| is_device(operand));
+        let common = is_common(first) && devices;
+        if seen == 1 && !common {
+            return false;
+        }
+        let other = words::can_be_mnemonic(first) && devices && !operands.is_empty();
+        likely += usize::from(common || other);
+        if seen == LOOKED_AT {
+            break;
+        }
+    }
+    seen > 0 && likely * 2 >= seen
+}
+
+fn is_common(word: &str) -> bool {
+    let upper = word.trim_end_matches(':').to_ascii_uppercase();
+    if words::is_pointer(&upper) {
+        return true;
+    }
+    let contact = ["LD", "AND", "OR"]
+        .iter()
+        .filter_map(|stem| upper.strip_prefix(stem))
+        .any(|rest| rest.trim_start_matches(['D', 'E', '$']).starts_with(['=', '<', '>']));
+    contact || COMMON.contains(&upper.as_str())
+}
+
+/// Whether a word looks like a device, constant or string of MELSEC. Other makers' lists have LD and OUT
+/// too, but with bare numbers; prose has words without a number.
+fn is_device(word: &str) -> bool {
+    word.starts_with('"')
+        || (!word.starts_with(|c: char| c.is_ascii_digit())
+            && word.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// Reads a file of list text.
+pub(super) fn read(text: &str, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
+    let mut instructions = Vec::new();
+    let mut number = 0_u32;
+    for line in text.lines() {
+        number = number.saturating_add(1);
+        read_line(text, line, number, &mut instructions, faults);
+        if words::are_too_many(&instructions, faults) {
+            return instructions;
+        }
+    }
+    words::check(&instructions, number, faults);
+    instructions
+}
+
+fn read_line(
+    text: &str,
+    line: &str,
+    number: u32,
+    out: &mut Vec<RawInstruction>,
+    faults: &mut Faults<'_>,
+) {
+    let mut found = match words::split(code(line)) {
+        Ok(found) => found,
+        Err(open) => {
+            let told = ("a string has no closing quotation mark", "close the string with \"");
+            return faults.within(Code::OpenString, number, line, open, told);
+        }
+    };
+    let step = take_step(&mut found);
+    let mut rest = &found[..];
+    if rest.is_empty() {
+        if step.is_some() {
+            faults.at(
+                Code::BareStep,
+                number,
+                line,
+                "a step number without an instruction",
+                "write the instruction behind the step number, or take the line away",
+            );
+        }
+        return;
+    }
+    // A label may share its line with the instruction it stands before.
+    let label = rest[0].strip_suffix(':').unwrap_or(rest[0]);
+    if words::is_pointer(label) {
+        let places = Places::of_slices(text, [label]);
+        out.push(words::instruction(number, step, label, Vec::new(), places));
+        rest = &rest[1..];
+    }
+    let Some((mnemonic, operands)) = rest.split_first() else { return };
+    if !words::can_be_mnemonic(mnemonic) {
+        let told = (
+            "this line is no instruction",
+            "an instruction is a mnemonic and its operands apart by blanks, such as LD X0; comments begin with ; or //",
+        );
+        return faults.within(Code::NotAnInstruction, number, line, mnemonic, told);
+    }
+    let places = Places::of_slices(text, rest.iter().copied());
+    let operands = operands.iter().map(|&operand| operand.to_owned()).collect();
+    out.push(words::instruction(number, step, mnemonic, operands, places));
+}
+
+/// The line without its comment; `;` and `//` within a string are part of it.
+fn code(line: &str) -> &str {
+    if !line.contains([';', '/']) {
+        return line;
+    }
+    let mut quoted = false;
+    let mut before = ' ';
+    for (at, c) in line.char_indices() {
+        match c {
+            '"' => quoted = !quoted,
+            ';' if !quoted => return &line[..at],
+            '/' if !quoted && before == '/' => return &line[..at - 1],
+            _ => {}
+        }
+        before = c;
+    }
+    line
+}
+
+/// Takes the step number in front off the words, if there is one (`12`, `0012:`, `12:LD`).
+fn take_step(words: &mut Vec<&str>) -> Option<u32> {
+    let first = *words.first()?;
+    let digits = first.find(|c: char| !c.is_ascii_digit()).unwrap_or(first.len());
+    let step = first[..digits].parse().ok()?;
+    match &first[digits..] {
+        "" | ":" => {
+            words.remove(0);
+        }
+        rest => words[0] = rest.strip_prefix(':')?,
+    }
+    Some(step)
+}

@@ -1,0 +1,89 @@
+//! Reads a MELSEC project from its files: the programs in the given order, and the device comments.
+
+use super::source::{RawFile, RawInstruction, RawProject};
+use super::{comments, csv, list, words};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::{Diagnostic, Severity};
+use scanbound_front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
+
+/// Reads the programs, all written in `dialect`, and the comment files.
+///
+/// # Errors
+/// The faults of all files.
+pub fn read(
+    dialect: &Dialect,
+    programs: &[&Input],
+    comment_files: &[&Input],
+) -> Result<RawProject, Vec<Diagnostic>> {
+    let mut project = RawProject { dialect: dialect.name, ..RawProject::default() };
+    for input in programs {
+        let mut faults = Faults::new(&input.name);
+        let file = read_program(dialect, input, &mut faults);
+        if let (Some(file), false) = (file, faults.any_error()) {
+            project.files.push(file);
+        }
+        project.warnings.extend(faults.into_diagnostics());
+    }
+    check_cpus(&mut project);
+    for input in comment_files {
+        // Comments only give names: a fault in them does not stop the audit.
+        match decoded(input, &super::marks()) {
+            Ok(text) => comments::read(&text, &mut project.comments),
+            Err(fault) => project.warnings.push(fault.warning()),
+        }
+    }
+    if project.warnings.iter().any(|found| found.severity == Severity::Error) {
+        return Err(project.warnings);
+    }
+    project.warnings.extend(empty_beside(comment_files));
+    Ok(project)
+}
+
+fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Option<RawFile> {
+    let text = decoded(input, &super::marks()).map_err(|fault| faults.push(fault)).ok()?;
+    if words::has_long_line(&text, faults) {
+        return None;
+    }
+    let (cpu, instructions): (Option<String>, Vec<RawInstruction>) = if dialect.name == super::LIST
+    {
+        (None, list::read(&text, faults))
+    } else if let Some(layout) = csv::layout(&text) {
+        let instructions = csv::read(&text, &layout, faults);
+        (layout.cpu, instructions)
+    } else {
+        faults.at(
+            Code::NoHeads,
+            1,
+            text.lines().next().unwrap_or_default(),
+            "the column heads are missing",
+            "export the program again: title, CPU and the seven column heads come before the instructions",
+        );
+        return None;
+    };
+    Some(RawFile {
+        name: input.name.clone(),
+        program: stem(&input.name).to_owned(),
+        cpu,
+        instructions,
+        source: if dialect.name == super::LIST { text.into_owned() } else { String::new() },
+    })
+}
+
+/// One scan runs on one CPU: FX counts its inputs and outputs in octal, Q and L in hexadecimal.
+fn check_cpus(project: &mut RawProject) {
+    let mut named = project.files.iter().filter_map(|file| Some((file, file.cpu.as_deref()?)));
+    let Some((first, cpu)) = named.next() else { return };
+    let other: Vec<Diagnostic> = named
+        .filter(|(_, other)| *other != cpu)
+        .map(|(file, other)| {
+            let fault = Diagnostic::file(
+                Code::OtherCpu,
+                &file.name,
+                format!("this program is for {}, that of {} for {cpu}", shown(other), first.name),
+                "the files of one scan run on one CPU: audit each CPU's files by themselves",
+            );
+            if other.starts_with("FX") == cpu.starts_with("FX") { fault.warning() } else { fault }
+        })
+        .collect();
+    project.warnings.extend(other);
+}

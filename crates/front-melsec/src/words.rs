@@ -1,0 +1,199 @@
+//! What CSV and list text have in common: words apart by blanks, strings, and the checks on a whole file.
+
+use super::source::RawInstruction;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::Places;
+use scanbound_front::numbering::{self, Numbered};
+use scanbound_front::{Faults, shown};
+
+/// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps; plants' projects have
+/// some ten thousand instructions.
+const MOST: usize = 400_000;
+/// No line is longer, in bytes.
+const LONGEST: usize = 64 * 1024;
+
+/// Words apart by blanks or TABs; a word that begins with `"` runs to the `"` that ends it, blanks and
+/// all. `Err` holds the part from a quotation mark that nothing closes.
+pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
+    let mut words = Vec::new();
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let end = if rest.starts_with('"') {
+            string_end(rest).ok_or(rest)?
+        } else {
+            rest.find(char::is_whitespace).unwrap_or(rest.len())
+        };
+        words.push(&rest[..end]);
+        rest = rest[end..].trim_start();
+    }
+    Ok(words)
+}
+
+/// The length of the string that `text` begins with: to the first quotation mark before a blank or the end.
+fn string_end(text: &str) -> Option<usize> {
+    text.match_indices('"')
+        .skip(1)
+        .map(|(at, _)| at + 1)
+        .find(|&end| text[end..].chars().next().is_none_or(char::is_whitespace))
+}
+
+/// Whether a word is a pointer on its own: `P50`, `I0`.
+pub(super) fn is_pointer(word: &str) -> bool {
+    word.strip_prefix(['P', 'I', 'p', 'i'])
+        .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Whether a word can name an instruction: letters, digits and the signs that mnemonics have.
+pub(super) fn can_be_mnemonic(word: &str) -> bool {
+    !word.is_empty()
+        && !word.starts_with(|c: char| c.is_ascii_digit())
+        && word.chars().all(|c| c.is_alphanumeric() || "_.$+-*/=<>".contains(c))
+}
+
+/// Builds an instruction; `text` follows from the words.
+pub(super) fn instruction(
+    line: u32,
+    step: Option<u32>,
+    mnemonic: &str,
+    operands: Vec<String>,
+    places: Places,
+) -> RawInstruction {
+    let length = operands.iter().map(|operand| operand.len() + 1).sum::<usize>();
+    let mut text = String::with_capacity(mnemonic.len() + length);
+    text.push_str(mnemonic);
+    for operand in &operands {
+        text.push(' ');
+        text.push_str(operand);
+    }
+    RawInstruction {
+        line,
+        step,
+        mnemonic: mnemonic.to_owned(),
+        operands,
+        text: text.into(),
+        places,
+    }
+}
+
+/// Whether there are more instructions than are audited; then they are an error, and the file is read no
+/// further.
+pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
+    let too_many = instructions.len() > MOST;
+    if too_many {
+        faults.push(Diagnostic::file(
+            Code::TooMany,
+            faults.file(),
+            format!("the program has more than {MOST} instructions"),
+            "so many are not audited: check the file",
+        ));
+    }
+    too_many
+}
+
+/// Whether a line is longer than any that a tool writes; it is an error then.
+pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
+    let mut at = 0;
+    for line in text.as_bytes().split(|&byte| byte == b'\n' || byte == b'\r') {
+        if line.len() > LONGEST {
+            let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
+            faults.at(
+                Code::LongLine,
+                u32::try_from(number).unwrap_or(u32::MAX),
+                &text[at..at + line.len()],
+                "this line is far too long",
+                "the file is damaged or something else than a program: export it again",
+            );
+            return true;
+        }
+        at += line.len() + 1;
+    }
+    false
+}
+
+/// What holds for a whole file: step numbers rise, END is there, and nothing follows it.
+pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
+    let file = faults.file();
+    // How many steps an instruction takes is not known of most, and a label may stand at the step of the next one.
+    let numbered = instructions.iter().filter(|one| !is_pointer(&one.mnemonic));
+    let numbered = numbered.map(|one| Numbered {
+        line: one.line,
+        address: one.step,
+        takes: None,
+        text: &one.text,
+        ends: false,
+    });
+    numbering::check(numbered, faults);
+    let is_end = |i: &RawInstruction| i.mnemonic.eq_ignore_ascii_case("END");
+    match instructions.iter().position(is_end) {
+        None => {
+            let mut fault = Diagnostic::file(
+                Code::NoEnd,
+                file,
+                "the program has no END",
+                "the file may have been cut off: export it again, or write END after the last instruction",
+            );
+            fault.line = Some(lines.max(1));
+            if let Some(instruction) = instructions.last() {
+                fault.line = Some(instruction.line);
+                fault.text = shown(&instruction.text);
+                fault.step = instruction.step;
+            }
+            faults.push(fault);
+        }
+        Some(end) => {
+            if let Some(instruction) = instructions.get(end + 1) {
+                let more = instructions.len() - end - 2;
+                let others = if more > 0 { format!(", and {more} more") } else { String::new() };
+                faults.push(
+                    Diagnostic::line(
+                        Code::AfterEnd,
+                        file,
+                        instruction.line,
+                        shown(&instruction.text),
+                        format!(
+                            "this instruction{others} stands after the END of line {}",
+                            instructions[end].line
+                        ),
+                        "one program a file: take away what follows END, or the END in between",
+                    )
+                    .at_step(instruction.step),
+                );
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_strings() {
+        assert_eq!(split("MOV  K1\tD0"), Ok(vec!["MOV", "K1", "D0"]));
+        assert_eq!(split(r#"$MOV "a b" D0"#), Ok(vec!["$MOV", r#""a b""#, "D0"]));
+        assert_eq!(split(r#""" D0"#), Ok(vec![r#""""#, "D0"]));
+        assert_eq!(split(r#""a"b" D0"#), Ok(vec![r#""a"b""#, "D0"]));
+        assert_eq!(split(r#"$MOV "a D0"#), Err(r#""a D0"#));
+        assert_eq!(split(r#"""#), Err(r#"""#));
+        assert_eq!(split("  "), Ok(vec![]));
+    }
+
+    #[test]
+    fn pointers_and_mnemonics() {
+        for word in ["P50", "I0", "p4095"] {
+            assert!(is_pointer(word), "{word}");
+        }
+        for word in ["P", "PLS", "P5A", "INC", "K5"] {
+            assert!(!is_pointer(word), "{word}");
+        }
+        for word in
+            ["LD", "AND<>", "D+P", "$MOV", "ZP.OPEN", "SwOp0", "D*", "E/", "BKCMP=", "処理1"]
+        {
+            assert!(can_be_mnemonic(word), "{word}");
+        }
+        for word in ["", "0", "MOV(21)", "L;D", "\"a\"", "@D0"] {
+            assert!(!can_be_mnemonic(word), "{word}");
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The OMRON instructions as data: function numbers, operands, meaning, timing class and condition flags.
+
+use std::sync::LazyLock;
+
+use super::source::Family;
+use scanbound_front::catalog::{self, Catalog, Line};
+pub(super) use scanbound_front::catalog::{Amount, Extent};
+
+/// The words for meanings, which the stages from `resolve` on compare with.
+const MEANINGS: &str = "\
+    add and and-block and-not break call clear-carry compare compare-real compare-signed compare-unknown \
+    complement copy counter counter-reversible decrement end exchange fall fill flags-compare flags-compare-signed \
+    flags-zone flags-zone-signed for havoc havoc-always increment interlock interlock-end interlock-number \
+    interlock-number-end invert jump jump-end jump-if jump-zero jump-zero-end keep load load-not macro move \
+    move-bit move-not next nothing or or-block or-not out out-bit out-not pulse-fall pulse-rise refresh-units \
+    reset reset-bit reset-bits reset-timers return rise routine set set-bit set-bits set-carry shift-register \
+    shift-words step subtract task test test-not timer timer-holding timer-unknown word-and word-or word-xnr \
+    word-xor";
+
+/// What the OMRON catalog adds to the language of catalogs: the roles `t`, `k` and `tk`, its words for meanings, and the
+/// columns `family` (`c`, `cs`, `*` both), `number` (`~`: may be assigned by the user) and `flags`: the condition flags
+/// that an instruction may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ and CP turn
+/// off and others leave.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Vocabulary;
+
+impl catalog::Vocabulary for Vocabulary {
+    type Role = Timing;
+    type Meaning = &'static str;
+    type Own = Own;
+
+    fn role(word: &str) -> Option<Timing> {
+        match word {
+            "t" => Some(Timing::Timer),
+            "k" => Some(Timing::Counter),
+            "tk" => Some(Timing::TimerOrCounter),
+            _ => None,
+        }
+    }
+
+    fn meaning(word: &'static str) -> Option<&'static str> {
+        MEANINGS.split(' ').any(|known| known == word).then_some(word)
+    }
+
+    fn own(line: &Line<'_>) -> Option<Own> {
+        let number = line.cell("number");
+        Some(Own {
+            family: match line.cell("family") {
+                "c" => Some(Family::C),
+                "cs" => Some(Family::Cs),
+                "*" => None,
+                _ => return None,
+            },
+            number: number.trim_end_matches('~').parse().ok(),
+            assignable: number.ends_with('~'),
+            flags: Some(line.cell("flags")).filter(|flags| !flags.is_empty())?,
+        })
+    }
+}
+
+/// The number of a timer or counter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Timing {
+    /// A timer's.
+    Timer,
+    /// A counter's.
+    Counter,
+    /// A timer's or a counter's, by its letter.
+    TimerOrCounter,
+}
+
+/// The columns of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Own {
+    /// `None` for both.
+    pub(super) family: Option<Family>,
+    /// The function number.
+    pub(super) number: Option<u16>,
+    /// Whether the number can be assigned by the user, so that no number contradicts the name.
+    pub(super) assignable: bool,
+    /// The condition flags that it may change.
+    pub(super) flags: &'static str,
+}
+
+/// What an instruction does with an operand.
+pub(super) type Role = catalog::Role<Timing>;
+/// One operand of an instruction.
+pub(super) type Slot = catalog::Operand<Timing>;
+/// One form of an instruction.
+pub(super) type Row = catalog::Row<Vocabulary>;
+
+fn is_of(row: &Row, family: Family) -> bool {
+    row.own.family.is_none_or(|own| own == family)
+}
+
+/// How a contact with a comparison or a bit test joins the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lead {
+    /// `LD=`
+    Load,
+    /// `AND=`
+    And,
+    /// `OR=`
+    Or,
+}
+
+/// An instruction found in the catalog.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    /// Its rows, which differ in the number of operands.
+    pub(super) rows: Vec<&'static Row>,
+    /// For comparisons and bit tests, how they join.
+    pub(super) lead: Option<Lead>,
+}
+
+/// The catalog.
+static CATALOG: LazyLock<Catalog<Vocabulary>> =
+    LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
+
+fn rows(mnemonic: &str, family: Family) -> Option<Vec<&'static Row>> {
+    let rows = CATALOG.rows(mnemonic)?.iter().filter(|row| is_of(row, family));
+    Some(rows.collect()).filter(|rows: &Vec<&Row>| !rows.is_empty())
+}
+
+/// The instruction of this name.
+pub(super) fn find(mnemonic: &str, family: Family) -> Option<Found> {
+    let joins = |rows: &Vec<&Row>| {
+        rows[0].meaning.starts_with("compare") || rows[0].meaning.starts_with("test")
+    };
+    if let Some(rows) = rows(mnemonic, family).filter(|rows| !joins(rows)) {
+        return Some(Found { rows, lead: None });
+    }
+    [("LD", Lead::Load), ("AND", Lead::And), ("OR", Lead::Or)].into_iter().find_map(
+        |(word, lead)| {
+            let rows = rows(mnemonic.strip_prefix(word)?, family).filter(|rows| joins(rows))?;
+            Some(Found { rows, lead: Some(lead) })
+        },
+    )
+}
+
+/// The names of all instructions, of those that join in each way.
+pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
+    static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+        let known = |name: &String| knows(name);
+        let joined = |name: &str| ["LD", "AND", "OR"].map(|join| format!("{join}{name}"));
+        let of = |name: &'static str| [vec![name.to_owned()], joined(name).to_vec()].concat();
+        let mut names: Vec<String> = CATALOG.names().flat_map(of).filter(known).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    });
+    NAMES.iter().map(String::as_str)
+}
+
+/// The instruction of this function number.
+pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
+    let fits =
+        |row: &&Row| row.own.number == Some(number) && is_of(row, family) && !row.own.assignable;
+    CATALOG.all().find(fits).map(|row| &*row.mnemonic)
+}
+
+/// Whether any family has an instruction of this name with so many operands. (A number may name it instead.)
+pub(super) fn takes(mnemonic: &str, operands: usize) -> bool {
+    let found = [Family::C, Family::Cs].into_iter().filter_map(|family| find(mnemonic, family));
+    mnemonic.is_empty() || found.flat_map(|found| found.rows).any(|row| row.takes(operands))
+}
+
+/// Whether any family has an instruction of this name.
+pub(super) fn knows(mnemonic: &str) -> bool {
+    [Family::C, Family::Cs].into_iter().any(|family| find(mnemonic, family).is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_line_of_the_catalog_is_read_and_every_meaning_is_had() {
+        let used: BTreeSet<&str> = CATALOG.all().map(|row| row.meaning).collect();
+        assert!(used.iter().copied().eq(MEANINGS.split(' ')), "{used:?}");
+    }
+
+    #[test]
+    fn its_own_words_are_checked() {
+        let heads = ["mnemonic", "family", "number", "operands", "class", "meaning", "flags"];
+        let read = |text| catalog::row::<Vocabulary>(&heads, text);
+        assert!(read("A,cs,20~,tk d:w..1,timer,havoc-always,*").is_ok());
+        for wrong in [
+            "A,,,d,move,havoc,*",
+            "A,c,,a,move,havoc,*",
+            "A,*,,d,move,forget,*",
+            "A,*,,d,move,havoc,",
+        ] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_number_names_one_instruction_of_a_family() {
+        for family in [Family::C, Family::Cs] {
+            let mut seen = BTreeSet::new();
+            let fixed = CATALOG.all().filter(|row| is_of(row, family) && !row.own.assignable);
+            let named: BTreeSet<(u16, &str)> =
+                fixed.filter_map(|row| Some((row.own.number?, &*row.mnemonic))).collect();
+            for (number, name) in named {
+                assert!(seen.insert(number), "{number} of {family:?} is {name} and another");
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_found_with_their_lead() {
+        assert_eq!(find("AND<>SL", Family::Cs).unwrap().lead, Some(Lead::And));
+        assert_eq!(find("LDTSTN", Family::Cs).unwrap().rows[0].mnemonic, "TSTN");
+        assert!(find("=", Family::Cs).is_none() && find("LD=", Family::C).is_none());
+        assert_eq!(find("WSFT", Family::C).unwrap().rows.len(), 2);
+        assert_eq!(numbered(21, Family::C), Some("MOV"));
+        assert_eq!(numbered(400, Family::Cs), Some("+"));
+        assert!(find("ADD", Family::C).is_some() && find("ADD", Family::Cs).is_none());
+    }
+}

@@ -1,0 +1,384 @@
+//! Reads CX-Programmer's text files (`.cxt`): programs, their rungs' mnemonics, symbols, the CPU.
+//!
+//! `Key:=value;` are values, `Key:=` before BEGIN and END a block, before a mark `$?St$Bk?_#[n]` a text up to the
+//! same mark, before BEGIN_LIST a list of lines. A rung's mnemonics stand under `SL`, symbols under `VariableList`
+//! as name, address, type, three further columns and the comment. Tasks from 256 on are cyclic, below interrupts.
+//!
+//! Within `Programs` nothing is passed over: every program has sections, every section the rungs that it counts, every rung
+//! its mnemonics. What else may hold code is refused.
+
+use super::list;
+use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};
+use scanbound_base::code::Code;
+use scanbound_front::Faults;
+
+/// What opens and closes a text.
+const MARK: &str = "$?St$Bk?_#[";
+
+/// Numbers of cyclic tasks begin here.
+const FIRST_CYCLIC: u32 = 256;
+
+/// The blocks that lead to rungs: each with its parent, what it holds, and under which key its parent counts it.
+const LEVELS: [Level; 5] = [
+    Level { name: "Program", parent: "Programs", count: Some("ProgramCount") },
+    Level { name: "Sections", parent: "Program", count: None },
+    Level { name: "Sec", parent: "Sections", count: Some("SC") },
+    Level { name: "ProgramData", parent: "Sec", count: None },
+    Level { name: "R", parent: "ProgramData", count: Some("RC") },
+];
+
+/// Blocks beside these, which hold no code.
+const NO_CODE: [&str; 2] = ["LocalVariables", "AtchCmts"];
+
+/// Texts that hold no code.
+const NO_CODE_TEXTS: [&str; 2] = ["Com", "Comment"];
+
+/// A block on the way to rungs.
+struct Level {
+    name: &'static str,
+    parent: &'static str,
+    /// How its parent says how many it holds; a parent that does not holds one.
+    count: Option<&'static str>,
+}
+
+/// An open block.
+struct Block {
+    /// Its key, without its index in brackets.
+    name: String,
+    /// Where it begins.
+    line: usize,
+    /// How many blocks it holds that lead to rungs; of a rung, how many lists of mnemonics.
+    held: u32,
+    /// How many it says to hold.
+    told: Option<u32>,
+}
+
+/// Whether the beginning of a file is such a text.
+pub(super) fn sniff(beginning: &str) -> bool {
+    if !beginning.contains(":=") {
+        return false;
+    }
+    let keys = beginning.lines().take(200).filter(|line| {
+        let key = line.trim_start().split(":=").next().unwrap_or_default();
+        line.contains(":=")
+            && !key.is_empty()
+            && key.chars().all(|c| c.is_alphanumeric() || "_[]".contains(c))
+    });
+    let blocks = beginning.lines().any(|line| line.trim() == "BEGIN");
+    keys.count() >= 3
+        && blocks
+        && (beginning.contains(MARK)
+            || beginning.contains("CXProgVer")
+            || beginning.contains("SL:="))
+}
+
+/// The family of a device by its name.
+///
+/// # Errors
+/// Why there is none: its special bits stand elsewhere than in either family.
+pub(super) fn family(cpu: &str) -> Result<Family, String> {
+    let device = cpu.trim().to_ascii_uppercase();
+    let is = |names: &[&str]| names.iter().any(|name| device.starts_with(name));
+    if is(&["C200", "C1000", "C2000", "CQM1", "CPM", "SRM"]) {
+        Ok(Family::C)
+    } else if is(&["C20", "C28", "C40", "C60", "C500", "C120", "CV"]) {
+        Err(format!(
+            "the program is for {}, whose special bits stand elsewhere than those of the CPUs that are known",
+            cpu.trim()
+        ))
+    } else {
+        Ok(Family::Cs)
+    }
+}
+
+/// Reads a file.
+pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawFile {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut reader = Reader {
+        file: RawFile { name: name.to_owned(), ..RawFile::default() },
+        text,
+        lines: &lines,
+        at: 0,
+        path: Vec::new(),
+        faults,
+    };
+    reader.run();
+    reader.file
+}
+
+struct Reader<'a, 'f> {
+    file: RawFile,
+    text: &'a str,
+    lines: &'a [&'a str],
+    at: usize,
+    /// The open blocks.
+    path: Vec<Block>,
+    faults: &'a mut Faults<'f>,
+}
+
+impl Reader<'_, '_> {
+    fn run(&mut self) {
+        while let Some(&line) = self.lines.get(self.at) {
+            self.at += 1;
+            let line = line.trim();
+            match line.split_once(":=") {
+                Some((key, "")) => self.block(key.trim()),
+                Some((key, value)) => {
+                    let value = value.trim().trim_end_matches(';').trim_matches('"');
+                    self.value(key.trim(), value);
+                }
+                None if line.trim_end_matches(';') == "END" => match self.path.pop() {
+                    Some(block) => self.close(&block),
+                    None => self.broken(line, "this END closes no block"),
+                },
+                None if !line.is_empty() && self.holds_code() => {
+                    self.broken(line, "this line belongs to no key: a key or a mark is missing");
+                }
+                None => {}
+            }
+        }
+        if !self.path.is_empty() {
+            let last = self.lines.last().copied().unwrap_or_default();
+            self.at = self.lines.len();
+            self.broken(last, "the file ends within a block");
+        }
+        if self.file.programs.is_empty() {
+            self.at = 1;
+            self.broken("", "the project holds no program with rungs");
+        }
+    }
+
+    fn broken(&mut self, text: &str, message: &str) {
+        let line = u32::try_from(self.at.max(1)).unwrap_or(u32::MAX);
+        self.faults.at(
+            Code::BrokenProject,
+            line,
+            text,
+            message,
+            "save the project as text (.cxt) again",
+        );
+    }
+
+    /// What follows a key without a value: a block, a text, a list.
+    fn block(&mut self, key: &str) {
+        let next = self.lines.get(self.at).map_or("", |line| line.trim());
+        if next == "BEGIN" {
+            self.at += 1;
+            self.open(key);
+        } else if next.starts_with(MARK) {
+            self.text(key);
+        } else if let Some(number) = next.strip_prefix("BEGIN_LIST_") {
+            self.at += 1;
+            let end = format!("END_LIST_{number}");
+            while let Some(&line) = self.lines.get(self.at) {
+                self.at += 1;
+                if line.trim().trim_end_matches(';') == end {
+                    return;
+                }
+                if key == "VariableList" {
+                    self.symbol(line);
+                }
+            }
+            self.broken(next, "this list has no end");
+        } else if self.holds_code() {
+            self.broken(key, "this key has no value: its mark or its BEGIN is missing");
+        }
+    }
+
+    /// Whether what stands here may be code: within `Programs`, but not in what is known to hold none.
+    fn holds_code(&self) -> bool {
+        let is = |names: &[&str]| self.path.iter().any(|one| names.contains(&one.name.as_str()));
+        is(&["Programs"]) && !is(&NO_CODE)
+    }
+
+    /// Whether the innermost block is of this name.
+    fn is_in(&self, name: &str) -> bool {
+        self.path.last().is_some_and(|block| block.name == name)
+    }
+
+    fn open(&mut self, key: &str) {
+        let name = key.split('[').next().unwrap_or(key);
+        let level = LEVELS.iter().find(|level| level.name == name && self.is_in(level.parent));
+        if self.holds_code() {
+            match level {
+                Some(level) => self.hold(level, key),
+                None if NO_CODE.contains(&name) => {}
+                None => self.broken(
+                    key,
+                    "what this block holds is not read: only sections of ladder rungs or mnemonics are",
+                ),
+            }
+        }
+        if level.is_some_and(|level| level.name == "Program") {
+            let number = self.file.programs.len();
+            self.file.programs.push(RawProgram {
+                name: format!("program {number}"),
+                task: Task::Each,
+                symbols: Symbols::new(),
+                instructions: Vec::new(),
+            });
+        }
+        let (name, line) = (name.to_owned(), self.at - 1);
+        self.path.push(Block { name, line, held: 0, told: None });
+    }
+
+    /// Counts a block in its parent. Its number is its place there.
+    fn hold(&mut self, level: &Level, key: &str) {
+        let Some(parent) = self.path.last_mut() else { return };
+        let place = parent.held;
+        parent.held += 1;
+        let number = key.split_once('[').map(|(_, number)| number.trim_end_matches(']'));
+        if level.count.is_some() && number.is_some_and(|number| number.parse() != Ok(place)) {
+            let message = format!("{}[{place}] is missing before this one", level.name);
+            self.broken(key, &message);
+        }
+    }
+
+    /// A block that ends holds as many as it says, or one.
+    fn close(&mut self, block: &Block) {
+        if !(self.holds_code() || block.name == "Programs") {
+            return;
+        }
+        let held = LEVELS.iter().find(|level| level.parent == block.name);
+        let (what, count) = match held {
+            Some(Level { name, count, .. }) => (*name, *count),
+            None if block.name == "R" => ("SL", None),
+            None => return,
+        };
+        let message = match (count, block.told) {
+            (None, _) if block.held == 1 => return,
+            (None, _) => format!("{} holds {} {what}, not one", block.name, block.held),
+            (Some(_), Some(told)) if told == block.held => return,
+            (Some(count), Some(told)) => {
+                format!("{count} says {told}, but {} {what} follow", block.held)
+            }
+            // Older files do not count their programs.
+            (Some("ProgramCount"), None) => return,
+            (Some(count), None) => {
+                format!("{} does not say how many {what} it holds ({count})", block.name)
+            }
+        };
+        let (end, text) = (self.at, self.lines.get(block.line.saturating_sub(1)).copied());
+        self.at = block.line;
+        self.broken(text.unwrap_or_default().trim(), &message);
+        self.at = end;
+    }
+
+    fn within(&self, block: &str) -> bool {
+        self.path.iter().any(|one| one.name == block)
+    }
+
+    fn value(&mut self, key: &str, value: &str) {
+        let counts =
+            LEVELS.iter().find(|level| level.count == Some(key) && self.is_in(level.parent));
+        if let (Some(_), Some(block)) = (counts, self.path.last_mut()) {
+            block.told = value.parse().ok();
+        }
+        let parent = self.path.last().map_or("", |block| block.name.as_str());
+        match (parent, key) {
+            ("PLC", "Config") => {
+                let part = |name: &str| {
+                    value.split([';', ']']).find_map(|part| part.trim().strip_prefix(name))
+                };
+                let words: Vec<&str> = [part("DEV:"), part("CPU:")].into_iter().flatten().collect();
+                self.file.cpu = (!words.is_empty()).then(|| words.join(" "));
+            }
+            ("Program", "Name") => {
+                if let Some(program) = self.file.programs.last_mut() {
+                    value.clone_into(&mut program.name);
+                }
+            }
+            ("Program", "TaskID") => {
+                if let (Some(program), Ok(task)) =
+                    (self.file.programs.last_mut(), value.parse::<u32>())
+                {
+                    program.task = if task < FIRST_CYCLIC {
+                        Task::Interrupt(task)
+                    } else {
+                        Task::Cyclic(task - FIRST_CYCLIC)
+                    };
+                }
+            }
+            ("R", "SL") if self.within("Programs") => {
+                let line = value.to_owned();
+                self.list();
+                self.rung(&line, self.at);
+            }
+            _ => {}
+        }
+    }
+
+    /// A text between two marks; the second may stand behind the last line's text.
+    fn text(&mut self, key: &str) {
+        let opening = self.lines[self.at].trim();
+        let end = opening.find(']').map_or(opening.len(), |end| end + 1);
+        let (mark, first) = opening.split_at(end);
+        let (mark, begin) = (mark.to_owned(), self.at);
+        let rung = key == "SL" && self.is_in("R") && self.within("Programs");
+        if rung {
+            self.list();
+        } else if self.holds_code() && !NO_CODE_TEXTS.contains(&key) {
+            let message = format!(
+                "what stands under `{key}` is not read: a rung's mnemonics stand under `SL`"
+            );
+            self.broken(key, &message);
+        }
+        let mut rest = Some(first);
+        loop {
+            let Some(line) = rest.take().or_else(|| self.lines.get(self.at).copied()) else {
+                self.at = begin + 1;
+                self.broken(opening, "this text has no end");
+                self.at = self.lines.len();
+                return;
+            };
+            self.at += 1;
+            let (text, closed) = match line.split_once(mark.as_str()) {
+                Some((text, _)) => (text, true),
+                None => (line, false),
+            };
+            if rung {
+                self.rung(text, self.at);
+            }
+            if closed {
+                return;
+            }
+        }
+    }
+
+    /// Counts a list of mnemonics in its rung.
+    fn list(&mut self) {
+        if let Some(rung) = self.path.last_mut() {
+            rung.held += 1;
+        }
+    }
+
+    fn rung(&mut self, line: &str, number: usize) {
+        let Some(program) = self.file.programs.last_mut() else { return };
+        let number = u32::try_from(number).unwrap_or(u32::MAX);
+        list::read_line(self.text, line, number, &mut program.instructions, self.faults);
+    }
+
+    /// A symbol: `name,address,type,,,,"comment";`
+    fn symbol(&mut self, line: &str) {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(line.trim().trim_end_matches(';').as_bytes());
+        let Some(Ok(record)) = reader.records().next() else { return };
+        let field = |at: usize| record.get(at).unwrap_or_default().trim().to_owned();
+        let symbol = Symbol { address: field(1), kind: field(2), comment: field(6) };
+        if field(0).is_empty() {
+            return;
+        }
+        let symbols = match self
+            .file
+            .programs
+            .last_mut()
+            .filter(|_| self.path.iter().any(|block| block.name == "Program"))
+        {
+            Some(program) => &mut program.symbols,
+            None => &mut self.file.symbols,
+        };
+        symbols.insert(field(0), symbol);
+    }
+}

@@ -1,0 +1,444 @@
+//! Instructions on words: what they write, exactly where that is simple, else any value.
+
+use super::assembly::Assembly;
+use super::catalog::{Amount, Extent, Role, Slot};
+use super::extent::{MOST_WORDS, fits, length};
+use super::memory::Memory;
+use super::operand::Operand;
+use super::resolve::Item;
+use scanbound_ir::{
+    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation,
+    WordSource, WordTarget, Write,
+};
+
+/// Notes that operands are read whose values are not followed.
+pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
+    let Some(row) = item.row else { return };
+    for ((operand, text), slot) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
+        if slot.role != Role::Source || slot.extent == Extent::Words(Amount::Unknown) {
+            continue;
+        }
+        if operand.is_indirect() {
+            asm.note(format!(
+                "{text} is read through an address that is not known: any value is taken"
+            ));
+        } else if *operand == Operand::Register {
+            asm.note(format!("{text} is not followed: any value is taken"));
+        }
+    }
+}
+
+/// Notes that a comparison may come out either way.
+pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
+    if item.meaning() == "compare-unknown" {
+        asm.note("this comparison may come out either way");
+    }
+    note_indirect(asm, item);
+}
+
+/// Writes of any value to all that the instruction may write.
+pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
+    let regions: Vec<Region> = match item.row {
+        // A user's instruction may write its operands and what belongs to them, however long that is.
+        None => item.operands.iter().flat_map(|operand| whole(operand, asm.memory)).collect(),
+        // Where a unit's links lie is set in the unit, not in the program.
+        Some(row) if row.meaning == "refresh-units" => vec![Region::Everything],
+        Some(row) => row
+            .operands
+            .iter()
+            .zip(&item.operands)
+            .filter_map(|(slot, operand)| match (slot.role, slot.extent) {
+                (Role::Destination | Role::Both | Role::Either, Extent::Words(amount)) => {
+                    Some(operand.regions(length(asm.memory, item, amount)))
+                }
+                (Role::Own(_), _) if operand.is_indirect() => {
+                    Some(asm.memory.timing_areas().into_iter().map(Region::Area).collect())
+                }
+                _ => None,
+            })
+            .flatten()
+            .chain(special_units(asm.memory, item))
+            .chain(registers(asm.memory, item))
+            .collect(),
+    };
+    regions
+        .into_iter()
+        .filter(|region| !matches!(region, Region::Range { count: 0, .. }))
+        .map(|region| Write::Havoc(region, choice))
+        .collect()
+}
+
+/// All that an operand's area holds; with timers' and counters' values their flags, and the other way round.
+fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
+    let regions = operand.regions(None).into_iter().map(|region| match region {
+        Region::Range { first, .. } => Region::Area(first.area),
+        other => other,
+    });
+    let timing = memory.timing_areas();
+    let all = regions.flat_map(|region| match region {
+        Region::Area(area) if timing.contains(&area) => {
+            timing.iter().copied().map(Region::Area).collect()
+        }
+        other => vec![other],
+    });
+    all.collect()
+}
+
+/// Registers that are written without being named: where SRCH, MAX and MIN found what they looked for goes to IR0, how
+/// often SRCH did to DR0.
+fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
+    let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
+    let index = memory.index_register(0).filter(|_| found);
+    let index = index.map(|first| Region::Range { first, count: 2 });
+    let times = memory.data_register(0).filter(|_| item.name == "SRCH");
+    index.into_iter().chain(times.map(|first| Region::Range { first, count: 1 })).collect()
+}
+
+/// What a refresh of special I/O units changes besides the words that name them (words 40 to 49 of the C series).
+fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
+    if memory.family != super::source::Family::C || item.name != "IORF" {
+        return None;
+    }
+    let (first, last) = (item.operands.first()?.word()?, item.operands.get(1)?.word()?);
+    let named = first.area.0 == 0 && first.index < 50 && last.index >= 40;
+    named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
+}
+
+/// The writes to condition flags that the catalog lists: each takes any value.
+pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
+    let named = item.row.map_or("*", |row| row.own.flags);
+    let indirect = item.operands.iter().any(Operand::is_indirect);
+    let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
+    if named == "*" || indirect || refused {
+        let (first, count) = asm.memory.flags();
+        return vec![Write::Havoc(Region::Range { first, count }, asm.choice())];
+    }
+    let left: &[&str] = match asm.memory.family {
+        super::source::Family::Cs => &["EQ", "NE", "GE", "LE", "N"],
+        super::source::Family::C => &[],
+    };
+    let named =
+        named.split(' ').flat_map(|flag| if flag == "~" { left.to_vec() } else { vec![flag] });
+    let targets: Vec<BitTarget> = named.filter_map(|flag| asm.memory.flag(flag)).collect();
+    targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
+}
+
+/// So many words from an operand on as they are read; `None` where that is no read of words.
+pub(super) fn sources(
+    asm: &mut Assembly,
+    item: &Item<'_>,
+    at: usize,
+    count: u32,
+) -> Option<Vec<WordSource>> {
+    let memory = asm.memory;
+    let operand = item.operands.get(at)?;
+    if operand.word().is_some_and(|first| !fits(memory, first, count)) {
+        return None;
+    }
+    let mut sources = operand.sources(count, memory, &mut || asm.choice())?;
+    if let Some(first) = operand.word() {
+        for (source, n) in sources.iter().zip(0..) {
+            if let WordSource::Free(choice) = *source {
+                let register = (memory.name_of(first).to_owned(), first.index + n);
+                asm.out.program.registers.insert(choice, register);
+            }
+        }
+    }
+    // Behind a timer's value there may be that of one that the system counts on.
+    for source in &mut sources {
+        if let WordSource::Cell(cell) = *source
+            && let Some(area) = cell.area.0.checked_sub(1)
+            && asm.fast.contains(&Cell { area: AreaId(area), ..cell })
+        {
+            let between = asm.choice();
+            asm.out.program.timekeeping.between.insert(between, Some(cell));
+            *source = WordSource::Free(between);
+        }
+    }
+    Some(sources)
+}
+
+fn number(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Number> {
+    sources(asm, item, at, count).map(Number::Words)
+}
+
+/// Where so many words from an operand on are written: nowhere for registers, `None` if not known.
+fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
+    match item.operands.get(at)? {
+        Operand::Word(first) => Some((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()),
+        Operand::Register => Some((0..count).map(|_| WordTarget::Discard).collect()),
+        _ => None,
+    }
+}
+
+/// How many words the operand of this place has by its role.
+fn width(item: &Item<'_>, at: usize) -> u32 {
+    let slot = item.row.and_then(|row| row.operands.get(at));
+    match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
+        Some(Amount::Fixed(count)) => count,
+        _ => 1,
+    }
+}
+
+/// What the instruction writes, where that is followed exactly.
+pub(super) fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    let wide = width(item, 0);
+    let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
+    let one = || {
+        let words = (0..wide).map(|n| WordSource::Const(u16::from(n == 0)));
+        Number::Words(words.collect())
+    };
+    let two = |asm: &mut Assembly, join: fn(Box<Number>, Box<Number>) -> Number| {
+        let (a, b) = (number(asm, item, 0, wide)?, number(asm, item, 1, wide)?);
+        Some(join(Box::new(a), Box::new(b)))
+    };
+    let (target, value) = match item.meaning() {
+        "move" => (1, number(asm, item, 0, wide)?),
+        "move-not" => (1, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
+        "complement" => (0, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
+        "increment" => (0, Number::Add(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
+        "decrement" => (0, Number::Sub(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
+        "add" => (2, two(asm, Number::Add)?),
+        "subtract" => (2, two(asm, Number::Sub)?),
+        "word-and" => (2, two(asm, Number::And)?),
+        "word-or" => (2, two(asm, Number::Or)?),
+        "word-xor" => (2, two(asm, Number::Xor)?),
+        "word-xnr" => (2, Number::Xor(Box::new(two(asm, Number::Xor)?), Box::new(ones()))),
+        "flags-compare" | "flags-compare-signed" | "flags-zone" | "flags-zone-signed" => {
+            return compare_flags(asm, item);
+        }
+        "copy" | "fill" | "shift-words" | "exchange" => return block(asm, item),
+        carry @ ("set-carry" | "clear-carry") => {
+            let set = Logic::Const(carry == "set-carry");
+            return Some(vec![Write::Bit(asm.memory.flag("CY")?, set)]);
+        }
+        "move-bit" | "set-bit" | "reset-bit" | "out-bit" | "set-bits" | "reset-bits" => {
+            return bits(asm, item);
+        }
+        _ => return None,
+    };
+    Some(vec![Write::Words(targets(item, target, wide)?, value)])
+}
+
+fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    if item.meaning() == "exchange" {
+        let wide = width(item, 0);
+        let (mut from, second) = (sources(asm, item, 1, wide)?, sources(asm, item, 0, wide)?);
+        let (mut to, last) = (targets(item, 0, wide)?, targets(item, 1, wide)?);
+        from.extend(second);
+        to.extend(last);
+        return Some(vec![Write::Words(to, Number::Words(from))]);
+    }
+    let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
+    let amount = amounts.find(|amount| amount.counter().is_some())?;
+    let count = length(asm.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
+    if !asm.out.has_room(2 * count as usize) {
+        return None;
+    }
+    if count == 0 {
+        return Some(Vec::new());
+    }
+    let (first, from) = match item.meaning() {
+        "copy" => {
+            let (from, to) = (item.operands.get(1)?.word()?, item.operands.get(2)?.word()?);
+            let apart = from.area != to.area || from.index.abs_diff(to.index) >= count;
+            (to, if apart { sources(asm, item, 1, count)? } else { return None })
+        }
+        "fill" => {
+            (item.operands.get(1)?.word()?, vec![sources(asm, item, 0, 1)?[0]; count as usize])
+        }
+        // One word comes in at the first place, the last is lost; two operands mean that a zero comes in.
+        _ => {
+            let with = item.operands.len() == 3;
+            let first = item.operands.get(usize::from(with))?.word()?;
+            if asm.memory.is_volatile(first) {
+                return None;
+            }
+            let mut from =
+                if with { sources(asm, item, 0, 1)? } else { vec![WordSource::Const(0)] };
+            from.extend((0..count - 1).map(|n| WordSource::Cell(first.plus(n))));
+            (first, from)
+        }
+    };
+    if !fits(asm.memory, first, count) {
+        return None;
+    }
+    let to = (0..count).map(|n| WordTarget::Cell(first.plus(n))).collect();
+    Some(vec![Write::Words(to, Number::Words(from))])
+}
+
+/// Instructions on single bits of words that operands name.
+fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    let family = asm.memory.family;
+    let value = |set: &str| Logic::Const(item.meaning().starts_with(set));
+    let place = |first: Cell, bit: u32| BitTarget::WordBit(first.plus(bit / 16), (bit % 16) as u8);
+    match item.meaning() {
+        "move-bit" => {
+            // The control word: the source's bit in its low two digits, the target's in its high two.
+            let &Operand::Constant(control, _) = item.operands.get(1)? else { return None };
+            let digits = |byte: i64| {
+                let byte = u32::try_from(byte & 0xFF).ok()?;
+                let bit = match family {
+                    super::source::Family::C => (byte >> 4) * 10 + (byte & 15),
+                    super::source::Family::Cs => byte,
+                };
+                (bit < 16).then_some(bit)
+            };
+            let (from, to) = (digits(control)?, digits(control >> 8)?);
+            let target = place(item.operands.get(2)?.word()?, to);
+            let source = match item.operands.first()? {
+                Operand::Constant(value, _) => Logic::Const(value >> from & 1 == 1),
+                Operand::Word(cell) => {
+                    let memory = asm.memory;
+                    let bit =
+                        Operand::Bit(*cell, from as u8).bit_source(memory, &mut || asm.choice())?;
+                    Logic::Bit(bit)
+                }
+                _ => asm.free(),
+            };
+            Some(vec![Write::Bit(target, source)])
+        }
+        "set-bits" | "reset-bits" => {
+            let first = item.operands.first()?.word()?;
+            let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
+            let count =
+                item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
+            if !asm.out.has_room(2 * count as usize) {
+                return None;
+            }
+            if !fits(asm.memory, first, (start + count).div_ceil(16)) {
+                return None;
+            }
+            let write = |bit| Write::Bit(place(first, bit), value("set"));
+            Some((start..start + count).map(write).collect())
+        }
+        meaning => {
+            let first = item.operands.first()?.word()?;
+            let bit = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
+            let value = if meaning == "out-bit" { Logic::Condition } else { value("set") };
+            Some(vec![Write::Bit(place(first, bit), value)])
+        }
+    }
+}
+
+fn relation(item: &Item<'_>) -> Relation {
+    let name = item.row.map_or("", |row| &*row.mnemonic);
+    match name.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '$') {
+        "=" => Relation::Equal,
+        "<>" => Relation::NotEqual,
+        "<" => Relation::Less,
+        "<=" => Relation::LessOrEqual,
+        ">" => Relation::Greater,
+        _ => Relation::GreaterOrEqual,
+    }
+}
+
+/// The truth value of a comparison or bit test that stands as a contact.
+pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
+    let wide = width(item, 0);
+    let value = match item.meaning() {
+        "test" | "test-not" => test(asm, item),
+        "compare" | "compare-signed" | "compare-real" => {
+            let reading = match item.meaning() {
+                "compare" => Reading::Unsigned,
+                "compare-signed" => Reading::Signed,
+                _ => Reading::Real(asm.choice()),
+            };
+            comparison(asm, item, (0, 1), wide, relation(item), reading)
+        }
+        _ => None,
+    };
+    let value = value.unwrap_or_else(|| asm.free());
+    match item.raw.edge {
+        // An edge of a comparison: only while it holds, or while it does not.
+        None => value,
+        Some(edge) => asm.edge(value, edge),
+    }
+}
+
+fn test(asm: &mut Assembly, item: &Item<'_>) -> Option<Logic> {
+    let family = asm.memory.family;
+    let bit = item.operands.get(1)?.count(family)? & 15;
+    let memory = asm.memory;
+    let value = match item.operands.first()? {
+        Operand::Constant(value, _) => Logic::Const(value >> bit & 1 == 1),
+        Operand::Word(cell) => {
+            Logic::Bit(Operand::Bit(*cell, bit as u8).bit_source(memory, &mut || asm.choice())?)
+        }
+        _ => return None,
+    };
+    Some(if item.meaning() == "test" { value } else { value.not() })
+}
+
+fn comparison(
+    asm: &mut Assembly,
+    item: &Item<'_>,
+    (left, right): (usize, usize),
+    wide: u32,
+    relation: Relation,
+    reading: Reading,
+) -> Option<Logic> {
+    let (left, right) = (number(asm, item, left, wide)?, number(asm, item, right, wide)?);
+    Some(Logic::Compare(Box::new(Compare { relation, reading, left, right })))
+}
+
+/// Whether ZCP's limits are constants in their order: otherwise it may end in an error and leave the flags.
+fn limits_in_order(item: &Item<'_>) -> bool {
+    let limit = |at: usize| match item.operands.get(at) {
+        Some(&Operand::Constant(value, _)) => Some(value),
+        _ => None,
+    };
+    let signed = item.meaning().ends_with("signed");
+    let bits = 16 * width(item, 0);
+    let read = |value: i64| {
+        let value = value & ((1 << bits) - 1);
+        if signed && value >> (bits - 1) == 1 { value - (1 << bits) } else { value }
+    };
+    matches!((limit(1), limit(2)), (Some(low), Some(high)) if read(low) <= read(high))
+}
+
+/// CMP and ZCP: each flag becomes what the comparison says.
+fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+    if item.meaning().starts_with("flags-zone") && !limits_in_order(item) {
+        return Some(Vec::new());
+    }
+    let signed = item.meaning().ends_with("signed");
+    let reading = if signed { Reading::Signed } else { Reading::Unsigned };
+    let wide = width(item, 0);
+    let numbers: Option<Vec<Number>> =
+        (0..2 + usize::from(item.meaning().starts_with("flags-zone")))
+            .map(|at| number(asm, item, at, wide))
+            .collect();
+    let numbers = numbers?;
+    let holds = |relation: Relation, right: usize| {
+        let (left, right) = (numbers[0].clone(), numbers[right].clone());
+        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+    };
+    let zone = numbers.len() == 3;
+    // For ZCP: below the lower limit, above the upper, within.
+    let values: Vec<(&str, Logic)> = if zone {
+        let (below, above) = (holds(Relation::Less, 1), holds(Relation::Greater, 2));
+        let within = Logic::Any(vec![below.clone(), above.clone()]).not();
+        vec![("GT", above), ("LT", below), ("EQ", within)]
+    } else {
+        vec![
+            ("GT", holds(Relation::Greater, 1)),
+            ("EQ", holds(Relation::Equal, 1)),
+            ("LT", holds(Relation::Less, 1)),
+            ("GE", holds(Relation::GreaterOrEqual, 1)),
+            ("NE", holds(Relation::NotEqual, 1)),
+            ("LE", holds(Relation::LessOrEqual, 1)),
+        ]
+    };
+    let mut writes: Vec<Write> = values
+        .into_iter()
+        .filter_map(|(flag, value)| asm.memory.flag(flag).map(|target| Write::Bit(target, value)))
+        .collect();
+    let others: &[&str] =
+        if zone { &["ER", "AER", "N", "GE", "NE", "LE"] } else { &["ER", "AER", "N"] };
+    let others: Vec<BitTarget> = others.iter().filter_map(|flag| asm.memory.flag(flag)).collect();
+    writes.extend(
+        others.into_iter().map(|target| Write::Bit(target, asm.free())).collect::<Vec<_>>(),
+    );
+    Some(writes)
+}

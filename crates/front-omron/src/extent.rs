@@ -1,0 +1,34 @@
+//! How far operands reach: how many words they stand for, and whether these lie within their area.
+
+use super::catalog::Amount;
+use super::memory::Memory;
+use super::resolve::Item;
+use scanbound_ir::Cell;
+
+/// Blocks of more words are havocked rather than followed.
+pub(super) const MOST_WORDS: u32 = 256;
+
+/// How many words an operand reaches over; `None` if that is not known.
+pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {
+    match amount {
+        Amount::Fixed(count) => Some(count),
+        Amount::Counted { unit, operand } => {
+            item.operands.get(operand)?.count(memory.family)?.checked_mul(unit)
+        }
+        Amount::UpTo { operand } => {
+            let last = item.operands.get(operand)?.word()?;
+            let is_first = |amount| matches!(amount, Some(Amount::UpTo { .. }));
+            let mut slots = item.row?.operands.iter();
+            let from = slots.position(|slot| is_first(slot.written_words()))?;
+            let first = item.operands.get(from)?.word()?;
+            (first.area == last.area && first.index <= last.index)
+                .then(|| last.index - first.index + 1)
+        }
+        Amount::Power { .. } | Amount::Unknown => None,
+    }
+}
+
+/// Whether so many words lie within their area: an instruction that reaches beyond ends in an error.
+pub(super) fn fits(memory: Memory, first: Cell, count: u32) -> bool {
+    first.index.checked_add(count).is_some_and(|end| end <= memory.size(first.area))
+}

@@ -1,0 +1,110 @@
+//! The OMRON dialects: mnemonics in the C200H's and in CX-Programmer's spelling, and CX-Programmer's text files.
+
+mod act;
+mod assembly;
+mod catalog;
+mod cxt;
+mod data;
+mod decode;
+mod emit;
+mod exact;
+mod extent;
+mod frame;
+mod list;
+mod loops;
+mod memory;
+mod named;
+mod operand;
+pub mod project;
+mod resolve;
+pub mod source;
+mod specimens;
+mod symbols;
+#[cfg(test)]
+mod tests;
+mod timers;
+mod words;
+
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::{Dialect, Front, Input, Options, Project, Reading, Sniff, Specimens};
+use scanbound_ir::Program;
+use source::RawProject;
+
+/// The name of the C200H's spelling.
+const C: &str = "omron-c200h";
+/// The name of CX-Programmer's spelling.
+const CX: &str = "omron-cx";
+/// The name of CX-Programmer's text files.
+const CXT: &str = "omron-cxt";
+
+/// The dialects, as they are told from each other.
+static DIALECTS: [Dialect; 3] = [
+    Dialect {
+        name: C,
+        what: "OMRON mnemonics as for C200H (LD NOT 00300, MOV(21))",
+        sniff: Sniff::Text(list::sniff_c),
+    },
+    Dialect {
+        name: CX,
+        what: "OMRON mnemonics as in CX-Programmer (LDNOT 0.00, MOV(021))",
+        sniff: Sniff::Text(list::sniff_cx),
+    },
+    Dialect {
+        name: CXT,
+        what: "a CX-Programmer project saved as text (.cxt)",
+        sniff: Sniff::Text(cxt::sniff),
+    },
+];
+
+/// OMRON.
+pub struct Omron;
+
+/// The registry's entry.
+pub const FRONT: Omron = Omron;
+
+impl Front for Omron {
+    fn dialects(&self) -> &'static [Dialect] {
+        &DIALECTS
+    }
+
+    fn is_beside(&self, _name: &str, beginning: &str) -> bool {
+        symbols::sniff(beginning)
+    }
+
+    fn instructions(&self) -> Vec<String> {
+        specimens::all()
+    }
+
+    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+        let family = match family {
+            "c" => source::Family::C,
+            "cs" => source::Family::Cs,
+            _ => return None,
+        };
+        specimens::specimens(name, family)
+    }
+
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        beside: &[&Input],
+        _reading: Reading,
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
+        Ok(Box::new(project::read(dialect, programs, beside)?))
+    }
+}
+
+impl Project for RawProject {
+    fn cpu(&self) -> Option<&str> {
+        self.files.iter().find_map(|file| file.cpu.as_deref())
+    }
+
+    fn warnings(&self) -> Vec<Diagnostic> {
+        self.warnings.clone()
+    }
+
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
+        decode::decode(self, options)
+    }
+}

@@ -1,0 +1,457 @@
+//! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
+
+use super::source::Family;
+use scanbound_ir::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role};
+
+/// What an area serves for besides holding values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Use {
+    /// Words of data, each with sixteen bits.
+    Words,
+    /// Completion flags of timers or counters, and the area of their present values.
+    Flags(usize),
+    /// Present values.
+    Values,
+    /// The condition flags and clock pulses.
+    Conditions,
+    /// What instructions remember by themselves.
+    Memories,
+}
+
+struct Known {
+    /// The name in reports.
+    name: &'static str,
+    /// How it is written in operands.
+    letters: &'static [&'static str],
+    /// Indices are below this: the largest of the family's CPUs.
+    size: u32,
+    role: Use,
+}
+
+const fn words(name: &'static str, letters: &'static [&'static str], size: u32) -> Known {
+    Known { name, letters, size, role: Use::Words }
+}
+
+const fn other(
+    name: &'static str,
+    letters: &'static [&'static str],
+    size: u32,
+    role: Use,
+) -> Known {
+    Known { name, letters, size, role }
+}
+
+/// IR with SR, HR, AR, LR, DM; timers and counters share their numbers.
+const C_AREAS: [Known; 10] = [
+    words("IR", &["", "IR", "SR", "CIO"], 512),
+    words("HR", &["HR", "H"], 100),
+    words("AR", &["AR", "A"], 28),
+    words("LR", &["LR", "L"], 64),
+    words("DM", &["DM", "D"], 10_000),
+    words("EM", &["EM"], 6_144),
+    other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, Use::Flags(7)),
+    other("TCPV", &[], 512, Use::Values),
+    other("TIMER-RUNS-", &[], 512, Use::Memories),
+    other("EDGE-", &[], u32::MAX, Use::Memories),
+];
+
+/// CIO, W, H, A, D; the banks of E follow as further areas.
+const CS_AREAS: [Known; 15] = [
+    words("CIO", &["", "CIO"], 6_144),
+    words("W", &["W"], 512),
+    words("H", &["H"], 1_536),
+    words("A", &["A"], 11_536),
+    words("D", &["D"], 32_768),
+    other("T", &["T", "TIM"], 4_096, Use::Flags(6)),
+    other("TPV", &[], 4_096, Use::Values),
+    other("C", &["C", "CNT"], 4_096, Use::Flags(8)),
+    other("CPV", &[], 4_096, Use::Values),
+    other("CF", &["CF"], 128, Use::Conditions),
+    words("TK", &["TK"], 128),
+    other("TIMER-RUNS-", &[], 4_096, Use::Memories),
+    // Index registers have two words each.
+    words("IR-word ", &[], 32),
+    words("DR", &[], 16),
+    other("EDGE-", &[], u32::MAX, Use::Memories),
+];
+
+/// Banks of the E area, and the words of each.
+const BANKS: u32 = 25;
+const BANK: u32 = 32_768;
+
+/// A family's memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Memory {
+    pub(super) family: Family,
+}
+
+/// Condition flags by their names in the catalog and their places in the flag area of CS, CJ and CP.
+const FLAGS: [(&str, u32); 12] = [
+    ("GE", 0),
+    ("NE", 1),
+    ("LE", 2),
+    ("ER", 3),
+    ("CY", 4),
+    ("GT", 5),
+    ("EQ", 6),
+    ("LT", 7),
+    ("N", 8),
+    ("OF", 9),
+    ("UF", 10),
+    ("AER", 11),
+];
+
+/// Bits of word 255 on the C series.
+const C_FLAGS: [(&str, u8); 5] = [("ER", 3), ("CY", 4), ("GT", 5), ("EQ", 6), ("LT", 7)];
+
+/// The symbols that the programming tool defines, with their places: CS, CJ and CP, then the C series.
+const SYMBOLS: [(&str, &str, &str); 25] = [
+    ("P_On", "CF113", "25313"),
+    ("P_Off", "CF114", "25314"),
+    ("P_First_Cycle", "A200.11", "25315"),
+    ("P_First_Cycle_Task", "A200.15", ""),
+    ("P_Step", "A200.12", "25407"),
+    ("P_0_02s", "CF103", "25401"),
+    ("P_0_1s", "CF100", "25500"),
+    ("P_0_2s", "CF101", "25501"),
+    ("P_1s", "CF102", "25502"),
+    ("P_1min", "CF104", "25400"),
+    ("P_GE", "CF0", ""),
+    ("P_NE", "CF1", ""),
+    ("P_LE", "CF2", ""),
+    ("P_ER", "CF3", "25503"),
+    ("P_CY", "CF4", "25504"),
+    ("P_GT", "CF5", "25505"),
+    ("P_EQ", "CF6", "25506"),
+    ("P_LT", "CF7", "25507"),
+    ("P_N", "CF8", ""),
+    ("P_OF", "CF9", "25404"),
+    ("P_UF", "CF10", "25405"),
+    ("P_AER", "CF11", ""),
+    ("P_Low_Battery", "A402.04", "25308"),
+    ("P_Output_Off_Bit", "A500.15", "25215"),
+    ("P_Cycle_Time_Error", "A401.08", "25309"),
+];
+
+/// What a bit is when it is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Nature {
+    /// It holds what was written last.
+    Held,
+    /// Always this.
+    Fixed(bool),
+    /// The system may change it at any time.
+    Volatile,
+}
+
+impl Memory {
+    fn known(self) -> &'static [Known] {
+        match self.family {
+            Family::C => &C_AREAS,
+            Family::Cs => &CS_AREAS,
+        }
+    }
+
+    /// All areas, at the places of their ids.
+    pub(super) fn areas(self) -> Vec<Area> {
+        let mut areas: Vec<Area> = self
+            .known()
+            .iter()
+            .map(|known| {
+                let kind = match known.role {
+                    Use::Words | Use::Values => AreaKind::Word,
+                    Use::Flags(_) | Use::Conditions | Use::Memories => AreaKind::Bit,
+                };
+                let is_hidden = known.role == Use::Memories;
+                let role = if is_hidden { Role::Hidden } else { Role::Memory };
+                Area { role, ..Area::new(known.name, kind, Radix::Decimal) }
+            })
+            .collect();
+        if self.family == Family::Cs {
+            let bank = |bank| Area::new(format!("E{bank:X}_"), AreaKind::Word, Radix::Decimal);
+            areas.extend((0..BANKS).map(bank));
+        }
+        areas
+    }
+
+    /// The area with these letters, and what it serves for.
+    pub(super) fn area(self, letters: &str) -> Option<(AreaId, Use)> {
+        let at = self.known().iter().position(|known| known.letters.contains(&letters))?;
+        Some((AreaId(at as u16), self.known()[at].role))
+    }
+
+    /// A bank of the E area (`1F` never occurs: banks are 0 to 18 hexadecimal).
+    pub(super) fn bank(self, digits: &str) -> Option<AreaId> {
+        let bank = u32::from_str_radix(digits, 16).ok().filter(|bank| *bank < BANKS)?;
+        (self.family == Family::Cs).then(|| AreaId((CS_AREAS.len() as u32 + bank) as u16))
+    }
+
+    /// All banks of the E area, or the C series' EM.
+    pub(super) fn extended(self) -> Vec<AreaId> {
+        match self.family {
+            Family::C => vec![AreaId(5)],
+            Family::Cs => {
+                (0..BANKS).map(|bank| AreaId((CS_AREAS.len() as u32 + bank) as u16)).collect()
+            }
+        }
+    }
+
+    /// Indices of the area are below this.
+    pub(super) fn size(self, area: AreaId) -> u32 {
+        self.known().get(usize::from(area.0)).map_or(BANK, |known| known.size)
+    }
+
+    /// The address that one of the tool's own symbols stands for; empty if the family has none.
+    pub(super) fn symbol(self, name: &str) -> Option<&'static str> {
+        let found = SYMBOLS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name))?;
+        Some(if self.family == Family::Cs { found.1 } else { found.2 })
+    }
+
+    /// The cell that holds the condition flags, or the first of the cells that do, and how many cells.
+    pub(super) fn flags(self) -> (Cell, u32) {
+        match self.family {
+            Family::C => (Cell { area: AreaId(0), index: 255 }, 1),
+            Family::Cs => (Cell { area: AreaId(9), index: 0 }, FLAGS.len() as u32),
+        }
+    }
+
+    /// Where a condition flag is, by its name in the catalog; the C series lacks some.
+    pub(super) fn flag(self, name: &str) -> Option<BitTarget> {
+        let (first, _) = self.flags();
+        match self.family {
+            Family::C => C_FLAGS
+                .iter()
+                .find(|(flag, _)| *flag == name)
+                .map(|&(_, bit)| BitTarget::WordBit(first, bit)),
+            Family::Cs => FLAGS
+                .iter()
+                .find(|(flag, _)| *flag == name)
+                .map(|&(_, at)| BitTarget::Cell(first.plus(at))),
+        }
+    }
+
+    /// What a bit of a word is when it is read.
+    pub(super) fn bit_nature(self, cell: Cell, bit: u8) -> Nature {
+        match (self.family, cell.area.0, cell.index, bit) {
+            (Family::C, 0, 253, 13) => Nature::Fixed(true),
+            (Family::C, 0, 253, 14) => Nature::Fixed(false),
+            (Family::C, 0, 253, 15) | (Family::C, 0, 255, 4..=7) => Nature::Held,
+            // The flag of the first scan stays through it.
+            (Family::Cs, 3, 200, 11) => Nature::Held,
+            _ if self.is_volatile(cell) => Nature::Volatile,
+            _ => Nature::Held,
+        }
+    }
+
+    /// What a cell of a bit area is when it is read.
+    pub(super) fn cell_nature(self, cell: Cell) -> Nature {
+        match (self.family, cell.area.0, cell.index) {
+            (Family::Cs, 9, 113) => Nature::Fixed(true),
+            (Family::Cs, 9, 114) => Nature::Fixed(false),
+            // Errors may be flagged by any instruction; the others from 12 on are clock pulses.
+            (Family::Cs, 9, 3 | 11..) => Nature::Volatile,
+            _ => Nature::Held,
+        }
+    }
+
+    /// Whether the system may change the word at any time: special relays and auxiliary words, task flags.
+    pub(super) fn is_volatile(self, cell: Cell) -> bool {
+        match self.family {
+            Family::C => cell.area.0 == 2 || (cell.area.0 == 0 && (236..300).contains(&cell.index)),
+            // The values of timers 0 to 2047 are also updated every 80 ms of a long scan.
+            Family::Cs => matches!(cell.area.0, 3 | 10) || (cell.area.0 == 6 && cell.index < 2_048),
+        }
+    }
+
+    /// The name of the area in which a word lies.
+    pub(super) fn name_of(self, cell: Cell) -> &'static str {
+        self.known().get(usize::from(cell.area.0)).map_or("", |known| known.name)
+    }
+
+    /// Whether inputs and outputs may be in the area, so that `!` refreshes it.
+    pub(super) fn is_refreshed(cell: Cell) -> bool {
+        cell.area.0 == 0
+    }
+
+    /// Whether the word is in the area of inputs and outputs: IR 0 to 49 and 100 to 115 (outputs of CQM1), CIO 0 to 319.
+    pub(super) fn is_point(self, cell: Cell) -> bool {
+        cell.area.0 == 0
+            && match self.family {
+                Family::C => cell.index < 50 || (100..116).contains(&cell.index),
+                Family::Cs => cell.index < 320,
+            }
+    }
+
+    /// Words that networks and special units refresh, and which these are.
+    pub(super) fn networks(self) -> Vec<(Region, String)> {
+        let known: &[(u16, u32, u32, &str)] = match self.family {
+            Family::C => &[
+                (0, 50, 99, "remote I/O"),
+                (0, 100, 199, "Special I/O Units"),
+                (0, 200, 231, "remote I/O"),
+                (3, 0, 63, "data links"),
+            ],
+            Family::Cs => &[
+                (0, 1000, 1199, "data links"),
+                (0, 1500, 1899, "CPU Bus Units"),
+                (0, 2000, 2959, "Special I/O Units"),
+                (0, 3100, 3189, "serial PLC links"),
+                (0, 3200, 3799, "DeviceNet"),
+            ],
+        };
+        let named = |&(area, first, last, what): &(u16, u32, u32, &str)| {
+            let name = self.known().get(usize::from(area)).map_or("", |known| known.name);
+            let cells = Region::Range {
+                first: Cell { area: AreaId(area), index: first },
+                count: last - first + 1,
+            };
+            (cells, format!("{name} {first} to {last} ({what})"))
+        };
+        known.iter().map(named).collect()
+    }
+
+    /// How a CPU comes up whose memory was cleared: words of data are 0. Which of the words of points are inputs, the
+    /// program tells by not writing them.
+    pub(super) fn power_up(self) -> PowerUp {
+        let cells = |area: u16, first: u32, end: u32| Region::Range {
+            first: Cell { area: AreaId(area), index: first },
+            count: end - first,
+        };
+        let (inputs, io, words): (_, _, &[u16]) = match self.family {
+            Family::C => (cells(0, 0, 50), cells(0, 0, 236), &[1]),
+            Family::Cs => (cells(0, 0, 320), cells(0, 0, 6_144), &[1, 2]),
+        };
+        let words = words.iter().map(|&area| Region::Area(AreaId(area)));
+        // Behind these, special units have their words in DM.
+        let data = if self.family == Family::C { 1_000 } else { 20_000 };
+        // When a program begins to run, timers are reset.
+        let timers = self.timers().map(|flag| self.runs(flag)).next();
+        let timers = timers.map(|runs| Region::Area(runs.area));
+        let cleared = [io, cells(4, 0, data)].into_iter().chain(words).chain(timers).collect();
+        // Holding relays and DM.
+        let held = if self.family == Family::C { [1, 4] } else { [2, 4] };
+        let latched = held.map(|area| Region::Area(AreaId(area))).into();
+        // When a program begins to run, what is not held was cleared: the flag of the first scan says so.
+        let fresh = match self.family {
+            Family::C => (0, 253, 15),
+            Family::Cs => (3, 200, 11),
+        };
+        let (area, index, bit) = fresh;
+        let fresh = Some(BitTarget::WordBit(Cell { area: AreaId(area), index }, bit));
+        // The IOM hold bit: 25212, A500.12.
+        let hold = match self.family {
+            Family::C => Cell { area: AreaId(0), index: 252 },
+            Family::Cs => Cell { area: AreaId(3), index: 500 },
+        };
+        let holds = Some(hold);
+        PowerUp { inputs: vec![inputs], cleared, latched, fresh, holds, ..PowerUp::default() }
+    }
+
+    /// Whether a timer's condition was on when it was executed last. Nobody but its own instructions writes it.
+    pub(super) fn runs(self, flag: Cell) -> Cell {
+        let area = match self.family {
+            Family::C => 8,
+            Family::Cs => 11,
+        };
+        Cell { area: AreaId(area), index: flag.index }
+    }
+
+    /// The bit in which an instruction remembers what it saw, numbered apart from those of the others.
+    pub(super) fn edge(self, index: u32) -> Cell {
+        let area = match self.family {
+            Family::C => 9,
+            Family::Cs => 14,
+        };
+        Cell { area: AreaId(area), index }
+    }
+
+    /// The areas of timers and counters: their flags, present values, and what is remembered of them.
+    pub(super) fn timing_areas(self) -> Vec<AreaId> {
+        let at: &[u16] = match self.family {
+            Family::C => &[6, 7, 8],
+            Family::Cs => &[5, 6, 7, 8, 11],
+        };
+        at.iter().copied().map(AreaId).collect()
+    }
+
+    /// An index register's two words, the least first.
+    pub(super) fn index_register(self, number: u32) -> Option<Cell> {
+        (self.family == Family::Cs && number < 16)
+            .then_some(Cell { area: AreaId(12), index: 2 * number })
+    }
+
+    /// A data register.
+    pub(super) fn data_register(self, number: u32) -> Option<Cell> {
+        (self.family == Family::Cs && number < 16)
+            .then_some(Cell { area: AreaId(13), index: number })
+    }
+
+    /// The areas of index and data registers, whose values a task does not find as another left them.
+    pub(super) fn registers(self) -> &'static [AreaId] {
+        match self.family {
+            Family::C => &[],
+            Family::Cs => &[AreaId(12), AreaId(13)],
+        }
+    }
+
+    /// The flags of all timers.
+    pub(super) fn timers(self) -> impl Iterator<Item = Cell> {
+        let area = AreaId(self.timing_areas()[0].0);
+        (0..self.size(area)).map(move |index| Cell { area, index })
+    }
+
+    /// Words that hold a macro's parameters and results: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and 196 to 199.
+    pub(super) fn parameters(self) -> Vec<(Cell, u32)> {
+        match self.family {
+            Family::C => [(232, 8), (290, 8), (96, 4), (196, 4)]
+                .map(|(index, count)| (Cell { area: AreaId(0), index }, count))
+                .to_vec(),
+            Family::Cs => vec![(Cell { area: AreaId(3), index: 600 }, 8)],
+        }
+    }
+
+    /// Where an indirect address in this area may lead.
+    pub(super) fn reach(self, area: AreaId) -> Vec<AreaId> {
+        let mut areas = vec![area];
+        if self.family == Family::Cs {
+            // Values from 8000 hexadecimal on lead from D to E, and from one bank to the next.
+            areas.extend(self.extended());
+        }
+        areas.sort_unstable();
+        areas.dedup();
+        areas
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_stand_at_their_ids() {
+        let (c, cs) = (Memory { family: Family::C }, Memory { family: Family::Cs });
+        assert_eq!(c.areas()[5].name, "EM");
+        assert_eq!(c.areas()[7].name, "TCPV");
+        assert_eq!(cs.areas()[9].name, "CF");
+        assert_eq!(cs.areas()[3].name, "A");
+        assert_eq!(cs.areas()[4].name, "D");
+        assert_eq!(cs.areas()[cs.bank("18").unwrap().0 as usize].name, "E18_");
+        assert_eq!(cs.bank("19"), None);
+        assert_eq!(c.area("CNT"), c.area("TIM"));
+        assert_ne!(cs.area("C"), cs.area("T"));
+    }
+
+    #[test]
+    fn flags_are_where_the_symbols_say() {
+        for memory in [Memory { family: Family::C }, Memory { family: Family::Cs }] {
+            for (name, flag) in [("P_GT", "GT"), ("P_EQ", "EQ"), ("P_LT", "LT"), ("P_CY", "CY")] {
+                let address = memory.symbol(name).unwrap();
+                let place = match memory.flag(flag).unwrap() {
+                    BitTarget::Cell(cell) => format!("CF{}", cell.index),
+                    BitTarget::WordBit(cell, bit) => format!("{}{bit:02}", cell.index),
+                };
+                assert_eq!(address, place);
+            }
+        }
+    }
+}

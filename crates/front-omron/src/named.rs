@@ -1,0 +1,76 @@
+//! What an instruction's operands name, for the price: the cells and bits of words behind them, also where its meaning
+//! shows none because it is taken as any value.
+
+use super::catalog::{Amount, Extent, Role};
+use super::extent::length;
+use super::memory::Memory;
+use super::operand::Operand;
+use super::resolve::Item;
+use scanbound_front::spans;
+use scanbound_ir::{Cell, Device, Region, Touched};
+use std::sync::Arc;
+
+/// Of a count that is not known: what is counted then is left to the instruction's units.
+const MANY: u32 = u32::MAX / 2;
+
+/// The operands of an instruction that name devices.
+pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
+    let spans = spans(&item.raw.text, &item.raw.operands);
+    let named = item.operands.iter().zip(spans).filter_map(|(operand, (start, end))| {
+        let device = device(operand)?;
+        Some(scanbound_ir::Operand { start, end, device })
+    });
+    named.collect()
+}
+
+/// The device that an operand names.
+pub(super) fn device(operand: &Operand) -> Option<Device> {
+    match *operand {
+        Operand::Word(cell) | Operand::Flag(cell) => Some(Device { cell, bit: None }),
+        Operand::Bit(cell, bit) => Some(Device { cell, bit: Some(bit) }),
+        _ => None,
+    }
+}
+
+/// What the operands of an instruction name.
+pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
+    let mut touched = Touched::default();
+    for (at, operand) in item.operands.iter().enumerate() {
+        let slot = item.row.and_then(|row| row.operands.get(at));
+        let words = match slot.map(|slot| (slot.role, slot.extent)) {
+            // A block is read as long as it is written.
+            Some((Role::Source, Extent::Words(Amount::Unknown))) => item.row.and_then(|row| {
+                row.operands.iter().find_map(|slot| match slot.written_words() {
+                    Some(amount @ Amount::Counted { .. }) => length(memory, item, amount),
+                    _ => None,
+                })
+            }),
+            // Of an address that is not read itself nothing is touched.
+            Some((Role::Address | Role::Number, _)) => continue,
+            Some((Role::Own(_), _)) => Some(1),
+            Some((_, Extent::Words(amount))) => length(memory, item, amount),
+            _ => Some(1),
+        };
+        let count = words.map_or(MANY, |words| words.min(MANY));
+        // What is changed is read and written.
+        let changed = slot.is_some_and(|slot| slot.role == Role::Both);
+        for _ in 0..1 + usize::from(changed) {
+            let mut range = |first: Cell, count: u32| {
+                touched.regions.push(Region::Range { first, count });
+            };
+            match operand {
+                Operand::Word(first) => range(*first, count),
+                Operand::Flag(cell) => range(*cell, 1),
+                Operand::Bit(cell, _) => {
+                    range(*cell, 1);
+                    touched.word_bits += 1;
+                }
+                Operand::Within(areas) => {
+                    areas.iter().for_each(|&area| range(Cell { area, index: 0 }, count));
+                }
+                _ => {}
+            }
+        }
+    }
+    touched
+}

@@ -1,0 +1,481 @@
+//! Operands: what a written address or constant means in a family's memory, and what it stands for in a program.
+
+use std::collections::BTreeSet;
+
+use super::memory::{Memory, Nature, Use};
+use super::source::{Family, Symbol, Symbols};
+use scanbound_ir::{AreaId, BitSource, BitTarget, Cell, ChoiceId, Region, WordSource};
+
+/// How a constant is written, which tells how a count is to be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Notation {
+    /// `#1234`: hexadecimal digits, BCD where the instruction wants BCD.
+    Digits,
+    /// `&10`, `+10`, `-5`
+    Decimal,
+    /// `000`, where a plain number is asked for.
+    Bare,
+}
+
+/// An operand that is understood.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Operand {
+    /// A constant.
+    Constant(i64, Notation),
+    /// `+1.5`
+    Real(f32),
+    /// `"text"`
+    Text,
+    /// A word, or the first of several.
+    Word(Cell),
+    /// A bit cell: a completion flag, a condition flag.
+    Flag(Cell),
+    /// A bit of a word.
+    Bit(Cell, u8),
+    /// A present value that the system changes: it is not followed.
+    Register,
+    /// Somewhere in these areas: `*D6`, `@D80`, the current bank of E.
+    Within(Vec<AreaId>),
+    /// Anywhere: through an index register.
+    Anywhere,
+}
+
+/// Why an operand is not understood: what is wrong, and what to do.
+pub(super) type Refusal = (String, &'static str);
+
+const FORMS: &str = "addresses are such as 00305, 100.00, W10.00, D100, DM 0100, T0010; constants such as #1234, &10, +1.5";
+
+/// What an operand is expected to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Want {
+    /// A word or constant.
+    Word,
+    /// A bit.
+    Bit,
+    /// A plain number.
+    Number,
+    /// A timer's or counter's number, bare or with these letters.
+    Completion(&'static str),
+}
+
+/// What is needed to understand operands: the memory, and the symbols in reach, the nearest first.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reader<'a> {
+    pub(super) memory: Memory,
+    pub(super) symbols: [&'a Symbols; 2],
+    /// The flags of timers that the system counts on between instructions.
+    pub(super) fast: &'a BTreeSet<Cell>,
+}
+
+impl Reader<'_> {
+    /// Reads an operand.
+    pub(super) fn read(&self, text: &str, want: Want) -> Result<Operand, Refusal> {
+        let text = text.trim();
+        if text.starts_with('"') || text.starts_with('\'') {
+            return Ok(Operand::Text);
+        }
+        if let Some(constant) = constant(text)? {
+            return Ok(constant);
+        }
+        if let Want::Number | Want::Completion(_) = want
+            && is_digits(text)
+        {
+            let value = text.parse().map_err(|_| too_large(text))?;
+            return match want {
+                Want::Completion(letters) => self.completion(letters, value),
+                _ => Ok(Operand::Constant(i64::from(value), Notation::Bare)),
+            };
+        }
+        if let Some(resolved) = self.resolve(text, want, false)? {
+            return Ok(resolved);
+        }
+        if let Some(address) = self.address(text, want) {
+            return address;
+        }
+        // Letter case does not count in symbols, but few are written in another than their own.
+        self.resolve(text, want, true)?.ok_or_else(|| {
+            (format!("'{text}' is no address, and no symbol of this name is known"), FORMS)
+        })
+    }
+
+    fn completion(&self, letters: &str, index: u32) -> Result<Operand, Refusal> {
+        let (area, _) = self.memory.area(letters).ok_or_else(|| no_area(letters))?;
+        self.checked(area, index, letters).map(Operand::Flag)
+    }
+
+    /// A symbol's meaning; `None` if the text is no symbol.
+    fn resolve(&self, text: &str, want: Want, folded: bool) -> Result<Option<Operand>, Refusal> {
+        let (name, index) = match text.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
+            Some((name, index)) => (name, Some(index)),
+            None => (text, None),
+        };
+        if let Some(address) = self.memory.symbol(name) {
+            if address.is_empty() {
+                return Err((
+                    format!("'{name}' does not exist on the C series"),
+                    "name the bit by its address",
+                ));
+            }
+            return self.address(address, want).transpose();
+        }
+        let found = self.symbols.iter().find_map(|symbols| {
+            symbols.get(name).or_else(|| {
+                if !folded {
+                    return None;
+                }
+                symbols
+                    .iter()
+                    .find(|(known, _)| known.eq_ignore_ascii_case(name))
+                    .map(|(_, symbol)| symbol)
+            })
+        });
+        let Some(symbol) = found else { return Ok(None) };
+        let address = symbol.address.trim();
+        if address.is_empty() {
+            return Err((
+                format!("the symbol '{name}' has no address"),
+                "the tool places it by itself: give it an address, or export the project after it was compiled",
+            ));
+        }
+        if symbol.kind.eq_ignore_ascii_case("NUMBER") {
+            let value = constant(address)?.or_else(|| {
+                address.parse().ok().map(|value| Operand::Constant(value, Notation::Decimal))
+            });
+            return value
+                .map(Some)
+                .ok_or_else(|| (format!("the symbol '{name}' is no number: '{address}'"), FORMS));
+        }
+        let base = match self.address(address, want) {
+            Some(base) => base?,
+            None => {
+                return Err((
+                    format!("the address '{address}' of the symbol '{name}' is not known"),
+                    FORMS,
+                ));
+            }
+        };
+        let Some(index) = index else { return Ok(Some(base)) };
+        Ok(Some(element(base, symbol, index, self.memory)))
+    }
+
+    /// An address; `None` if the text has not the form of one.
+    fn address(&self, text: &str, want: Want) -> Option<Result<Operand, Refusal>> {
+        let upper = text.to_ascii_uppercase();
+        // `,IR0`, `+5,IR0`, `DR0,IR0`, and counted on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+        if upper.split_once(',').is_some_and(|(_, register)| {
+            register.trim_start().trim_start_matches('-').starts_with("IR")
+        }) {
+            return Some(Ok(Operand::Anywhere));
+        }
+        if self.memory.family == Family::Cs
+            && (is_numbered(&upper, "IR") || is_numbered(&upper, "DR"))
+        {
+            let number = upper[2..].parse().unwrap_or(u32::MAX);
+            let register = match upper.starts_with('I') {
+                true => self.memory.index_register(number),
+                false => self.memory.data_register(number),
+            };
+            let missing = || {
+                (
+                    format!("there is no register {text}"),
+                    "registers are IR0 to IR15 and DR0 to DR15",
+                )
+            };
+            return Some(register.map(Operand::Word).ok_or_else(missing));
+        }
+        if let Some(pointer) = upper.strip_prefix(['*', '@']) {
+            if pointer.starts_with(['*', '@']) {
+                return None;
+            }
+            return Some(self.address(pointer, Want::Word)?.map(|place| match place {
+                Operand::Word(cell) => Operand::Within(self.memory.reach(cell.area)),
+                _ => Operand::Anywhere,
+            }));
+        }
+        // `D100[W0]`, `D100[5]`: a word further on.
+        if let Some((base, index)) = upper.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
+            let base = self.address(base, Want::Word)?;
+            return Some(base.map(|base| {
+                match (base, index.trim_start_matches('&').parse::<u16>().map(u32::from)) {
+                    (Operand::Word(cell), Ok(index)) => Operand::Word(cell.plus(index)),
+                    (Operand::Word(cell), Err(_)) => Operand::Within(vec![cell.area]),
+                    _ => Operand::Anywhere,
+                }
+            }));
+        }
+        let split = upper.find(|c: char| c.is_ascii_digit())?;
+        let (mut letters, mut digits) = (upper[..split].trim(), &upper[split..]);
+        let mut bank = None;
+        if let Some((number, rest)) = upper.strip_prefix('E').and_then(|rest| rest.split_once('_'))
+        {
+            bank = Some(self.memory.bank(number)?);
+            (letters, digits) = ("", rest);
+        }
+        let (number, bit) = match digits.split_once('.') {
+            Some((number, bit)) => (number, Some(bit)),
+            None => (digits, None),
+        };
+        if !is_digits(number) || bit.is_some_and(|bit| !is_digits(bit) || bit.len() > 2) {
+            return None;
+        }
+        if letters == "E" || (letters == "EM" && self.memory.family == Family::C) {
+            return Some(Ok(Operand::Within(self.memory.extended())));
+        }
+        let (area, role) = match bank {
+            Some(area) => (area, Use::Words),
+            None => self.memory.area(letters)?,
+        };
+        Some(self.place(area, role, letters, number, bit, want))
+    }
+
+    fn place(
+        &self,
+        area: AreaId,
+        role: Use,
+        letters: &str,
+        number: &str,
+        bit: Option<&str>,
+        want: Want,
+    ) -> Result<Operand, Refusal> {
+        let mut index: u32 = number.parse().map_err(|_| too_large(number))?;
+        match role {
+            Use::Words | Use::Values => {
+                let mut place = bit.map(|bit| bit.parse::<u8>().unwrap_or(u8::MAX));
+                let joined = self.memory.family == Family::C || letters.is_empty();
+                if want == Want::Bit
+                    && place.is_none()
+                    && joined
+                    && letters != "DM"
+                    && letters != "D"
+                {
+                    // `00305`: the last two digits are the bit.
+                    place = Some((index % 100) as u8);
+                    index /= 100;
+                }
+                let cell = self.checked(area, index, letters)?;
+                match place {
+                    Some(bit @ 0..16) => Ok(Operand::Bit(cell, bit)),
+                    Some(bit) => Err((
+                        format!("a word has no bit {bit}"),
+                        "bits are 00 to 15; in 00305 the last two digits are the bit",
+                    )),
+                    None => Ok(Operand::Word(cell)),
+                }
+            }
+            Use::Flags(values) => {
+                let cell = self.checked(area, index, letters)?;
+                match want {
+                    // A present value that changes by itself is as little followed as a register.
+                    Want::Word if self.fast.contains(&cell) => Ok(Operand::Register),
+                    Want::Word => {
+                        Ok(Operand::Word(Cell { area: AreaId(values as u16), index: cell.index }))
+                    }
+                    _ => Ok(Operand::Flag(cell)),
+                }
+            }
+            Use::Conditions | Use::Memories => {
+                self.checked(area, index, letters).map(Operand::Flag)
+            }
+        }
+    }
+
+    fn checked(&self, area: AreaId, index: u32, letters: &str) -> Result<Cell, Refusal> {
+        let size = self.memory.size(area);
+        if index < size {
+            return Ok(Cell { area, index });
+        }
+        let what = if letters.is_empty() { "word" } else { letters };
+        Err((
+            format!("there is no {what} {index}"),
+            "the last is far below: look at the address, and at the dialect that the file was taken for",
+        ))
+    }
+}
+
+/// The index register that reading an operand moves on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
+    let (_, register) = text.split_once(',')?;
+    let plain = register.trim().trim_matches(['+', '-']);
+    let number = plain.to_ascii_uppercase().strip_prefix("IR")?.parse().ok()?;
+    (plain != register.trim()).then(|| memory.index_register(number)).flatten()
+}
+
+/// The element of an array.
+fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Operand {
+    let kind = symbol.kind.to_ascii_uppercase();
+    let size = match kind.split('[').next().unwrap_or_default().trim() {
+        "DINT" | "UDINT" | "UDINT_BCD" | "DWORD" | "REAL" => 2,
+        "LINT" | "ULINT" | "ULINT_BCD" | "LWORD" | "LREAL" => 4,
+        _ => 1,
+    };
+    match (base, index.trim().trim_start_matches('&').parse::<u16>().map(u32::from)) {
+        (Operand::Word(cell), Ok(index)) => Operand::Word(cell.plus(index.saturating_mul(size))),
+        (Operand::Bit(cell, bit), Ok(index)) => {
+            let bits = u32::from(bit) + index;
+            Operand::Bit(cell.plus(bits / 16), (bits % 16) as u8)
+        }
+        (Operand::Word(cell) | Operand::Bit(cell, _), Err(_)) => {
+            Operand::Within(memory.reach(cell.area))
+        }
+        (Operand::Flag(cell), Ok(index)) => Operand::Flag(cell.plus(index)),
+        _ => Operand::Anywhere,
+    }
+}
+
+/// A constant; `None` if the text is none.
+fn constant(text: &str) -> Result<Option<Operand>, Refusal> {
+    if let Some(digits) = text.strip_prefix('#') {
+        let fits = !digits.is_empty()
+            && digits.len() <= 16
+            && digits.bytes().all(|b| b.is_ascii_hexdigit());
+        return match u64::from_str_radix(digits, 16) {
+            Ok(value) if fits => Ok(Some(Operand::Constant(value.cast_signed(), Notation::Digits))),
+            _ => Err((
+                format!("'{text}' is no constant"),
+                "# is followed by BCD or hexadecimal digits",
+            )),
+        };
+    }
+    let Some(sign) = text.chars().next().filter(|c| ['&', '+', '-'].contains(c)) else {
+        return Ok(None);
+    };
+    let digits = &text[1..];
+    if text.contains(',') {
+        return Ok(None);
+    }
+    let real = digits.contains('.') || digits.bytes().any(|b| b.eq_ignore_ascii_case(&b'e'));
+    if real && sign != '&' {
+        return match text.parse::<f32>() {
+            Ok(value) if value.is_finite() => Ok(Some(Operand::Real(value))),
+            _ => Err((format!("'{text}' is no number"), FORMS)),
+        };
+    }
+    let value: Option<i64> = is_digits(digits).then(|| digits.parse().ok()).flatten();
+    match value {
+        Some(value) => {
+            let value = if sign == '-' { -value } else { value };
+            Ok(Some(Operand::Constant(value, Notation::Decimal)))
+        }
+        None => Err((format!("'{text}' is no number"), FORMS)),
+    }
+}
+
+fn is_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
+}
+
+fn is_numbered(text: &str, letters: &str) -> bool {
+    // Two digits at most: `IR 00001` of the C series is a bit.
+    text.strip_prefix(letters).is_some_and(|rest| is_digits(rest) && rest.len() <= 2)
+}
+
+fn too_large(text: &str) -> Refusal {
+    (format!("the number {text} is too large"), FORMS)
+}
+
+fn no_area(letters: &str) -> Refusal {
+    (format!("there is no area {letters}"), FORMS)
+}
+
+/// What reading an operand gives where its value is not known.
+pub(super) type NewChoice<'a> = &'a mut dyn FnMut() -> ChoiceId;
+
+impl Operand {
+    /// The words that a read of so many gives, least first; `None` for what cannot be read as words.
+    pub(super) fn sources(
+        &self,
+        count: u32,
+        memory: Memory,
+        choice: NewChoice<'_>,
+    ) -> Option<Vec<WordSource>> {
+        let constant = |bits: i64| {
+            (0..count).map(|i| WordSource::Const((bits >> (16 * i.min(3))) as u16)).collect()
+        };
+        Some(match self {
+            Operand::Constant(value, _) => constant(*value),
+            Operand::Real(value) => constant(i64::from(value.to_bits())),
+            Operand::Word(first) => (0..count)
+                .map(|i| first.plus(i))
+                .map(|cell| {
+                    if memory.is_volatile(cell) {
+                        WordSource::Free(choice())
+                    } else {
+                        WordSource::Cell(cell)
+                    }
+                })
+                .collect(),
+            Operand::Register | Operand::Within(_) | Operand::Anywhere => {
+                (0..count).map(|_| WordSource::Free(choice())).collect()
+            }
+            Operand::Flag(_) | Operand::Bit(..) | Operand::Text => return None,
+        })
+    }
+
+    /// The bit that a read gives; `None` for what is no bit.
+    pub(super) fn bit_source(&self, memory: Memory, choice: NewChoice<'_>) -> Option<BitSource> {
+        let (nature, held) = match self {
+            Operand::Flag(cell) => (memory.cell_nature(*cell), BitSource::Cell(*cell)),
+            Operand::Bit(cell, bit) => {
+                (memory.bit_nature(*cell, *bit), BitSource::WordBit(*cell, *bit))
+            }
+            Operand::Within(_) | Operand::Anywhere => return Some(BitSource::Free(choice())),
+            _ => return None,
+        };
+        Some(match nature {
+            Nature::Held => held,
+            Nature::Fixed(value) => BitSource::Const(value),
+            Nature::Volatile => BitSource::Free(choice()),
+        })
+    }
+
+    /// The bit that a write goes to; `None` if it is not one known bit.
+    pub(super) fn bit_target(&self) -> Option<BitTarget> {
+        match self {
+            Operand::Flag(cell) => Some(BitTarget::Cell(*cell)),
+            Operand::Bit(cell, bit) => Some(BitTarget::WordBit(*cell, *bit)),
+            _ => None,
+        }
+    }
+
+    /// The cells that a write of so many words may change (`None`: as many as there are).
+    pub(super) fn regions(&self, count: Option<u32>) -> Vec<Region> {
+        match (self, count) {
+            (Operand::Word(first) | Operand::Bit(first, _), Some(count)) => {
+                vec![Region::Range { first: *first, count }]
+            }
+            (Operand::Word(cell) | Operand::Bit(cell, _), None) => vec![Region::Area(cell.area)],
+            (Operand::Flag(cell), _) => vec![Region::Range { first: *cell, count: 1 }],
+            (Operand::Within(areas), _) => areas.iter().map(|&area| Region::Area(area)).collect(),
+            (Operand::Anywhere, _) => vec![Region::Everything],
+            (Operand::Constant(..) | Operand::Real(_) | Operand::Text | Operand::Register, _) => {
+                vec![]
+            }
+        }
+    }
+
+    /// The count that a constant says: BCD on the C series, else as its notation has it.
+    pub(super) fn count(&self, family: Family) -> Option<u32> {
+        let &Operand::Constant(value, notation) = self else { return None };
+        let value = u32::try_from(value).ok()?;
+        match (family, notation) {
+            (Family::C, Notation::Digits) => {
+                let text = format!("{value:X}");
+                is_digits(&text).then(|| text.parse().ok()).flatten()
+            }
+            _ => Some(value),
+        }
+    }
+
+    /// The word address, if it is one.
+    pub(super) fn word(&self) -> Option<Cell> {
+        match self {
+            Operand::Word(cell) => Some(*cell),
+            _ => None,
+        }
+    }
+
+    /// Whether a run-time error may keep the instruction from running: the address is not known before.
+    pub(super) fn is_indirect(&self) -> bool {
+        matches!(self, Operand::Within(_) | Operand::Anywhere)
+    }
+}

@@ -1,0 +1,120 @@
+//! Reads an OMRON project from its files, in the given order.
+
+use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
+use super::{C, CXT, cxt, list, symbols};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::{Diagnostic, Severity};
+use scanbound_front::numbering::{self, Numbered};
+use scanbound_front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
+
+/// Reads the programs, all written in `dialect`, and the tables of symbols among what lies beside them.
+///
+/// # Errors
+/// The faults of all files.
+pub fn read(
+    dialect: &Dialect,
+    programs: &[&Input],
+    beside: &[&Input],
+) -> Result<RawProject, Vec<Diagnostic>> {
+    let mut found = Vec::new();
+    let mut files = Vec::new();
+    for input in programs {
+        let mut faults = Faults::new(&input.name);
+        match decoded(input, &[]) {
+            Ok(text) if dialect.name == CXT => {
+                let mut file = cxt::read(&text, &input.name, &mut faults);
+                file.source = text.into_owned();
+                files.push(file);
+            }
+            Ok(text) => {
+                let program = list::read(&text, stem(&input.name), &mut faults);
+                numbering::check(numbered(&program.instructions, dialect.name == C), &mut faults);
+                files.push(RawFile {
+                    name: input.name.clone(),
+                    programs: vec![program],
+                    source: text.into_owned(),
+                    ..RawFile::default()
+                });
+            }
+            Err(fault) => faults.push(fault),
+        }
+        found.extend(faults.into_diagnostics());
+    }
+    let mut known = Symbols::new();
+    for input in beside {
+        let mut faults = Faults::new(&input.name);
+        match decoded(input, &[]) {
+            Ok(text) if symbols::sniff(&text) => symbols::read(&text, &mut known, &mut faults),
+            Ok(_) => {}
+            Err(fault) => faults.push(fault),
+        }
+        found.extend(faults.into_diagnostics());
+    }
+    for file in &mut files {
+        for (name, symbol) in &known {
+            file.symbols.entry(name.clone()).or_insert_with(|| symbol.clone());
+        }
+    }
+    if found.iter().any(|fault| fault.severity == Severity::Error) {
+        return Err(found);
+    }
+    found.extend(ends(&files, dialect.name == C));
+    let named = files.iter().find_map(|file| file.cpu.as_deref());
+    found.extend(named.and_then(|cpu| side_by_side(cpu, &files)));
+    let family = match (dialect.name == C, named) {
+        (true, _) => Family::C,
+        (false, Some(cpu)) => cxt::family(cpu).map_err(|message| {
+            let name = files.first().map_or("", |file| &file.name);
+            vec![Diagnostic::file(Code::OtherCpu, name, message, "no bound can be given for it")]
+        })?,
+        (false, None) => Family::Cs,
+    };
+    found.extend(empty_beside(beside));
+    Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
+}
+
+/// CPUs that can serve peripherals beside the program: with asynchronous memory access, these may write at any moment.
+fn side_by_side(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
+    let device = cpu.trim().to_ascii_uppercase();
+    let can = ["CS1", "CJ1"].iter().any(|name| device.starts_with(name)) && device.contains("-H");
+    let file = files.first().map_or("", |file| &file.name);
+    let message =
+        format!("{} can serve peripherals beside the program (parallel processing)", cpu.trim());
+    let help = "the bound holds in the normal mode and with synchronous memory access: with asynchronous access what a program reads may change in the midst of a scan";
+    can.then(|| Diagnostic::file(Code::Parallel, file, message, help).warning())
+}
+
+/// Warns of programs without END. One program of the C series may go on through several files: only the last ends it.
+fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
+    let is_end = |raw: &RawInstruction| {
+        raw.mnemonic.eq_ignore_ascii_case("END")
+            || (raw.mnemonic.is_empty() && raw.number.is_some_and(|number| number.value == 1))
+    };
+    let asked = files.iter().skip(if joined { files.len().saturating_sub(1) } else { 0 });
+    let programs = asked.flat_map(|file| file.programs.iter().map(move |program| (file, program)));
+    let open = programs.filter(|(_, program)| !program.instructions.iter().any(is_end));
+    let told = open.filter_map(|(file, program)| {
+        let last = program.instructions.last()?;
+        let message = "the program has no END: it is taken to end here";
+        let help = "the file may have been cut off: export it again, or write END after the last instruction";
+        let text = shown(&last.text);
+        let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
+        Some(told.at_step(last.step).warning())
+    });
+    told.collect()
+}
+
+/// The instructions of a list with their addresses. On the C series each takes one. Numbers in front of other lists may be
+/// those of rungs: they are not told apart where one stands in front of several instructions.
+fn numbered(instructions: &[RawInstruction], by_one: bool) -> impl Iterator<Item = Numbered<'_>> {
+    let doubled =
+        instructions.windows(2).any(|two| two[0].step.is_some() && two[0].step == two[1].step);
+    let is_told = by_one || !doubled;
+    instructions.iter().map(move |one| Numbered {
+        line: one.line,
+        address: one.step.filter(|_| is_told),
+        takes: by_one.then_some(1),
+        text: &one.text,
+        ends: one.mnemonic == "END" || one.number.is_some_and(|number| number.value == 1),
+    })
+}

@@ -1,0 +1,237 @@
+//! From written instructions to catalog rows and understood operands, with every fault found.
+
+use super::catalog::{self, Amount, Extent, Lead, Role, Row, Slot, Timing};
+use super::memory::Memory;
+use super::operand::{Operand, Reader, Want};
+use super::source::{Family, RawInstruction};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::Faults;
+use scanbound_front::shown;
+
+/// An instruction that is understood.
+#[derive(Debug, Clone)]
+pub(super) struct Item<'a> {
+    pub(super) raw: &'a RawInstruction,
+    /// Its name in the catalog with what it begins with (`AND=`), or as written for a user's instruction.
+    pub(super) name: String,
+    /// `None` for a user's instruction.
+    pub(super) row: Option<&'static Row>,
+    pub(super) lead: Option<Lead>,
+    pub(super) operands: Vec<Operand>,
+}
+
+impl Item<'_> {
+    /// The word by which the instruction's meaning is known.
+    pub(super) fn meaning(&self) -> &'static str {
+        self.row.map_or("user", |row| row.meaning)
+    }
+
+    /// The plain number that an instruction has (jumps, subroutines).
+    pub(super) fn number(&self, family: Family) -> Option<u32> {
+        self.operands.first().and_then(|operand| operand.count(family))
+    }
+}
+
+/// The branch register of `OUT TR0` and `LD TR0`.
+pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
+    let number = raw.operands.first()?.to_ascii_uppercase();
+    let number = number.strip_prefix("TR")?.trim().parse().ok()?;
+    (["LD", "OUT"].contains(&raw.mnemonic.as_str()) && raw.operands.len() == 1 && number < 16)
+        .then_some(number)
+}
+
+/// Understands an instruction, or tells why not.
+pub(super) fn resolve<'a>(
+    raw: &'a RawInstruction,
+    reader: &Reader<'_>,
+    is_user: &dyn Fn(&str) -> bool,
+    source: &str,
+    faults: &mut Faults<'_>,
+) -> Option<Item<'a>> {
+    let family = reader.memory.family;
+    let at = |code, message: String, help: &str, faults: &mut Faults<'_>| {
+        let fault = raw.pointer(source).at(&raw.mnemonic, code, faults.file(), message, help);
+        faults.push(fault.at_step(raw.step));
+    };
+    let name = match (raw.mnemonic.as_str(), raw.number) {
+        ("", Some(number)) => match catalog::numbered(number.value, family) {
+            Some(name) => name.to_owned(),
+            None => {
+                at(
+                    Code::UnknownInstruction,
+                    format!("no instruction has the function number {}", number.value),
+                    "write the instruction by its name",
+                    faults,
+                );
+                return None;
+            }
+        },
+        (name, _) => name.to_owned(),
+    };
+    let upper = name.to_ascii_uppercase();
+    let Some(found) = catalog::find(&upper, family) else {
+        if is_user(&name) {
+            let read = |text: &String| {
+                reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit))
+            };
+            let operands =
+                raw.operands.iter().map(|text| read(text).unwrap_or(Operand::Anywhere)).collect();
+            return Some(Item { raw, name, row: None, lead: None, operands });
+        }
+        let (message, help) = if catalog::knows(&upper) {
+            (
+                format!(
+                    "{upper} is no instruction of {}",
+                    if family == Family::C { "the C series" } else { "CS, CJ and CP" }
+                ),
+                "name the dialect with --dialect if the program is for the other family",
+            )
+        } else {
+            (
+                format!("the instruction '{}' is not known", shown(&name)),
+                "if it is a function block or an instruction of a special unit, give it a time in the table or with --time: it is then taken to write its operands",
+            )
+        };
+        at(Code::UnknownInstruction, message, help, faults);
+        return None;
+    };
+    check_number(raw, &upper, &found.rows, family, faults);
+    let row = found.rows.iter().copied().find(|row| row.takes(raw.operands.len()));
+    let Some(row) = row else {
+        let counts: Vec<String> =
+            found.rows.iter().map(|row| row.operands.len().to_string()).collect();
+        at(
+            Code::Operands,
+            format!(
+                "{upper} takes {} operands, here are {}",
+                counts.join(" or "),
+                raw.operands.len()
+            ),
+            "look for a missing blank, or operands on a line of their own that were lost",
+            faults,
+        );
+        return None;
+    };
+    if branch(raw).is_some() {
+        return Some(Item { raw, name: upper, row: Some(row), lead: None, operands: Vec::new() });
+    }
+    let mut operands = Vec::new();
+    let mut sound = true;
+    for (text, slot) in raw.operands.iter().zip(&row.operands) {
+        match read(text, *slot, reader) {
+            Ok(operand) => operands.push(operand),
+            Err((message, help)) => {
+                sound = false;
+                let fault =
+                    raw.pointer(source).at(text, Code::Operand, faults.file(), message, help);
+                faults.push(fault.at_step(raw.step));
+            }
+        }
+    }
+    sound.then_some(Item { raw, name: upper, row: Some(row), lead: found.lead, operands })
+}
+
+/// The number must be the name's.
+fn check_number(
+    raw: &RawInstruction,
+    name: &str,
+    rows: &[&Row],
+    family: Family,
+    faults: &mut Faults<'_>,
+) {
+    let Some(number) = raw.number else { return };
+    if rows.iter().any(|row| row.own.number == Some(number.value)) {
+        return;
+    }
+    let other = catalog::numbered(number.value, family);
+    if rows.iter().any(|row| row.own.assignable) && other.is_none() {
+        return;
+    }
+    let own = rows.iter().find_map(|row| row.own.number);
+    let is = |name: &str, own: Option<u16>| match own {
+        Some(own) => format!("{name} is {own}"),
+        None => format!("{name} has no function number"),
+    };
+    let message = match other {
+        Some(other) => format!("function {} is {other}, and {}", number.value, is(name, own)),
+        None => format!("{}, not {}", is(name, own), number.value),
+    };
+    let file = faults.file().to_owned();
+    let help = "name and function number must agree: correct the one that is wrong";
+    faults.push(
+        Diagnostic::line(Code::FunctionNumber, &file, raw.line, shown(&raw.text), message, help)
+            .at_step(raw.step),
+    );
+}
+
+fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::operand::Refusal> {
+    let want = match (slot.role, slot.extent) {
+        (Role::Address, _) => {
+            return reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit));
+        }
+        (Role::Number, _) => Want::Number,
+        (Role::Own(Timing::Counter), _) => Want::Completion("C"),
+        (Role::Own(Timing::Timer | Timing::TimerOrCounter), _) => Want::Completion("T"),
+        (_, Extent::Bits(_)) => Want::Bit,
+        _ => Want::Word,
+    };
+    let operand = reader.read(text, want)?;
+    let memory: Memory = reader.memory;
+    if let (Operand::Constant(value, _), Some(Amount::Fixed(count))) = (&operand, slot.read_words())
+        && !fits(*value, count)
+    {
+        return Err((
+            format!("{text} does not fit into {count} words of 16 bits"),
+            "use the instruction's variant for double words, or a smaller constant",
+        ));
+    }
+    if let (Operand::Word(cell), Some(Amount::Fixed(count))) =
+        (&operand, slot.read_words().or(slot.written_words()))
+        && count <= 4
+        && cell.index + count > memory.size(cell.area)
+    {
+        return Err((
+            format!("{count} words from {text} on reach past the area's end"),
+            "look at the address",
+        ));
+    }
+    let Some(wanted) = wanted(&operand, slot, memory) else { return Ok(operand) };
+    Err((
+        format!("'{text}' is not {wanted}"),
+        "look at the order of the operands and at the address",
+    ))
+}
+
+/// What an operand should be and is not.
+fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str> {
+    let mut none = || scanbound_ir::ChoiceId(0);
+    let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);
+    let (fits, wanted) = match (slot.role, slot.extent) {
+        (Role::Number | Role::Address, _) | (Role::Source, Extent::Words(Amount::Unknown)) => {
+            return None;
+        }
+        (Role::Own(_), _) => (
+            matches!(operand, Operand::Flag(_)) || operand.is_indirect(),
+            "the number of a timer or counter",
+        ),
+        (Role::Source, Extent::Words(Amount::Fixed(count))) => {
+            (operand.sources(count, memory, &mut none).is_some(), "a word or a constant")
+        }
+        (Role::Source, _) => (operand.bit_source(memory, &mut none).is_some(), "a bit"),
+        (Role::Either, _) => (is_word, "a word or a constant"),
+        (Role::Destination | Role::Both, Extent::Bits(_)) => {
+            (operand.bit_target().is_some() || operand.is_indirect(), "a bit that can be written")
+        }
+        (Role::Destination | Role::Both, _) => (
+            is_word && !matches!(operand, Operand::Constant(..) | Operand::Real(_)),
+            "a word that can be written",
+        ),
+    };
+    (!fits).then_some(wanted)
+}
+
+/// Whether a constant fits into so many words, signed or not.
+fn fits(value: i64, words: u32) -> bool {
+    words >= 4 || (-(1_i64 << (16 * words - 1)) <= value && value < 1_i64 << (16 * words))
+}

@@ -1,0 +1,80 @@
+//! Lines that show each instruction of the OMRON families.
+
+use super::catalog::{self, Row};
+use super::source::Family;
+use super::{C, CX};
+use scanbound_front::specimen::{Form, Sample, Specimens, akin, form, samples};
+
+/// Programs around a line: rungs, blocks, branches, and what comes in pairs.
+const FRAMES: [&str; 12] = [
+    "LD {in0}\n{}\nEND",
+    "{}\nOUT {out}\nEND",
+    "LD {in0}\n{}\nOUT {out}\nEND",
+    "LD {in0}\nLD {in1}\n{}\nOUT {out}\nEND",
+    "LD {in0}\nLD {in1}\n{}\nEND",
+    "LD {in0}\nLD {in1}\nLD {in0}\n{}\nEND",
+    "LD {in0}\n{}\nLD {in1}\nOUT {out}\nILC\nEND",
+    "LD {in0}\nIL\nLD {in1}\nOUT {out}\n{}\nEND",
+    "{}\nLD {in0}\nOUT {out}\nNEXT\nEND",
+    "FOR #4\nLD {in0}\nOUT {out}\n{}\nEND",
+    "LD {in0}\n{}\nLD {in1}\nOUT {out}\nJME 1\nEND",
+    "LD {in0}\nOUT {out}\n{}",
+];
+
+/// What stands before and behind the name of a variant.
+const BEFORE: [&str; 2] = ["@", "%"];
+const BEHIND: [&str; 4] = ["L", "D", "B", "F"];
+
+/// The names of all instructions.
+pub fn all() -> Vec<String> {
+    catalog::all_names().map(str::to_owned).collect()
+}
+
+/// Lines of an instruction of a family; `None` if there is none of this name.
+pub fn specimens(name: &str, family: Family) -> Option<Specimens> {
+    let plain = name.trim_start_matches(['@', '%', '!']);
+    let found = catalog::find(plain, family)?;
+    let frames: Vec<String> = FRAMES.iter().map(|frame| framed(frame, family)).collect();
+    let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
+    let forms: Vec<Form> =
+        found.rows.iter().map(|row| form(&lines(name, row, family), &frames)).collect();
+    let known = catalog::all_names().filter(|name| catalog::find(name, family).is_some());
+    let variants = akin(plain, known, &BEFORE, &BEHIND);
+    Some(Specimens { dialect: if family == Family::C { C } else { CX }, variants, forms })
+}
+
+fn framed(frame: &str, family: Family) -> String {
+    let [in0, in1, out] = match family {
+        Family::C => ["00000", "00001", "01000"],
+        Family::Cs => ["0.00", "0.01", "100.00"],
+    };
+    frame.replace("{in0}", in0).replace("{in1}", in1).replace("{out}", out)
+}
+
+fn lines(name: &str, row: &Row, family: Family) -> Vec<String> {
+    let samples = samples(row);
+    let line = |other: usize, count: usize| {
+        let operands = samples[..count].iter().enumerate();
+        let operands = operands.map(|(at, sample)| operand(*sample, at, other, family));
+        [vec![name.to_owned()], operands.collect()].concat().join(" ")
+    };
+    let all = samples.len();
+    (0..4).flat_map(|other| [line(other, all), line(other, all.saturating_sub(1))]).collect()
+}
+
+/// A sample of the operand at a place.
+fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
+    let is_c = family == Family::C;
+    match sample {
+        Sample::Bit if is_c => format!("002{at:02}"),
+        Sample::Bit => format!("W{at}.00"),
+        Sample::Word if other == 1 && at > 0 => "#1".to_owned(),
+        Sample::Word if other == 2 && is_c => format!("{:03}", 100 + at * 10),
+        Sample::Word if is_c => format!("DM {}", 10 * at),
+        Sample::Word => format!("D{}", 100 * at),
+        Sample::Number => ["#4", "1", "&4", "0"][other].to_owned(),
+        Sample::Address => ["D0", "0", "W0.00", "#1"][other].to_owned(),
+        Sample::Own if is_c => format!("{:03}", at + 1),
+        Sample::Own => format!("{:04}", at + 1),
+    }
+}

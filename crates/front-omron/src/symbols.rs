@@ -1,0 +1,89 @@
+//! Reads CX-Programmer's table of symbols as it is exported beside mnemonics: name, type, address and comment, apart by
+//! tabs, a symbol a line.
+
+use super::source::{Symbol, Symbols};
+use scanbound_base::code::Code;
+use scanbound_front::Faults;
+
+/// Data types, without what an array adds.
+const TYPES: [&str; 18] = [
+    "BOOL",
+    "CHANNEL",
+    "NUMBER",
+    "WORD",
+    "DWORD",
+    "LWORD",
+    "INT",
+    "DINT",
+    "LINT",
+    "UINT",
+    "UDINT",
+    "ULINT",
+    "UINT_BCD",
+    "UDINT_BCD",
+    "ULINT_BCD",
+    "REAL",
+    "LREAL",
+    "STRING",
+];
+/// Types of timers and counters, whose address is their number.
+const TIMES: [&str; 2] = ["TIMER", "COUNTER"];
+/// The number of lines that are looked at.
+const LOOKED_AT: usize = 50;
+
+/// Whether the beginning of a file is that of such a table: every line but perhaps the first, its heads.
+pub(super) fn sniff(beginning: &str) -> bool {
+    let lines = beginning.lines().filter(|line| !line.trim().is_empty()).take(LOOKED_AT);
+    let fits: Vec<bool> = lines.map(|line| symbol(line).is_some()).collect();
+    // The last line may be cut where only the beginning was read.
+    let whole = fits.len().saturating_sub(1).max(1);
+    fits.contains(&true) && fits.iter().take(whole).skip(1).all(|&fits| fits)
+}
+
+/// Reads the table into the symbols.
+pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
+    for (line, number) in text.lines().zip(1..) {
+        let Some((name, symbol)) = symbol(line) else {
+            if number > 1 && !line.trim().is_empty() {
+                let message = "this line is no symbol: a name, a type and an address apart by tabs";
+                faults.at(
+                    Code::NoSymbol,
+                    number,
+                    line,
+                    message,
+                    "export the table of symbols again",
+                );
+            }
+            continue;
+        };
+        let known = symbols.entry(name).or_insert_with(|| symbol.clone());
+        if known.address != symbol.address {
+            let message = format!("the symbol stands for {} elsewhere", known.address);
+            faults.at(
+                Code::SymbolTwice,
+                number,
+                line,
+                &message,
+                "export the table of symbols again",
+            );
+        }
+    }
+}
+
+fn symbol(line: &str) -> Option<(String, Symbol)> {
+    let mut cells = line.split('\t').map(|cell| cell.trim().trim_matches('"'));
+    let (name, kind, address) = (cells.next()?, cells.next()?, cells.next()?);
+    let comment = cells.next().unwrap_or_default();
+    let upper = kind.to_ascii_uppercase();
+    let plain = upper.split(['[', '(']).next().unwrap_or_default().trim();
+    let timed = TIMES.iter().position(|time| *time == plain);
+    (!name.is_empty() && (TYPES.contains(&plain) || timed.is_some())).then(|| {
+        let bare = address.bytes().all(|b| b.is_ascii_digit()) && !address.is_empty();
+        let address = match timed {
+            Some(time) if bare => format!("{}{address}", ["T", "C"][time]),
+            _ => address.to_owned(),
+        };
+        let (kind, comment) = (kind.to_owned(), comment.to_owned());
+        (name.to_owned(), Symbol { address, kind, comment })
+    })
+}

@@ -1,0 +1,246 @@
+//! From bytes to text: byte order mark first, then UTF-8, then the code pages of the vendors' tools.
+
+use std::borrow::Cow;
+
+use encoding_rs::{
+    DecoderResult, EUC_KR, Encoding, GBK, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252,
+};
+
+/// Code pages that are tried on text that is not UTF-8, in this order (CP932, CP936, CP949).
+const CODE_PAGES: [&Encoding; 3] = [SHIFT_JIS, GBK, EUC_KR];
+
+/// An encoding that the user names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Named(&'static Encoding);
+
+impl std::str::FromStr for Named {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Named, String> {
+        let label = match text.to_ascii_lowercase().as_str() {
+            "cp932" => "shift_jis".to_owned(),
+            "cp936" => "gbk".to_owned(),
+            "cp949" => "euc-kr".to_owned(),
+            other => other.replace('_', "-").replace("shift-jis", "shift_jis"),
+        };
+        Encoding::for_label(label.as_bytes()).map(Named).ok_or_else(|| {
+            "there is no such encoding: write windows-1252, windows-1251, windows-1250, shift_jis, gbk, euc-kr or another name of the WHATWG encoding standard".to_owned()
+        })
+    }
+}
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0.name().to_ascii_lowercase())
+    }
+}
+
+impl Named {
+    /// The same text in UTF-8; `None` if the bytes are it already, declare another encoding, or are none of this one.
+    pub fn recoded(self, bytes: &[u8]) -> Option<String> {
+        if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
+            return None;
+        }
+        strict(self.0, bytes).ok().map(Cow::into_owned)
+    }
+}
+
+/// The texts that bytes may be which declare no encoding and are not UTF-8, each with its encoding's name: in the code pages
+/// of the vendors' tools, and that of Western Europe.
+pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
+    if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
+        return Vec::new();
+    }
+    let pages = CODE_PAGES.into_iter().chain([WINDOWS_1252]);
+    pages.filter_map(|page| Some((page.name(), strict(page, bytes).ok()?))).collect()
+}
+
+/// Where bytes are no text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Undecodable {
+    /// Offset in the file of the first byte that is at fault, from 0.
+    pub offset: usize,
+    /// Its line, from 1.
+    pub line: u32,
+    /// The encodings that were tried.
+    pub tried: String,
+    /// Whether the fault is that the file ends within a character.
+    pub cut: bool,
+}
+
+/// The text of a file. `marks` are words that such files are known to hold: of several code pages that
+/// fit the bytes, the first that yields one of them is taken, else the first that fits.
+///
+/// # Errors
+/// The place of the bytes that no encoding explains; where several were tried, that of the encoding
+/// that came furthest.
+pub fn decode<'a>(bytes: &'a [u8], marks: &[&str]) -> Result<Cow<'a, str>, Undecodable> {
+    if let Some((encoding, skip)) = declared(bytes) {
+        return strict(encoding, &bytes[skip..])
+            .map_err(|at| undecodable(encoding, bytes, skip, at, encoding.name()));
+    }
+    let mut furthest = match std::str::from_utf8(bytes) {
+        Ok(text) => return Ok(Cow::Borrowed(text)),
+        Err(error) => (error.valid_up_to(), UTF_8),
+    };
+    let mut fitting = None;
+    for encoding in CODE_PAGES {
+        match strict(encoding, bytes) {
+            Ok(text) if marks.iter().any(|mark| text.contains(mark)) => return Ok(text),
+            Ok(text) => fitting = fitting.or(Some(text)),
+            Err(at) if at > furthest.0 => furthest = (at, encoding),
+            Err(_) => {}
+        }
+    }
+    fitting.ok_or_else(|| {
+        undecodable(
+            furthest.1,
+            bytes,
+            0,
+            furthest.0,
+            "UTF-8, Shift-JIS, GBK (CP936) or EUC-KR (CP949)",
+        )
+    })
+}
+
+/// The text of the first `limit` bytes, faults replaced: enough to tell what a file is.
+pub fn beginning<'a>(bytes: &'a [u8], limit: usize, marks: &[&str]) -> Cow<'a, str> {
+    let head = &bytes[..bytes.len().min(limit)];
+    if let Some((encoding, skip)) = declared(head) {
+        return encoding.decode_without_bom_handling(&head[skip..]).0;
+    }
+    // All of the code pages hold ASCII.
+    if head.is_ascii() {
+        return String::from_utf8_lossy(head);
+    }
+    let mut candidates: Vec<Cow<'_, str>> = std::iter::once(UTF_8)
+        .chain(CODE_PAGES)
+        .filter_map(|encoding| {
+            // The limit may have cut a character: a fault in the last few bytes says nothing.
+            (head.len().saturating_sub(4)..=head.len())
+                .rev()
+                .find_map(|end| strict(encoding, &head[..end]).ok())
+        })
+        .collect();
+    if candidates.is_empty() {
+        return String::from_utf8_lossy(head);
+    }
+    let marked = candidates.iter().position(|text| marks.iter().any(|mark| text.contains(mark)));
+    candidates.swap_remove(marked.unwrap_or(0))
+}
+
+/// The encoding that the bytes declare, and the length of the mark that does.
+fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
+    Encoding::for_bom(bytes).or(match bytes {
+        // No text of one byte a character holds a NUL, so this is ASCII in two bytes a character.
+        [first, 0, ..] if *first != 0 => Some((UTF_16LE, 0)),
+        [0, second, ..] if *second != 0 => Some((UTF_16BE, 0)),
+        _ => of_xml(bytes).map(|encoding| (encoding, 0)),
+    })
+}
+
+/// The encoding that the first line of an XML file declares, if it is another than UTF-8.
+fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
+    let end = bytes.iter().take(MOST_DECLARED).position(|&byte| byte == b'>')?;
+    let head = std::str::from_utf8(&bytes[..end]).ok()?;
+    let (_, label) = head.strip_prefix("<?xml")?.split_once("encoding")?;
+    let label = label.trim_start().strip_prefix('=')?.trim_start();
+    let label = label.get(1..)?.split(['\'', '"']).next()?;
+    Encoding::for_label(label.as_bytes())
+        .filter(|own| *own != UTF_8 && *own != UTF_16LE && *own != UTF_16BE)
+}
+
+/// The first line of an XML file is no longer than this.
+const MOST_DECLARED: usize = 200;
+
+/// The text, or the offset of the first byte that is at fault.
+fn strict<'a>(encoding: &'static Encoding, bytes: &'a [u8]) -> Result<Cow<'a, str>, usize> {
+    if let Some(text) = encoding.decode_without_bom_handling_and_without_replacement(bytes) {
+        return Ok(text);
+    }
+    let mut decoder = encoding.new_decoder_without_bom_handling();
+    let mut sink = [0_u8; 4096];
+    let mut at = 0;
+    loop {
+        let (result, read, _) =
+            decoder.decode_to_utf8_without_replacement(&bytes[at..], &mut sink, true);
+        at += read;
+        match result {
+            DecoderResult::Malformed(bad, after) => {
+                return Err(at.saturating_sub(usize::from(bad) + usize::from(after)));
+            }
+            DecoderResult::InputEmpty => return Err(bytes.len()),
+            DecoderResult::OutputFull => {}
+        }
+    }
+}
+
+fn undecodable(
+    encoding: &'static Encoding,
+    bytes: &[u8],
+    skip: usize,
+    at: usize,
+    tried: &str,
+) -> Undecodable {
+    let before = encoding.decode_without_bom_handling(&bytes[skip..skip + at]).0;
+    let lines = before.bytes().filter(|&b| b == b'\n').count();
+    Undecodable {
+        offset: skip + at,
+        line: u32::try_from(lines + 1).unwrap_or(u32::MAX),
+        tried: tried.to_owned(),
+        cut: skip + at + 4 > bytes.len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sixteen(text: &str, little: bool) -> Vec<u8> {
+        text.encode_utf16()
+            .flat_map(|unit| if little { unit.to_le_bytes() } else { unit.to_be_bytes() })
+            .collect()
+    }
+
+    #[test]
+    fn every_declared_encoding_is_read() {
+        let text = "\"命令\"\t\"명령\"\r\n";
+        for (mark, little) in [(&[0xFF, 0xFE], true), (&[0xFE, 0xFF], false)] {
+            let bytes = [&mark[..], &sixteen(text, little)].concat();
+            assert_eq!(decode(&bytes, &[]).unwrap(), text);
+        }
+        assert_eq!(decode(&sixteen("LD X0\n停止", true), &[]).unwrap(), "LD X0\n停止");
+        assert_eq!(decode(&sixteen("LD X0\n停止", false), &[]).unwrap(), "LD X0\n停止");
+        let bom = [b"\xEF\xBB\xBF", text.as_bytes()].concat();
+        assert_eq!(decode(&bom, &[]).unwrap(), text);
+        assert_eq!(decode(text.as_bytes(), &[]).unwrap(), text);
+    }
+
+    #[test]
+    fn the_known_words_tell_the_code_pages_apart() {
+        let marks = ["命令", "指令", "명령"];
+        for (encoding, text) in [
+            (SHIFT_JIS, "ステップ番号,命令,ｲﾝﾀｰﾛｯｸ"),
+            (GBK, "步号,指令,急停按钮"),
+            (EUC_KR, "스텝,명령,비상정지"),
+        ] {
+            let bytes = encoding.encode(text).0;
+            assert_eq!(decode(&bytes, &marks).unwrap(), text, "{}", encoding.name());
+            for limit in 0..=bytes.len() {
+                beginning(&bytes, limit, &marks);
+            }
+        }
+    }
+
+    #[test]
+    fn a_fault_has_its_place() {
+        let mut bytes = b"LD X0\nOUT Y0\n".to_vec();
+        bytes.extend([0xFF, 0xFF, b'\n', b'E', b'N', b'D', b'\n']);
+        let fault = decode(&bytes, &[]).unwrap_err();
+        assert_eq!((fault.offset, fault.line, fault.cut), (13, 3, false));
+        let mut bytes = [&[0xFF, 0xFE][..], &sixteen("a\nb\n", true)].concat();
+        bytes.push(b'"');
+        let fault = decode(&bytes, &[]).unwrap_err();
+        assert_eq!((fault.offset, fault.line, fault.cut), (10, 3, true));
+    }
+}

@@ -1,0 +1,453 @@
+//! Puts the charts of macro steps in their places.
+//!
+//! A macro step stands for a chart of its own with one step that is entered and one that is left (IEC 60848 calls them
+//! its expansion, input step and output step). What leads into the macro step leads into the step that is entered, and a
+//! transition behind it is enabled by the step that is left and clears that one. So the chart in which all macro steps
+//! are replaced evolves as the one that is drawn: no scan is gained or lost, and since nothing in a macro step leads out of
+//! the step that is left, no transition there competes with those behind the macro step.
+
+use super::draft::{Draft, DraftMacro, DraftTransition};
+use super::{Block, Chart, Macro, Step, Target, Transition};
+use crate::ast::{Expr, Part, Path, change, paths_of};
+use crate::fault::Fault;
+use crate::{Body, same};
+use scanbound_base::code::Code;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How deep macro steps may stand in each other: a file's depth is not the program's stack.
+pub const DEEPEST: usize = 32;
+
+fn fault(line: u32, message: String, help: &str) -> Fault {
+    Fault::new(line, message).code(Code::Chart).help(help)
+}
+
+/// An element by its number, where the source has one.
+fn numbered(what: &str, id: Option<&str>) -> String {
+    id.map_or_else(|| what.to_owned(), |id| format!("{what} with localId {id}"))
+}
+
+/// A transition names a step that is not there.
+fn no_step(one: &DraftTransition, name: &str) -> Fault {
+    let what = numbered("a transition", one.id.as_deref());
+    let message = format!("{what} names the step {name}, which is not there");
+    fault(one.line, message, "name a step of the chart")
+}
+
+/// Two steps have one name; with their numbers, where the source has them.
+fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
+    let ids: Vec<&str> = ids.into_iter().flatten().collect();
+    let told = if ids.is_empty() { String::new() } else { format!(": localId {}", ids.join(", ")) };
+    let message = format!("there are two steps {name}{told}");
+    fault(line, message, "give one of them another name")
+}
+
+impl Draft {
+    /// The chart. The charts of macro steps stand in their places.
+    ///
+    /// # Errors
+    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a macro step of
+    /// which it is not clear where it is entered or left.
+    pub fn finish(self) -> Result<Chart, Fault> {
+        let line = self.line;
+        let Flat { steps, mut transitions, macros } = flat(self)?;
+        if !steps.iter().any(|step| step.initial) {
+            let help = "mark the step that is active at first as the initial step";
+            let first = steps.iter().find_map(|step| Some((&step.name, step.id.as_ref()?)));
+            let first =
+                first.map(|(name, id)| format!(": its first step is {name} with localId {id}"));
+            let message = format!("the chart has no initial step{}", first.unwrap_or_default());
+            return Err(fault(line, message, help));
+        }
+        // A stable sort: what has no number stays where it is among its like, behind those that have one.
+        transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
+        let all = steps.iter().enumerate().map(|(at, step)| (key(&step.name), at));
+        let known: BTreeMap<String, usize> = all.collect();
+        let place = |name: &String, one: &DraftTransition| {
+            let found = known.get(&key(name)).copied();
+            found.ok_or_else(|| no_step(one, name))
+        };
+        let mut placed = Vec::new();
+        for one in &transitions {
+            let line = one.line;
+            let places = |names: &[String]| -> Result<Vec<usize>, Fault> {
+                let mut found =
+                    names.iter().map(|name| place(name, one)).collect::<Result<Vec<_>, _>>()?;
+                found.sort_unstable();
+                found.dedup();
+                Ok(found)
+            };
+            let (from, to) = (places(&one.from)?, places(&one.to)?);
+            if from.is_empty() || to.is_empty() {
+                let side = if from.is_empty() { "in front of" } else { "behind" };
+                let what = numbered("a transition", one.id.as_deref());
+                let message = format!("no step stands {side} {what}");
+                return Err(fault(line, message, "let steps and transitions follow each other"));
+            }
+            placed.push(Transition {
+                name: one.name.clone(),
+                from,
+                to,
+                condition: one.condition.clone(),
+                has_priority: one.priority.is_some(),
+                line,
+                id: one.id.clone(),
+            });
+        }
+        Ok(Chart { steps, transitions: placed, macros, line, span: None })
+    }
+}
+
+/// A chart in which transitions name steps by their full names, and no macro step is left.
+struct Flat {
+    steps: Vec<Step>,
+    transitions: Vec<DraftTransition>,
+    macros: Vec<Macro>,
+}
+
+/// What stands in a chart, by its name: a step, or a macro step with the steps where it is entered and left.
+struct Node {
+    full: String,
+    entry: String,
+    exit: String,
+    is_macro: bool,
+}
+
+/// What names that are the same have in common.
+fn key(name: &str) -> String {
+    name.to_ascii_lowercase()
+}
+
+/// The names of a chart, behind those of the charts that it stands in.
+struct Scope<'s> {
+    around: Option<&'s Scope<'s>>,
+    nodes: BTreeMap<String, Node>,
+}
+
+impl Scope<'_> {
+    fn own(&self, name: &str) -> Option<&Node> {
+        self.nodes.get(&key(name))
+    }
+
+    /// The step or macro step of this name in the innermost chart that has one.
+    fn find(&self, name: &str) -> Option<&Node> {
+        self.own(name).or_else(|| self.around.and_then(|around| around.find(name)))
+    }
+
+    /// Lets a path to a step's flag or time say in which macro step it is.
+    fn complete(&self, path: &mut Path) {
+        let Some((step, last)) = path.split_last() else { return };
+        if !same(last, "X") && !same(last, "T") {
+            return;
+        }
+        let Some(node) = self.find(&path.first) else { return };
+        if (node.is_macro || step.rest.is_empty()) && !same(&node.full, &path.first) {
+            let rest = std::mem::take(&mut path.rest);
+            *path = named(&node.full);
+            path.rest.extend(rest);
+        }
+    }
+
+    fn complete_all(&self, expr: &mut Expr) {
+        paths_of(expr, &mut |path| self.complete(path));
+    }
+
+    fn complete_block(&self, block: &mut Block, within: &str) {
+        block.time.iter_mut().for_each(|time| self.complete_all(time));
+        if let Target::Inline(name, body) = &mut block.target {
+            *name = join(within, name);
+            if let Body::Code(_, statements) = body.as_mut() {
+                change(statements, &mut |expr| self.complete_all(expr), &mut |_| {});
+            }
+        }
+    }
+}
+
+/// The path to a step, from its full name.
+pub(super) fn named(full: &str) -> Path {
+    let mut names = full.split('.');
+    let first = Path::name(names.next().unwrap_or_default());
+    Path { rest: names.map(|name| Part::Name(name.to_owned())).collect(), ..first }
+}
+
+fn join(within: &str, name: &str) -> String {
+    if within.is_empty() { name.to_owned() } else { format!("{within}.{name}") }
+}
+
+/// Puts the charts of all macro steps in their places.
+fn flat(draft: Draft) -> Result<Flat, Fault> {
+    let mut flat = Flat { steps: Vec::new(), transitions: Vec::new(), macros: Vec::new() };
+    let first = initial_macro(&draft).map(str::to_owned);
+    let mut draft = draft;
+    for one in &mut draft.macros {
+        one.initial |= first.as_ref() == Some(&one.name);
+    }
+    distinct(&draft, "")?;
+    let ends = ends_in(&draft, "")?;
+    put(draft, "", None, &ends, &mut flat)?;
+    let names = flat.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
+    let mut names: Vec<_> =
+        names.chain(flat.macros.iter().map(|one| (&one.name, one.line, None))).collect();
+    names.sort_by_key(|(name, ..)| name.to_ascii_lowercase());
+    match names.windows(2).find(|pair| same(pair[0].0, pair[1].0)) {
+        Some(pair) => Err(twice(pair[1].0, pair[1].1, [pair[0].2, pair[1].2])),
+        None => Ok(flat),
+    }
+}
+
+/// The macro step that is active at first though only a step in it is marked, since nothing else of the chart is.
+fn initial_macro(draft: &Draft) -> Option<&str> {
+    let is_marked =
+        draft.steps.iter().any(|step| step.initial) || draft.macros.iter().any(|one| one.initial);
+    let has_mark = |one: &&DraftMacro| has_mark(&one.inside);
+    let mut own = draft.macros.iter().filter(has_mark);
+    let first = own.next().filter(|_| !is_marked && own.next().is_none());
+    first.map(|one| one.name.as_str())
+}
+
+fn has_mark(draft: &Draft) -> bool {
+    draft.steps.iter().any(|step| step.initial)
+        || draft.macros.iter().any(|one| one.initial || has_mark(&one.inside))
+}
+
+fn put(
+    draft: Draft,
+    within: &str,
+    around: Option<&Scope<'_>>,
+    ends: &[Ends],
+    flat: &mut Flat,
+) -> Result<(), Fault> {
+    let mut scope = Scope { around, nodes: BTreeMap::new() };
+    for step in &draft.steps {
+        let full = join(within, &step.name);
+        let [entry, exit] = [&full, &full].map(String::clone);
+        scope.nodes.insert(key(&step.name), Node { full, entry, exit, is_macro: false });
+    }
+    for (one, own) in draft.macros.iter().zip(ends) {
+        let full = join(within, &one.name);
+        let [entry, exit] = [&own.entry, &own.exit].map(String::clone);
+        scope.nodes.insert(key(&one.name), Node { full, entry, exit, is_macro: true });
+    }
+    let mut macros = draft.macros.into_iter().zip(ends).peekable();
+    let mut steps = draft.steps.into_iter();
+    let mut at = 0;
+    loop {
+        // Each macro step's chart stands where the macro step does.
+        while let Some((one, own)) = macros.next_if(|(one, _)| one.at <= at) {
+            replace(one, within, &scope, own, flat)?;
+        }
+        let Some(mut step) = steps.next() else { break };
+        at += 1;
+        step.name = join(within, &step.name);
+        step.initial &= within.is_empty();
+        step.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
+        flat.steps.push(step);
+    }
+    for mut one in draft.transitions {
+        let as_read = one.clone();
+        let full = |name: &String, is_entered: bool| {
+            // What is in front of a transition stands in its chart; a jump may also lead out of a macro step.
+            let node = if is_entered { scope.find(name) } else { scope.own(name) };
+            let node = node.ok_or_else(|| no_step(&as_read, name))?;
+            Ok(if is_entered { node.entry.clone() } else { node.exit.clone() })
+        };
+        one.from = one.from.iter().map(|name| full(name, false)).collect::<Result<_, Fault>>()?;
+        one.to = one.to.iter().map(|name| full(name, true)).collect::<Result<_, Fault>>()?;
+        scope.complete_all(&mut one.condition);
+        flat.transitions.push(one);
+    }
+    Ok(())
+}
+
+/// Steps and macro steps of a chart have different names.
+fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
+    let steps = draft.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
+    let macros = draft.macros.iter().map(|one| (&one.name, one.line, None));
+    let mut known = BTreeMap::new();
+    for (name, line, id) in steps.chain(macros) {
+        if let Some(other) = known.insert(key(name), id) {
+            return Err(twice(&join(within, name), line, [other, id]));
+        }
+    }
+    Ok(())
+}
+
+fn replace(
+    mut one: DraftMacro,
+    within: &str,
+    scope: &Scope<'_>,
+    ends: &Ends,
+    flat: &mut Flat,
+) -> Result<(), Fault> {
+    let full = join(within, &one.name);
+    // What is marked in a macro step says where that is entered, not what is active at first.
+    let initial = one.initial && within.is_empty();
+    let (place, first) = (flat.macros.len(), flat.steps.len());
+    flat.macros.push(Macro { name: full.clone(), steps: Vec::new(), line: one.line });
+    one.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
+    put(one.inside, &full, Some(scope), &ends.inside, flat)?;
+    for step in &mut flat.steps[first..] {
+        // The blocks of the macro step itself: one of its steps is active while it is.
+        step.blocks.splice(0..0, one.blocks.iter().cloned());
+        step.initial |= initial && step.name == ends.entry;
+    }
+    flat.macros[place].steps = (first..flat.steps.len()).collect();
+    Ok(())
+}
+
+/// The full names of the steps where a macro step is entered and left, and the same of those in it: each is looked at once.
+struct Ends {
+    entry: String,
+    exit: String,
+    inside: Vec<Ends>,
+}
+
+fn ends_in(draft: &Draft, within: &str) -> Result<Vec<Ends>, Fault> {
+    draft.macros.iter().map(|one| ends(one, &join(within, &one.name))).collect()
+}
+
+fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
+    let inside = &one.inside;
+    distinct(inside, full)?;
+    let marks = inside.steps.iter().map(|step| (step.name.as_str(), step.initial));
+    let macros = inside.macros.iter().map(|one| (one.name.as_str(), one.initial));
+    let nodes: Vec<(&str, bool)> = marks.chain(macros).collect();
+    if nodes.is_empty() {
+        let message = format!("the chart of the macro step {full} has no step");
+        return Err(fault(one.line, message, "draw its steps, or draw a step in its place"));
+    }
+    let led = |side: fn(&DraftTransition) -> &Vec<String>| {
+        let named: BTreeSet<String> =
+            inside.transitions.iter().flat_map(side).map(|own| key(own)).collect();
+        let names = nodes.iter().map(|(name, _)| *name);
+        names.filter(|name| !named.contains(&key(name))).collect::<Vec<_>>()
+    };
+    let listed = |names: &[&str]| names.join(", ");
+    let marked = nodes.iter().filter(|(_, mark)| *mark).map(|(name, _)| *name);
+    let mut marked: Vec<&str> = marked.collect();
+    let begins = led(|way| &way.to);
+    if marked.is_empty() && begins.len() != 1 {
+        // Where a macro step in it is the only one in which something is marked, it is entered there.
+        marked.extend(initial_macro(inside));
+    }
+    let help = "mark the one step where it is entered as its initial step";
+    let entry = match (&marked[..], &begins[..]) {
+        ([one], begins) if begins.iter().all(|name| name == one) => *one,
+        ([], [one]) => *one,
+        ([], []) => {
+            let message = format!(
+                "the macro step {full} has no step where it is entered: something leads into each of its steps"
+            );
+            return Err(fault(one.line, message, help));
+        }
+        ([], many) => {
+            let message = format!(
+                "the macro step {full} has several steps where it may be entered: nothing leads into {}",
+                listed(many)
+            );
+            return Err(fault(one.line, message, help));
+        }
+        ([mark], begins) => {
+            let message = format!(
+                "where the macro step {full} is entered is not clear: its step {mark} is marked as an initial step, and nothing leads into {}",
+                listed(begins)
+            );
+            let help =
+                "mark the one step where it is entered, and let something lead into all others";
+            return Err(fault(one.line, message, help));
+        }
+        (marks, _) => {
+            let message =
+                format!("the macro step {full} has several initial steps: {}", listed(marks));
+            return Err(fault(one.line, message, help));
+        }
+    };
+    let ends = led(|way| &way.from);
+    let help = "let exactly one of its steps have no transition behind it: there it is left";
+    let exit = match &ends[..] {
+        [one] => *one,
+        [] => {
+            let message = format!(
+                "the macro step {full} has no step where it is left: a transition follows each of its steps"
+            );
+            return Err(fault(one.line, message, help));
+        }
+        many => {
+            let message = format!(
+                "the macro step {full} has several steps where it may be left: no transition follows {}",
+                listed(many)
+            );
+            return Err(fault(one.line, message, help));
+        }
+    };
+    let own = ends_in(inside, full)?;
+    let place = |name: &str| inside.macros.iter().position(|one| same(&one.name, name));
+    let within = |name: &str, side: fn(&Ends) -> &String| match place(name) {
+        Some(at) => side(&own[at]).clone(),
+        None => join(full, name),
+    };
+    let (entry, exit) = (within(entry, |one| &one.entry), within(exit, |one| &one.exit));
+    Ok(Ends { entry, exit, inside: own })
+}
+
+/// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every step
+/// of a program a name of its own, whatever it stands in.
+pub fn complete(pou: &mut crate::Pou) {
+    let charts = pou.charts();
+    if charts.iter().all(|(_, chart)| chart.macros.is_empty()) {
+        return;
+    }
+    let mut inner: Vec<(String, String)> = Vec::new();
+    let mut known: Vec<String> = pou.variables.iter().map(|one| one.name.clone()).collect();
+    for (_, chart) in charts {
+        let names = chart.steps.iter().map(|step| &step.name);
+        for full in names.chain(chart.macros.iter().map(|one| &one.name)) {
+            match full.rsplit_once('.') {
+                Some((_, last)) => inner.push((last.to_owned(), full.clone())),
+                None => known.push(full.clone()),
+            }
+        }
+    }
+    let unique = |name: &str| {
+        let mut own = inner.iter().filter(|(last, _)| same(last, name));
+        let first = own.next().filter(|_| own.next().is_none());
+        first.filter(|_| !known.iter().any(|own| same(own, name))).map(|(_, full)| full)
+    };
+    let mut see = |path: &mut Path| {
+        let [Part::Name(last)] = &path.rest[..] else { return };
+        if (same(last, "X") || same(last, "T"))
+            && let Some(full) = unique(&path.first)
+        {
+            let rest = std::mem::take(&mut path.rest);
+            *path = named(full);
+            path.rest.extend(rest);
+        }
+    };
+    let mut expr = |one: &mut Expr| paths_of(one, &mut see);
+    bodies(pou, &mut |body| match body {
+        Body::Code(_, statements) => change(statements, &mut expr, &mut |_| {}),
+        Body::Chart(chart) => in_chart(chart, &mut expr),
+        Body::Unread(..) => {}
+    });
+}
+
+/// Shows the bodies of a unit: its own, those of actions, transitions and methods.
+pub(super) fn bodies(pou: &mut crate::Pou, see: &mut dyn FnMut(&mut Body)) {
+    see(&mut pou.body);
+    pou.actions.iter_mut().chain(&mut pou.transitions).for_each(|one| see(&mut one.body));
+    pou.methods.iter_mut().for_each(|method| bodies(method, see));
+}
+
+/// Shows the expressions of a chart, and those in its action blocks.
+pub(super) fn in_chart(chart: &mut Chart, expr: &mut dyn FnMut(&mut Expr)) {
+    for Transition { condition, .. } in &mut chart.transitions {
+        expr(condition);
+    }
+    for block in chart.steps.iter_mut().flat_map(|step| &mut step.blocks) {
+        block.time.iter_mut().for_each(&mut *expr);
+        if let Target::Inline(_, body) = &mut block.target
+            && let Body::Code(_, statements) = body.as_mut()
+        {
+            change(statements, expr, &mut |_| {});
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Runs a chart by itself, scan by scan, by the standard's rules of evolution.
+//!
+//! In each scan: (1) all transitions whose steps are active and whose conditions are true are found, on the step flags and
+//! values as they are; of those that compete for a step only the first clears; (2) all that clear do so at once: their
+//! steps in front are deactivated, then those behind activated, so that a step that is both stays active, and its time
+//! runs on; (3) the control of every action is worked out; (4) actions are carried out in the order in which the chart
+//! first names them, or in another one that is asked for, Boolean variables taking their state. In the first scan the initial steps are active and nothing
+//! clears.
+
+use super::Chart;
+use super::control::{Control, Input, Output};
+use super::evaluate::{Memory, Value};
+use crate::Body;
+use crate::{Pou, same};
+use scanbound_base::facts::ActionOrder;
+
+/// What implementations do differently.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Whether a body is carried out once more when its action has ended.
+    pub final_scan: bool,
+    /// Whether of transitions that compete for a step only the first clears; else all that can do.
+    pub priority: bool,
+    /// Whether actions are carried out before transitions are looked at.
+    pub actions_first: bool,
+    /// In which order actions are carried out that run in one scan.
+    pub order: ActionOrder,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        let order = ActionOrder::Named;
+        Options { final_scan: true, priority: true, actions_first: false, order }
+    }
+}
+
+/// A chart that runs.
+#[derive(Debug, Clone)]
+pub struct Run<'a> {
+    chart: &'a Chart,
+    pou: &'a Pou,
+    options: Options,
+    actions: Vec<String>,
+    active: Vec<bool>,
+    since: Vec<i64>,
+    /// Since when each macro step is active.
+    macros: Vec<i64>,
+    controls: Vec<Control>,
+    started: bool,
+    /// The values of variables.
+    pub memory: Memory,
+}
+
+impl<'a> Run<'a> {
+    /// A chart of a unit, before its first scan.
+    #[must_use]
+    pub fn new(chart: &'a Chart, pou: &'a Pou, options: Options) -> Run<'a> {
+        let actions = chart.actions();
+        Run {
+            active: vec![false; chart.steps.len()],
+            since: vec![0; chart.steps.len()],
+            macros: vec![0; chart.macros.len()],
+            controls: vec![Control::default(); actions.len()],
+            started: false,
+            memory: Memory::default(),
+            chart,
+            pou,
+            options,
+            actions,
+        }
+    }
+
+    /// Which steps are active.
+    #[must_use]
+    pub fn active(&self) -> &[bool] {
+        &self.active
+    }
+
+    /// What the next scans hang on, but for inputs, values and the times of steps.
+    #[must_use]
+    pub fn state(&self) -> (Vec<bool>, Vec<Control>) {
+        (self.active.clone(), self.controls.clone())
+    }
+
+    /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long ago.
+    pub fn begin_time_at(&mut self, now: i64, horizon: i64) {
+        let all = self.since.iter_mut().chain(&mut self.macros);
+        all.for_each(|since| *since = (*since - now).max(-horizon));
+        self.controls.iter_mut().for_each(|control| control.begin_time_at(now, horizon));
+    }
+
+    /// The names of the actions, as [`Run::scan`] tells of them.
+    #[must_use]
+    pub fn actions(&self) -> &[String] {
+        &self.actions
+    }
+
+    /// The next scan at this time in nanoseconds: what came of each action.
+    ///
+    /// # Errors
+    /// What cannot be carried out, in words.
+    pub fn scan(&mut self, now: i64) -> Result<Vec<Output>, String> {
+        if !self.started {
+            self.started = true;
+            for step in self.chart.initial() {
+                self.active[step] = true;
+                self.since[step] = now;
+            }
+            self.macros.fill(now);
+            return self.act(now);
+        }
+        if self.options.actions_first {
+            let outputs = self.act(now)?;
+            self.evolve(now)?;
+            return Ok(outputs);
+        }
+        self.evolve(now)?;
+        self.act(now)
+    }
+
+    /// Puts step flags and times where expressions find them.
+    fn flags(&mut self, now: i64) {
+        for (at, step) in self.chart.steps.iter().enumerate() {
+            let time = if self.active[at] { now - self.since[at] } else { 0 };
+            self.memory.set(&format!("{}.x", step.name), Value::Bool(self.active[at]));
+            self.memory.set(&format!("{}.t", step.name), Value::Time(time));
+        }
+        for (one, &since) in self.chart.macros.iter().zip(&self.macros) {
+            let is_active = one.steps.iter().any(|&step| self.active[step]);
+            let time = if is_active { now - since } else { 0 };
+            self.memory.set(&format!("{}.x", one.name), Value::Bool(is_active));
+            self.memory.set(&format!("{}.t", one.name), Value::Time(time));
+        }
+    }
+
+    fn evolve(&mut self, now: i64) -> Result<(), String> {
+        self.flags(now);
+        let mut taken = vec![false; self.active.len()];
+        let mut cleared = Vec::new();
+        for transition in &self.chart.transitions {
+            let is_free =
+                |&step: &usize| self.active[step] && !(taken[step] && self.options.priority);
+            if transition.from.iter().all(is_free) && self.memory.truth(&transition.condition)? {
+                transition.from.iter().for_each(|&step| taken[step] = true);
+                cleared.push(transition);
+            }
+        }
+        let before = self.active.clone();
+        cleared.iter().flat_map(|one| &one.from).for_each(|&step| self.active[step] = false);
+        cleared.iter().flat_map(|one| &one.to).for_each(|&step| self.active[step] = true);
+        for (step, &was) in before.iter().enumerate() {
+            if self.active[step] && !was {
+                self.since[step] = now;
+            }
+        }
+        for (one, since) in self.chart.macros.iter().zip(&mut self.macros) {
+            let is = |active: &[bool]| one.steps.iter().any(|&step| active[step]);
+            if is(&self.active) && !is(&before) {
+                *since = now;
+            }
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, now: i64) -> Result<Vec<Output>, String> {
+        self.flags(now);
+        let mut outputs = Vec::new();
+        for (action, control) in self.actions.iter().zip(&mut self.controls) {
+            let input = |feed: super::Feed| -> Result<Input, String> {
+                let time = match &feed.time {
+                    None => 0,
+                    Some(time) => match self.memory.value(time)? {
+                        Value::Time(time) => time,
+                        other => return Err(format!("{other:?} is no time")),
+                    },
+                };
+                let active = feed.steps.iter().any(|&step| self.active[step]);
+                Ok(Input { qualifier: feed.qualifier, time, active })
+            };
+            let inputs = self.chart.inputs_of(action);
+            let inputs = inputs.into_iter().map(input).collect::<Result<Vec<_>, _>>()?;
+            outputs.push(control.scan(&inputs, now, self.options.final_scan));
+        }
+        for at in self.order(&outputs) {
+            let (action, output) = (&self.actions[at], &outputs[at]);
+            match self.chart.body(self.pou, action) {
+                None => self.memory.set(action, Value::Bool(output.q)),
+                Some(Body::Code(_, statements)) if output.runs => self.memory.run(statements)?,
+                Some(Body::Code(..)) => {}
+                Some(_) => return Err(format!("the action {action} is not carried out here")),
+            }
+        }
+        Ok(outputs)
+    }
+
+    /// The order in which actions are carried out.
+    fn order(&self, outputs: &[Output]) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..self.actions.len()).collect();
+        match self.options.order {
+            ActionOrder::Named => {}
+            ActionOrder::Alphabetical => {
+                all.sort_by_key(|&at| (outputs[at].q, self.actions[at].to_ascii_uppercase()));
+            }
+            ActionOrder::Declared => all.sort_by_key(|&at| {
+                let name = &self.actions[at];
+                let declared = self.pou.actions.iter().position(|one| same(&one.name, name));
+                (self.chart.body(self.pou, name).is_some(), declared)
+            }),
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse::file;
+
+    fn unit(text: &str) -> Pou {
+        file("a.st", text).expect("a unit").pous.remove(0)
+    }
+
+    #[test]
+    fn the_first_of_those_that_compete_clears_and_a_step_that_is_left_and_entered_stays() {
+        let pou = unit(
+            "PROGRAM p VAR go, x, y : BOOL; END_VAR
+             INITIAL_STEP a: x(N); END_STEP STEP b: y(P); END_STEP STEP c: END_STEP
+             TRANSITION FROM a TO b := go; END_TRANSITION
+             TRANSITION FROM a TO c := go; END_TRANSITION
+             TRANSITION FROM b TO b := b.T >= T#30ms AND go; END_TRANSITION
+             END_PROGRAM",
+        );
+        let Body::Chart(chart) = &pou.body else { panic!("a chart") };
+        let mut run = Run::new(chart, &pou, Options::default());
+        run.memory.set("go", Value::Bool(true));
+        let mut told = Vec::new();
+        for scan in 0..6 {
+            run.scan(scan * 10_000_000).expect("a scan");
+            told.push((run.active().to_vec(), run.memory.is("x"), run.memory.is("y")));
+        }
+        let b = [false, true, false];
+        assert_eq!(told[0], ([true, false, false].to_vec(), true, false));
+        assert_eq!(told[1], (b.to_vec(), false, true), "P once");
+        assert!(
+            told[2..].iter().all(|one| *one == (b.to_vec(), false, false)),
+            "no edge of a step that stays"
+        );
+        assert_eq!(run.memory.get("b.t"), Some(Value::Time(40_000_000)));
+    }
+
+    #[test]
+    fn parallels_wait_for_each_other() {
+        let pou = unit(
+            "PROGRAM p VAR n : INT; one, two : BOOL; END_VAR
+             INITIAL_STEP s: END_STEP STEP a: count(N); END_STEP STEP b: END_STEP STEP e: END_STEP
+             TRANSITION FROM s TO (a, b) := TRUE; END_TRANSITION
+             TRANSITION FROM (a, b) TO e := one AND two; END_TRANSITION
+             ACTION count: n := n + 1; END_ACTION
+             END_PROGRAM",
+        );
+        let Body::Chart(chart) = &pou.body else { panic!("a chart") };
+        let mut run = Run::new(chart, &pou, Options::default());
+        run.memory.set("n", Value::Int(0));
+        for scan in 0..4 {
+            run.memory.set("one", Value::Bool(true));
+            run.memory.set("two", Value::Bool(scan == 3));
+            run.scan(scan).expect("a scan");
+        }
+        assert_eq!(run.active(), [false, false, false, true]);
+        assert_eq!(run.memory.get("n"), Some(Value::Int(3)), "twice, and the final scan");
+    }
+}

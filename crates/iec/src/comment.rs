@@ -1,0 +1,408 @@
+//! Comments and pragmas: where they end, and which of them change what a controller carries out.
+
+use super::fault::Fault;
+use scanbound_base::code::Code;
+use std::borrow::Cow;
+
+/// How comments that hold the beginning of another one are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comments {
+    /// The outer comment goes on behind the end of the inner one.
+    Nested,
+    /// The first end is that of the outer comment.
+    Flat,
+}
+
+/// What a controller does with a pragma.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Pragma {
+    /// It changes neither what runs nor what variables hold, or that is looked for in the text as a whole.
+    Harmless,
+    /// It may hold code: of C as Beremiz and OpenPLC carry it out, or of something unknown.
+    Code,
+}
+
+/// What is not a part of the program begins here.
+pub(super) enum Skipped {
+    /// A comment, or a pragma that changes nothing.
+    Blank,
+    /// A pragma that a controller may carry out.
+    Code,
+}
+
+/// What opens and closes each kind of comment.
+const BLOCKS: [(&str, &str); 2] = [("(*", "*)"), ("/*", "*/")];
+
+/// The two ends that what opens at the beginning of a text can have.
+struct Ends {
+    flat: usize,
+    /// `None`: an inner one has no end.
+    nested: Option<usize>,
+}
+
+impl Ends {
+    /// Those of what opens at the beginning of a text; `None` if it is not closed.
+    fn of(text: &str, open: &str, close: &str) -> Option<Ends> {
+        let bytes = text.as_bytes();
+        let begins = |at: usize, sign: &str| bytes[at..].starts_with(sign.as_bytes());
+        let (mut at, mut depth, mut flat) = (open.len(), 1_usize, None);
+        while at < bytes.len() {
+            if begins(at, close) {
+                at += close.len();
+                flat = flat.or(Some(at));
+                depth -= 1;
+                if depth == 0 {
+                    return Some(Ends { flat: at.min(flat.unwrap_or(at)), nested: Some(at) });
+                }
+            } else if begins(at, open) {
+                at += open.len();
+                depth += 1;
+            } else {
+                at += 1;
+            }
+        }
+        Some(Ends { flat: flat?, nested: None })
+    }
+
+    /// Those of a pragma. One that begins with two braces ends with two.
+    fn of_pragma(text: &str) -> Option<Ends> {
+        let ends = Ends::of(text, "{", "}")?;
+        if !text.starts_with("{{") {
+            return Some(ends);
+        }
+        let flat = text.find("}}").map_or(ends.flat, |at| at + 2);
+        Some(Ends { flat, ..ends })
+    }
+
+    fn by(&self, reading: Comments) -> Option<usize> {
+        match reading {
+            Comments::Flat => Some(self.flat),
+            Comments::Nested => self.nested,
+        }
+    }
+}
+
+/// The end of a line's comment that begins here.
+fn line_comment(rest: &str) -> Option<usize> {
+    rest.starts_with("//").then(|| rest.find('\n').unwrap_or(rest.len()))
+}
+
+/// The length of what is not a part of the program and begins here, which both readings agree on.
+pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>, Fault> {
+    if let Some(length) = line_comment(rest) {
+        return Ok(Some((Skipped::Blank, length)));
+    }
+    let no_end = |open: &str| {
+        let told = format!("the comment that begins with {open} has no end");
+        Fault::new(line, told).help(format!("write its end, or take the {open} away"))
+    };
+    for (open, close) in BLOCKS {
+        if rest.starts_with(open) {
+            let ends = Ends::of(rest, open, close).ok_or_else(|| no_end(open))?;
+            let length = agreed(&ends, rest, open, close, line)?;
+            return Ok(Some((Skipped::Blank, length)));
+        }
+    }
+    if !rest.starts_with('{') {
+        return Ok(None);
+    }
+    let ends = Ends::of_pragma(rest).ok_or_else(|| no_end("{"))?;
+    let length = agreed(&ends, rest, "{", "}", line)?;
+    let skipped = match pragma(&rest[..length], line)? {
+        Pragma::Harmless => Skipped::Blank,
+        Pragma::Code => Skipped::Code,
+    };
+    Ok(Some((skipped, length)))
+}
+
+/// The length on which both readings agree.
+fn agreed(ends: &Ends, rest: &str, open: &str, close: &str, line: u32) -> Result<usize, Fault> {
+    if ends.nested == Some(ends.flat) {
+        return Ok(ends.flat);
+    }
+    let last = |length: usize| line + newlines(&rest[..length]);
+    let nested = match ends.nested {
+        Some(length) => format!("in line {}", last(length)),
+        None => "nowhere".to_owned(),
+    };
+    let told = format!(
+        "where what begins with {open} here ends is not certain: it holds another {open}, so it ends in line {} where the first {close} ends it, and {nested} where they nest",
+        last(ends.flat)
+    );
+    let help = "state how the controller reads it: --comments flat (the first end counts) or --comments nested; or write it so that both read the same";
+    let text = rest.lines().next().unwrap_or_default();
+    Err(Fault::new(line, told).code(Code::Comments).text(text).help(help))
+}
+
+/// How many lines end in a text.
+pub(super) fn newlines(text: &str) -> u32 {
+    u32::try_from(text.matches('\n').count()).unwrap_or(u32::MAX)
+}
+
+/// The same text with blanks in place of all comments, which are read as stated.
+#[must_use]
+pub fn without_comments(text: &str, reading: Comments) -> Cow<'_, str> {
+    let mut out = String::new();
+    let (mut at, mut copied) = (0, 0);
+    while let Some(found) = text[at..].find(['(', '/', '{', '\'', '"']) {
+        at += found;
+        let rest = &text[at..];
+        if rest.starts_with(['\'', '"']) {
+            at += quoted(rest).unwrap_or(1);
+            continue;
+        }
+        let block = BLOCKS.iter().find(|(open, _)| rest.starts_with(open));
+        let ends = block.and_then(|(open, close)| Ends::of(rest, open, close));
+        let length = match line_comment(rest) {
+            Some(length) => Some(length),
+            None => ends.and_then(|ends| ends.by(reading)),
+        };
+        if let Some(length) = length {
+            out += &text[copied..at];
+            out.extend(rest[..length].chars().map(|c| if c == '\n' { c } else { ' ' }));
+            at += length;
+            copied = at;
+            continue;
+        }
+        if block.is_some() {
+            // It has no end: what reads the text tells so.
+            break;
+        }
+        // A pragma stays, without what makes its readings differ.
+        let ends = rest.starts_with('{').then(|| Ends::of_pragma(rest)).flatten();
+        let Some(length) = ends.and_then(|ends| ends.by(reading)) else {
+            if rest.starts_with('{') {
+                break;
+            }
+            at += 1;
+            continue;
+        };
+        let doubled = usize::from(rest.starts_with("{{")) + 1;
+        let inner = rest.get(doubled..length.saturating_sub(doubled)).unwrap_or_default();
+        if inner.contains(['{', '}']) {
+            out += &text[copied..at + doubled];
+            out.extend(inner.chars().map(|c| match c {
+                '{' => '(',
+                '}' => ')',
+                other => other,
+            }));
+            copied = at + doubled + inner.len();
+        }
+        at += length;
+    }
+    if copied == 0 {
+        return Cow::Borrowed(text);
+    }
+    out += &text[copied..];
+    Cow::Owned(out)
+}
+
+/// The length of quoted text that begins here; `None` if it has no end.
+pub(super) fn quoted(rest: &str) -> Option<usize> {
+    let quote = rest.chars().next()?;
+    let mut escaped = false;
+    for (at, c) in rest.char_indices().skip(1) {
+        if c == quote && !escaped {
+            return Some(at + 1);
+        }
+        escaped = c == '$' && !escaped;
+    }
+    None
+}
+
+/// The words with which conditional pragmas begin.
+const CONDITIONS: &[&str] = &["if", "elsif", "else", "end_if"];
+
+/// Words of pragmas that neither hold code nor change what runs: messages, folding, names for conditional pragmas (which are
+/// refused themselves), names of bits, checks of style.
+const HARMLESS: &[&str] = &[
+    "text",
+    "info",
+    "warning",
+    "error",
+    "region",
+    "endregion",
+    "define",
+    "undefine",
+    "bitaccess",
+    "analysis",
+    "flag",
+];
+
+/// Attributes of CODESYS and TwinCAT that change what is shown, checked, offered or transferred, and nothing that runs. Others
+/// that begin with `call_after_` are looked for in the whole text.
+const ATTRIBUTES: &[&str] = &[
+    "analysis",
+    "call_after_global_init_slot",
+    "call_after_init",
+    "call_after_online_change_slot",
+    "call_on_type_change",
+    "conditionalshow",
+    "conditionalshow_all_locals",
+    "const_replaced",
+    "const_non_replaced",
+    "displaymode",
+    "estimated-stack-usage",
+    "expandfully",
+    "hide",
+    "hide_all_locals",
+    "init_on_onlchange",
+    "linkalways",
+    "monitoring",
+    "nameprefix",
+    "naming",
+    "no_check",
+    "no_copy",
+    "no_explicit_call",
+    "no_instance_in_retain",
+    "obsolete",
+    "opc.ua.da",
+    "opc.ua.da.access",
+    "opc.ua.da.structuredtype",
+    // How structures lie in memory, which nothing here depends on.
+    "pack_mode",
+    "pingroup",
+    "pin_presentation_order_inputs",
+    "pin_presentation_order_outputs",
+    "qualified_only",
+    "reflection",
+    "strict",
+    "suppress_warning_0",
+    "symbol",
+    "tccontextname",
+    "tcdisplayscale",
+    "tcdisplayunit",
+    "tchmisymbol.show",
+    "tclinkto",
+    "tclinktooso",
+    "tcnosymbol",
+    "to_string",
+    "warning disable",
+    "warning restore",
+];
+
+/// What a pragma, with its braces, does.
+fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
+    let inner = text[1..text.len() - 1].trim();
+    let end = inner.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(inner.len());
+    let (word, rest) = inner.split_at(end);
+    let word = word.to_ascii_lowercase();
+    let rest = rest.trim();
+    let refused = |told: String, help: &str| {
+        Err(Fault::new(line, told).code(Code::Pragma).text(text).help(help))
+    };
+    if word == "attribute" {
+        let name = quoted(rest).map(|length| rest[1..length - 1].trim().to_ascii_lowercase());
+        let known = |name: &String| {
+            let first = name.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
+            ATTRIBUTES.contains(&name.as_str()) || ATTRIBUTES.contains(&first.as_str())
+        };
+        if name.as_ref().is_some_and(known) {
+            return Ok(Pragma::Harmless);
+        }
+        let told = format!(
+            "whether {} changes what the controller carries out, or what variables hold, is not known here",
+            super::fault::short(text)
+        );
+        return refused(told, "take it out of a copy of the file if it changes neither");
+    }
+    let is_code = without_quotes(rest).contains(';');
+    if CONDITIONS.contains(&word.as_str()) && !is_code {
+        let told = format!(
+            "{} chooses what is compiled, and which part that is is not known",
+            super::fault::short(text)
+        );
+        return refused(told, "give a copy of the file with only the parts that are compiled");
+    }
+    let begins_anew = word == "flag" && rest.to_ascii_lowercase().contains("noinit");
+    let is_assigned = rest.starts_with(['(', '{', '=', '.', '-']);
+    let is_harmless = HARMLESS.contains(&word.as_str()) && !is_code && !is_assigned && !begins_anew;
+    Ok(if is_harmless || inner.is_empty() { Pragma::Harmless } else { Pragma::Code })
+}
+
+/// A text without what stands in quotes.
+fn without_quotes(text: &str) -> String {
+    let mut found = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(['\'', '"']) {
+        found += &rest[..at];
+        rest = &rest[at..];
+        rest = &rest[quoted(rest).unwrap_or(rest.len())..];
+    }
+    found + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn length(text: &str) -> usize {
+        skipped(text, 1).expect("both readings agree").expect("a comment").1
+    }
+
+    #[test]
+    fn both_readings_must_agree() {
+        assert_eq!(length("(* a *) b *)"), 7);
+        assert_eq!(length("(* { // *) b"), 10);
+        assert_eq!(length("// (* b\nc"), 7);
+        assert_eq!(length("{region 'a'} b"), 12);
+        assert_eq!(length("{{ a }} b"), 7);
+        for text in ["(* (* *) *)", "(* (* *)", "/* /* */ */", "{ a { b } }", "{{ {{ }} }}"] {
+            let fault = skipped(text, 7).err().expect(text);
+            assert_eq!((fault.code, fault.line), (Code::Comments, 7), "{text}");
+        }
+        assert_eq!(skipped("(* a", 1).err().expect("no end").code, Code::Syntax);
+    }
+
+    #[test]
+    fn stated_readings_leave_blanks() {
+        let text = "a (* x (* y *) b\n*) c // (*\n'(*' {d{e}f}";
+        let flat = without_comments(text, Comments::Flat);
+        assert_eq!(flat, format!("a {:12} b\n*) c      \n'(*' {{d(e}}f}}", ""));
+        let nested = without_comments(text, Comments::Nested);
+        assert_eq!(nested, format!("a {:14}\n   c      \n'(*' {{d(e)f}}", ""));
+        assert!(matches!(without_comments("a + b", Comments::Flat), Cow::Borrowed(_)));
+        assert_eq!(without_comments("a (* b", Comments::Flat), "a (* b");
+        assert_eq!(without_comments("a (* (* b *)", Comments::Nested), "a (* (* b *)");
+    }
+
+    #[test]
+    fn pragmas_are_told_apart() {
+        let of = |text: &str| pragma(text, 1).map_err(|fault| fault.code);
+        for text in [
+            "{attribute 'hide'}",
+            "{attribute 'symbol' := 'read;write'}",
+            "{attribute 'warning disable' := 'C1'}",
+            "{warning 'a; b'}",
+            "{region \"x\"}",
+            "{ ENDREGION }",
+            "{define X}",
+            "{}",
+        ] {
+            assert_eq!(of(text), Ok(Pragma::Harmless), "{text}");
+        }
+        for text in [
+            "{usleep(1);}",
+            "{{ a }}",
+            "{if (a) b();}",
+            "{error(1)}",
+            "{external}",
+            "{disable code generation}",
+            "{flag noinit on}",
+            "{warning = 3; }",
+            "{#include \"a.h\"}",
+        ] {
+            assert_eq!(of(text), Ok(Pragma::Code), "{text}");
+        }
+        for text in [
+            "{IF defined (X)}",
+            "{END_IF}",
+            "{else}",
+            "{attribute 'no_init'}",
+            "{attribute 'TcRetain' := '1'}",
+            "{attribute}",
+        ] {
+            assert_eq!(of(text), Err(Code::Pragma), "{text}");
+        }
+    }
+}

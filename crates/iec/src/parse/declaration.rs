@@ -1,0 +1,383 @@
+//! Declarations of variables and types.
+
+use super::cursor::Cursor;
+use super::expression::{arguments, expression};
+use crate::ast::{Argument, Expr, Literal, Path};
+use crate::fault::Fault;
+use crate::lexer::Token;
+use crate::{Section, TypeDeclaration, TypeRef, Variable, same};
+
+/// The section that begins here; its word is taken.
+pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
+    let Token::Word(word) = cursor.peek() else { return None };
+    let section = match word.to_ascii_uppercase().as_str() {
+        "VAR" | "VAR_CONFIG" | "VAR_ACCESS" => Section::Local,
+        "VAR_TEMP" => Section::Temp,
+        "VAR_INPUT" => Section::Input,
+        "VAR_OUTPUT" => Section::Output,
+        "VAR_IN_OUT" => Section::InOut,
+        "VAR_EXTERNAL" => Section::External,
+        "VAR_GLOBAL" => Section::Global,
+        "VAR_STAT" => Section::Static,
+        "VAR_INST" => Section::Instance,
+        _ => return None,
+    };
+    cursor.next();
+    Some(section)
+}
+
+/// Who may name what is declared.
+const ACCESS: &[&str] = &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"];
+
+/// The variables of a section, up to its END_VAR.
+pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Variable>, Fault> {
+    let (mut constant, mut retain) = (false, false);
+    loop {
+        if cursor.take_word("CONSTANT") {
+            constant = true;
+        } else if cursor.take_word("RETAIN") || cursor.take_word("PERSISTENT") {
+            retain = true;
+        } else if cursor.take_word("NON_RETAIN") {
+        } else if cursor.is_one_of(ACCESS) && matches!(cursor.second(), Token::Word(_)) {
+            // Who may name them, which changes nothing that is carried out.
+            cursor.next();
+        } else {
+            break;
+        }
+    }
+    let mut found = Vec::new();
+    while !cursor.take_word("END_VAR") {
+        let line = cursor.line();
+        let mut names = vec![cursor.name("a variable's name or END_VAR")?];
+        let mut at = None;
+        if cursor.take_word("AT") {
+            at = Some(direct(cursor)?);
+        }
+        while cursor.take_sign(",") {
+            names.push(cursor.name("a variable's name")?);
+        }
+        cursor.sign(":")?;
+        let of = cursor.deeper(type_ref)?;
+        let edge = edge(cursor);
+        let initial = if cursor.is_sign("(") {
+            // What its method FB_Init is handed.
+            Some(Expr::Call(Path::name(CONSTRUCTED), cursor.deeper(arguments)?))
+        } else if cursor.take_sign(":=") || refers(cursor) {
+            Some(cursor.deeper(initial)?)
+        } else {
+            None
+        };
+        cursor.sign(";")?;
+        for name in names {
+            let own = Variable {
+                name: edge_memory(&name),
+                section: Section::Local,
+                of: TypeRef::Named(String::new()),
+                initial: None,
+                at: None,
+                constant: false,
+                retain,
+                line,
+            };
+            found.extend(edge.clone().map(|of| Variable { of, ..own.clone() }));
+            found.push(Variable {
+                name,
+                section,
+                of: of.clone(),
+                initial: initial.clone(),
+                at: at.clone(),
+                constant,
+                ..own
+            });
+        }
+    }
+    Ok(found)
+}
+
+/// Whether `REF=` comes next; it is taken.
+fn refers(cursor: &mut Cursor) -> bool {
+    let is = cursor.is_word("REF") && matches!(cursor.second(), Token::Sign("="));
+    if is {
+        cursor.next();
+        cursor.next();
+    }
+    is
+}
+
+/// The name under which a declaration keeps what an instance's FB_Init is handed: `b : B(x := 1)`.
+pub const CONSTRUCTED: &str = "~constructed";
+
+fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
+    match cursor.next() {
+        Token::Direct(text) => Ok(text.to_ascii_uppercase()),
+        _ => {
+            let line = cursor.line();
+            Err(Fault::new(line, "behind AT a direct address such as %IX0.1 was expected"))
+        }
+    }
+}
+
+/// What a variable holds at first. What stands in brackets for arrays and structures is taken as it is.
+fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
+    let place = cursor.place();
+    if let Some(listed) = listed(cursor) {
+        return Ok(listed);
+    }
+    cursor.back_to(place);
+    if cursor.is_sign("[") || cursor.is_sign("(") {
+        let close = if cursor.is_sign("[") { "]" } else { ")" };
+        let open = if close == "]" { "[" } else { "(" };
+        let mut depth = 0_u32;
+        // What may be called in it: `3(0)` repeats a value, `G(0)` does not.
+        let mut calls = Vec::new();
+        loop {
+            if *cursor.peek() == Token::End {
+                return Err(cursor.unexpected(close));
+            }
+            if let Token::Word(name) = cursor.peek().clone()
+                && *cursor.second() == Token::Sign("(")
+            {
+                let value = Expr::Call(Path::name(name), Vec::new());
+                calls.push(Argument { name: None, is_output: false, value });
+            }
+            if cursor.is_sign(open) {
+                depth += 1;
+            }
+            if cursor.is_sign(close) {
+                depth -= 1;
+            }
+            cursor.next();
+            if depth == 0 {
+                break;
+            }
+        }
+        if cursor.is_sign(";") && open == "[" {
+            return Ok(Expr::Call(Path::name(UNREAD), calls));
+        }
+        cursor.back_to(place);
+        if let Ok(value) = expression(cursor) {
+            return Ok(value);
+        }
+        cursor.back_to(place);
+        while !cursor.is_sign(";") && *cursor.peek() != Token::End {
+            cursor.next();
+        }
+        return Ok(Expr::Call(Path::name(UNREAD), calls));
+    }
+    expression(cursor)
+}
+
+/// What stands for a value that cannot be read; it is given what may be called in that.
+pub const UNREAD: &str = "~initial";
+
+/// The name under which a declaration keeps the values of an array's elements: `a : ARRAY[1..2] OF INT := [1, 2]`.
+pub const LISTED: &str = "~listed";
+
+/// Values of elements, or of named parts, one by one.
+fn listed(cursor: &mut Cursor) -> Option<Expr> {
+    let is_parts = cursor.is_sign("(") && is_enumeration(cursor);
+    if is_parts && !names_parts(cursor) || !is_parts && !cursor.is_sign("[") {
+        return None;
+    }
+    cursor.next();
+    let close = if is_parts { ")" } else { "]" };
+    let mut found = Vec::new();
+    while !cursor.take_sign(close) {
+        let mut name = None;
+        if is_parts {
+            name = Some(cursor.name("a part's name").ok()?);
+            cursor.sign(":=").ok()?;
+        }
+        let value = cursor.deeper(initial).ok()?;
+        found.push(Argument { name, is_output: false, value });
+        if !cursor.take_sign(",") && !cursor.is_sign(close) {
+            return None;
+        }
+    }
+    let kind = if is_parts { CONSTRUCTED } else { LISTED };
+    Some(Expr::Call(Path::name(kind), found))
+}
+
+/// Whether a name and its value stand in the bracket that comes next.
+fn names_parts(cursor: &mut Cursor) -> bool {
+    let place = cursor.place();
+    cursor.next();
+    let is = cursor.name("a name").is_ok() && cursor.is_sign(":=");
+    cursor.back_to(place);
+    is
+}
+
+/// A type.
+pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
+    if cursor.take_word("ARRAY") {
+        cursor.sign("[")?;
+        let mut dimensions = Vec::new();
+        loop {
+            let low = expression(cursor)?;
+            cursor.sign("..")?;
+            dimensions.push((low, expression(cursor)?));
+            if !cursor.take_sign(",") {
+                break;
+            }
+        }
+        cursor.sign("]")?;
+        cursor.word("OF")?;
+        let of = cursor.deeper(type_ref)?;
+        return Ok(TypeRef::Array(dimensions, Box::new(of)));
+    }
+    if cursor.take_word("STRUCT") {
+        let mut parts = Vec::new();
+        while !cursor.take_word("END_STRUCT") {
+            let line = cursor.line();
+            let mut names = vec![cursor.name("a part's name or END_STRUCT")?];
+            while cursor.take_sign(",") {
+                names.push(cursor.name("a part's name")?);
+            }
+            cursor.sign(":")?;
+            let of = cursor.deeper(type_ref)?;
+            let start = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
+            cursor.sign(";")?;
+            parts.extend(names.into_iter().map(|name| Variable {
+                name,
+                section: Section::Local,
+                of: of.clone(),
+                initial: start.clone(),
+                at: None,
+                constant: false,
+                retain: false,
+                line,
+            }));
+        }
+        return Ok(TypeRef::Struct(parts));
+    }
+    if cursor.take_sign("(") {
+        let mut values = Vec::new();
+        loop {
+            let name = cursor.name("a value's name")?;
+            let number = if cursor.take_sign(":=") { Some(expression(cursor)?) } else { None };
+            values.push((name, number));
+            if !cursor.take_sign(",") {
+                break;
+            }
+        }
+        cursor.sign(")")?;
+        // CODESYS: the type of the numbers stands behind.
+        let base = cursor.is_one_of(NUMBERS).then(|| cursor.name("a type")).transpose()?;
+        return Ok(TypeRef::Enumeration(values, base.map(|base| Box::new(TypeRef::Named(base)))));
+    }
+    if cursor.take_word("POINTER") {
+        cursor.word("TO")?;
+        return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
+    }
+    if cursor.take_word("REFERENCE") {
+        cursor.word("TO")?;
+        return Ok(TypeRef::Reference(Box::new(cursor.deeper(type_ref)?)));
+    }
+    if cursor.take_word("REF_TO") {
+        return Ok(TypeRef::Pointer(Box::new(cursor.deeper(type_ref)?)));
+    }
+    let mut name = cursor.name("a type")?;
+    while cursor.take_sign(".") {
+        name = cursor.name("a type")?;
+    }
+    if same(&name, "STRING") || same(&name, "WSTRING") {
+        let mut length = None;
+        for (open, close) in [("(", ")"), ("[", "]")] {
+            if cursor.take_sign(open) {
+                length = Some(Box::new(expression(cursor)?));
+                cursor.sign(close)?;
+            }
+        }
+        return Ok(TypeRef::Text(length));
+    }
+    // Named values with the type of their numbers in front.
+    if cursor.is_sign("(") && is_enumeration(cursor) {
+        if !NUMBERS.iter().any(|number| same(number, &name)) {
+            return Ok(TypeRef::Named(name));
+        }
+        return match type_ref(cursor)? {
+            TypeRef::Enumeration(values, _) => {
+                Ok(TypeRef::Enumeration(values, Some(Box::new(TypeRef::Named(name)))))
+            }
+            other => Ok(other),
+        };
+    }
+    // A range of numbers, which a variable may leave at run time.
+    if cursor.is_sign("(") {
+        cursor.next();
+        let least = expression(cursor)?;
+        let most = match cursor.take_sign("..") {
+            true => expression(cursor)?,
+            false => least.clone(),
+        };
+        cursor.sign(")")?;
+        return Ok(TypeRef::Subrange(Box::new(TypeRef::Named(name)), Box::new((least, most))));
+    }
+    Ok(TypeRef::Named(name))
+}
+
+/// The types that the values of an enumeration can have.
+const NUMBERS: &[&str] = &[
+    "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD",
+    "LWORD",
+];
+
+/// Whether named values stand in the bracket that comes next, and no range or length.
+fn is_enumeration(cursor: &mut Cursor) -> bool {
+    let place = cursor.place();
+    let is = cursor.take_sign("(")
+        && cursor.name("a name").is_ok()
+        && (cursor.is_sign(",") || cursor.is_sign(":="));
+    cursor.back_to(place);
+    is
+}
+
+/// The variable that remembers an input of which only edges count.
+#[must_use]
+pub(super) fn edge_memory(name: &str) -> String {
+    format!("~edge.{name}")
+}
+
+/// The block that remembers an input of which only edges count, if the next word says so.
+fn edge(cursor: &mut Cursor) -> Option<TypeRef> {
+    let of = match (cursor.take_word("R_EDGE"), cursor.take_word("F_EDGE")) {
+        (true, _) => "R_TRIG",
+        (_, true) => "F_TRIG",
+        _ => return None,
+    };
+    Some(TypeRef::Named(of.to_owned()))
+}
+
+/// The declarations between TYPE and END_TYPE; the first word is taken already.
+pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> {
+    let mut found = Vec::new();
+    while !cursor.take_word("END_TYPE") {
+        let line = cursor.line();
+        let name = cursor.name("a type's name or END_TYPE")?;
+        let extends = match cursor.take_word("EXTENDS") {
+            true => Some(cursor.name("a type's name")?),
+            false => None,
+        };
+        cursor.sign(":")?;
+        let of = type_ref(cursor)?;
+        let start = if cursor.take_sign(":=") { Some(initial(cursor)?) } else { None };
+        cursor.take_sign(";");
+        found.push(TypeDeclaration { name, extends, of, initial: start, file: 0, line });
+    }
+    Ok(found)
+}
+
+/// A task's properties in brackets: interval in nanoseconds, priority.
+pub(super) fn task(cursor: &mut Cursor) -> Result<(Option<i64>, Option<String>), Fault> {
+    let (mut interval, mut priority) = (None, None);
+    for Argument { name, value, .. } in super::expression::arguments(cursor)? {
+        match (name.as_deref().map(str::to_ascii_uppercase).as_deref(), value) {
+            (Some("INTERVAL"), Expr::Literal(Literal::Time(time))) => interval = Some(time),
+            (Some("PRIORITY"), Expr::Literal(Literal::Int(number, _))) => {
+                priority = Some(number.to_string());
+            }
+            _ => {}
+        }
+    }
+    Ok((interval, priority))
+}

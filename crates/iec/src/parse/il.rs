@@ -1,0 +1,452 @@
+//! Instruction lists, as statements that they come down to: the current result is an expression until something is done
+//! with it.
+
+use super::cursor::Cursor;
+use super::expression::{argument, arguments, path, unary};
+use crate::ast::{Argument, Expr, Kind, Operator, Path, Statement};
+use crate::fault::Fault;
+use crate::lexer::Token;
+use crate::same;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Words that begin an instruction, to tell a list from structured text.
+const WORDS: &[&str] = &[
+    "LD", "LDN", "ST", "STN", "AND", "ANDN", "OR", "ORN", "XOR", "XORN", "JMP", "JMPC", "JMPCN",
+    "CAL", "CALC", "CALCN", "RET", "RETC", "RETCN",
+];
+
+/// Whether an instruction list begins here.
+pub(super) fn begins(cursor: &mut Cursor) -> bool {
+    let start = cursor.place();
+    while cursor.take_pragma().is_some() {}
+    // Labels may stand in front of it.
+    while matches!(cursor.peek(), Token::Word(_)) && matches!(cursor.second(), Token::Sign(":")) {
+        cursor.next();
+        cursor.next();
+    }
+    let operand = !matches!(cursor.second(), Token::Sign(":=" | "." | "[" | "=>"));
+    let is_instruction = cursor.is_one_of(WORDS) && operand;
+    cursor.back_to(start);
+    is_instruction
+}
+
+/// How names begin under which the result is kept on each of the ways that meet at a label.
+pub const MERGED: &str = "~label ";
+
+/// Words that take the result for an input of a function block, and carry the block out.
+const INPUTS: &[&str] = &["CLK", "IN", "PT", "CU", "CD", "PV", "S1", "R1"];
+
+/// Behind so many operators the result is kept, so that no expression is as deep as it is long.
+const ROW: usize = 100;
+/// Conditions, in which nothing can be kept, have so many operators at most.
+const LONGEST: usize = 400;
+
+/// What a list has come to.
+#[derive(Default)]
+struct List {
+    result: Option<Expr>,
+    statements: Vec<Statement>,
+    kept: usize,
+    /// It stores nothing.
+    is_condition: bool,
+    /// How many operators there were.
+    operators: usize,
+    /// The labels that jumps lead to, and whether there is a result on all of these ways.
+    jumps: BTreeMap<String, bool>,
+    /// Labels behind which the result is asked for.
+    asked: BTreeSet<String>,
+}
+
+impl List {
+    fn within(outer: &List, result: Option<Expr>) -> List {
+        let is_condition = outer.is_condition;
+        List { result, kept: outer.kept, is_condition, ..List::default() }
+    }
+
+    fn add(&mut self, line: u32, kind: Kind) {
+        self.statements.push(Statement { line, kind });
+    }
+
+    fn result(&self, line: u32) -> Result<Expr, Fault> {
+        let none = || Fault::new(line, "no result is there yet").help("begin with LD");
+        self.result.clone().ok_or_else(none)
+    }
+
+    /// Keeps the result in a variable of its own, since what it is made of may change.
+    fn keep(&mut self, line: u32) -> Result<Expr, Fault> {
+        let result = self.result(line)?;
+        let at = self.statements.len();
+        let kept = self.keep_at(line, at, result);
+        self.result = Some(kept.clone());
+        Ok(kept)
+    }
+
+    /// Keeps a value in front of a statement.
+    fn keep_at(&mut self, line: u32, at: usize, value: Expr) -> Expr {
+        if matches!(&value, Expr::Literal(_)) || is_kept(&value) {
+            return value;
+        }
+        self.kept += 1;
+        let kept = Path::name(format!("~il{line}_{}", self.kept));
+        let kind = Kind::Assign(kept.clone(), value);
+        self.statements.insert(at, Statement { line, kind });
+        Expr::Variable(kept)
+    }
+
+    /// Leaves the result for another one, or goes elsewhere with it: it is worked out all the same.
+    fn leave(&mut self, line: u32) {
+        if self.result.is_some() {
+            let _ = self.keep(line);
+        }
+    }
+
+    /// A way leads to a label with the result that is there.
+    fn lead(&mut self, line: u32, label: &str) {
+        if let Some(result) = self.result.clone() {
+            self.add(line, Kind::Assign(merged(label), result));
+        }
+    }
+
+    /// Ways that do not meet with a result that is asked for need not keep it.
+    fn finish(self) -> Vec<Statement> {
+        let asked: Vec<Path> = self.asked.iter().map(|label| merged(label)).collect();
+        let is_needed = |one: &Statement| match &one.kind {
+            Kind::Assign(target, _) => !target.first.starts_with(MERGED) || asked.contains(target),
+            _ => true,
+        };
+        self.statements.into_iter().filter(is_needed).collect()
+    }
+}
+
+fn merged(label: &str) -> Path {
+    Path::name(format!("{MERGED}{}", label.to_ascii_uppercase()))
+}
+
+fn is_kept(result: &Expr) -> bool {
+    matches!(result, Expr::Variable(path) if path.first.starts_with('~'))
+}
+
+/// Reads a list up to the end of a body.
+pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault> {
+    let mut list = List::default();
+    read(cursor, &mut list, &[])?;
+    let line = cursor.line();
+    list.leave(line);
+    Ok(list.finish())
+}
+
+/// Reads a list that stores nothing, up to one of these words: its result.
+pub(super) fn value(cursor: &mut Cursor, ends: &[&str]) -> Result<Expr, Fault> {
+    let line = cursor.line();
+    let mut list = List { is_condition: true, ..List::default() };
+    read(cursor, &mut list, ends)?;
+    if let Some(first) = list.statements.first() {
+        return Err(Fault::new(first.line, "a condition stores nothing"));
+    }
+    list.result(line)
+}
+
+const ENDS: &[&str] =
+    &["END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK", "END_ACTION", "END_TRANSITION"];
+
+fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault> {
+    loop {
+        if *cursor.peek() == Token::End
+            || cursor.is_one_of(ends)
+            || cursor.is_one_of(ENDS)
+            || cursor.is_sign(")")
+        {
+            return Ok(());
+        }
+        let line = cursor.line();
+        if let Some(text) = cursor.take_pragma() {
+            // What it leaves as the result is not known.
+            list.leave(line);
+            list.result = None;
+            list.add(line, Kind::Foreign(text, None));
+            continue;
+        }
+        let word = match cursor.take_sign("&") {
+            false => cursor.name("an instruction")?,
+            // The other way to write AND, and `&N`.
+            true => {
+                let start = cursor.place();
+                let negates = !cursor.is_line_end() && cursor.take_word("N");
+                match negates && !cursor.is_line_end() {
+                    true => "ANDN".to_owned(),
+                    false => {
+                        cursor.back_to(start);
+                        "AND".to_owned()
+                    }
+                }
+            }
+        };
+        // No instruction's operand stands in the next line.
+        if !cursor.is_line_end() && cursor.take_sign(":") {
+            label(cursor, list, word, line)?;
+            continue;
+        }
+        instruction(cursor, list, &word.to_ascii_uppercase(), line)?;
+        cursor.take_sign(";");
+    }
+}
+
+/// A label, where ways may meet that bring different results.
+fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Result<(), Fault> {
+    list.leave(line);
+    let is_same = |one: &Statement| matches!(&one.kind, Kind::Label(own) if same(own, &label));
+    if list.statements.iter().any(is_same) {
+        return Err(Fault::new(line, format!("there are two labels {label}")));
+    }
+    let has_result = list.jumps.get(&label.to_ascii_uppercase()).copied();
+    // Where a new result is loaded, or the list ends, the old one is not asked for.
+    let is_left =
+        cursor.is_one_of(&["LD", "LDN"]) || cursor.is_one_of(ENDS) || *cursor.peek() == Token::End;
+    if let (Some(has_result), false) = (has_result, is_left) {
+        list.lead(line, &label);
+        let is_known = has_result && list.result.is_some();
+        list.result = is_known.then(|| Expr::Variable(merged(&label)));
+        list.asked.insert(label.to_ascii_uppercase());
+    }
+    list.add(line, Kind::Label(label));
+    Ok(())
+}
+
+fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
+    match word {
+        "LD" | "LDN" => {
+            list.leave(line);
+            let value = operand(cursor, list)?;
+            list.result = Some(if word == "LDN" { value.not() } else { value });
+        }
+        "ST" | "STN" => {
+            let result = list.keep(line)?;
+            let target = path(cursor)?;
+            list.add(line, Kind::Assign(target, if word == "STN" { result.not() } else { result }));
+        }
+        "S" | "R" => {
+            let result = list.keep(line)?;
+            let target = path(cursor)?;
+            list.add(line, Kind::Latch(target, word == "S", result));
+        }
+        "NOT" => list.result = Some(list.result(line)?.not()),
+        "JMP" | "JMPC" | "JMPCN" => {
+            let label = cursor.name("a label")?;
+            list.leave(line);
+            let condition = condition(list, &word[3..], line)?;
+            let has_result = list.jumps.entry(label.to_ascii_uppercase()).or_insert(true);
+            *has_result &= list.result.is_some();
+            list.lead(line, &label);
+            list.add(line, Kind::Jump(condition, label));
+        }
+        "RET" | "RETC" | "RETCN" => {
+            list.leave(line);
+            let condition = condition(list, &word[3..], line)?;
+            list.add(line, Kind::Return(condition));
+        }
+        "CAL" | "CALC" | "CALCN" => {
+            let condition = condition(list, &word[3..], line)?;
+            let target = path(cursor)?;
+            let given = if cursor.is_sign("(") { given(cursor, list)? } else { Vec::new() };
+            // What is called may change what the result is made of.
+            list.leave(line);
+            list.add(line, Kind::CallIf(condition, target, given));
+        }
+        _ if INPUTS.contains(&word) && !cursor.is_line_end() && !cursor.is_sign("(") => {
+            let value = list.keep(line)?;
+            let target = path(cursor)?;
+            let given = Argument { name: Some(word.to_owned()), is_output: false, value };
+            list.add(line, Kind::Call(target, vec![given]));
+        }
+        _ => match operator(word) {
+            Some((operator, negated)) => {
+                let mut left = list.result(line)?;
+                let before = list.statements.len();
+                let right = operand(cursor, list)?;
+                if list.statements.len() > before {
+                    left = list.keep_at(line, before, left);
+                }
+                let right = if negated { right.not() } else { right };
+                list.result = Some(Expr::Binary(operator, Box::new(left), Box::new(right)));
+                list.operators += 1;
+                if list.operators.is_multiple_of(ROW) && !list.is_condition {
+                    list.keep(line)?;
+                } else if list.is_condition && list.operators > LONGEST {
+                    let message =
+                        format!("a condition of more than {LONGEST} operators is not followed");
+                    return Err(Fault::new(line, message).help("store parts of it in variables"));
+                }
+            }
+            None => function(cursor, list, word, line)?,
+        },
+    }
+    Ok(())
+}
+
+/// A function's name: the result is its first input, the others follow in the line.
+fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
+    let first = list.result.clone();
+    let mut given: Vec<Argument> = first.into_iter().map(unnamed).collect();
+    if !cursor.is_line_end() && cursor.is_sign("(") {
+        // The result is no input of it, and has been worked out all the same.
+        list.leave(line);
+        given = arguments(cursor)?;
+    } else {
+        while !cursor.is_line_end() {
+            // An operand alone: an operator would be the next instruction.
+            given.push(unnamed(unary(cursor)?));
+            if !cursor.take_sign(",") {
+                break;
+            }
+        }
+    }
+    if given.is_empty() {
+        return Err(Fault::new(line, format!("'{word}' is no instruction")));
+    }
+    list.result = Some(Expr::Call(Path::name(word), given));
+    Ok(())
+}
+
+/// What an instance is handed, where inputs may have lists of their own in brackets.
+fn given(cursor: &mut Cursor, list: &mut List) -> Result<Vec<Argument>, Fault> {
+    cursor.sign("(")?;
+    let mut found = Vec::new();
+    while !cursor.take_sign(")") {
+        let start = cursor.place();
+        let name = cursor.next();
+        let is_list = cursor.take_sign(":=") && cursor.take_sign("(") && begins(cursor);
+        cursor.back_to(start);
+        found.push(match name {
+            Token::Word(name) if is_list => {
+                cursor.next();
+                cursor.next();
+                Argument { name: Some(name), is_output: false, value: operand(cursor, list)? }
+            }
+            _ => cursor.deeper(argument)?,
+        });
+        if !cursor.take_sign(",") {
+            cursor.sign(")")?;
+            break;
+        }
+    }
+    Ok(found)
+}
+
+fn unnamed(value: Expr) -> Argument {
+    Argument { name: None, is_output: false, value }
+}
+
+/// An operand, or a list in brackets.
+fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
+    if !cursor.take_sign("(") {
+        return unary(cursor);
+    }
+    let line = cursor.line();
+    let inner = if begins(cursor) {
+        let mut inner = List::within(list, None);
+        cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
+        list.kept = inner.kept;
+        list.statements.extend(inner.statements.clone());
+        inner
+    } else {
+        let first = unary(cursor)?;
+        let mut inner = List::within(list, Some(first));
+        cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
+        list.kept = inner.kept;
+        list.statements.extend(inner.statements.clone());
+        inner
+    };
+    cursor.sign(")")?;
+    inner.result(line)
+}
+
+fn condition(list: &mut List, modifier: &str, line: u32) -> Result<Expr, Fault> {
+    match modifier {
+        "" => Ok(Expr::bool(true)),
+        "C" => list.keep(line),
+        _ => Ok(list.keep(line)?.not()),
+    }
+}
+
+fn operator(word: &str) -> Option<(Operator, bool)> {
+    let plain = |word: &str| {
+        Some(match word {
+            "AND" | "&" => Operator::And,
+            "OR" => Operator::Or,
+            "XOR" => Operator::Xor,
+            "ADD" => Operator::Add,
+            "SUB" => Operator::Subtract,
+            "MUL" => Operator::Multiply,
+            "DIV" => Operator::Divide,
+            "MOD" => Operator::Modulo,
+            "GT" => Operator::Greater,
+            "GE" => Operator::GreaterOrEqual,
+            "EQ" => Operator::Equal,
+            "NE" => Operator::NotEqual,
+            "LE" => Operator::LessOrEqual,
+            "LT" => Operator::Less,
+            _ => return None,
+        })
+    };
+    let negated = ["ANDN", "ORN", "XORN"].iter().any(|own| same(own, word));
+    if negated {
+        plain(&word[..word.len() - 1]).map(|own| (own, true))
+    } else {
+        plain(word).map(|own| (own, false))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::ast::{Expr, Kind, Statement};
+    use crate::parse::{instruction_list, instruction_list_value};
+    use crate::show;
+
+    #[test]
+    fn lists_come_down_to_statements() {
+        let text = "LD a\nANDN b\nOR( c\nAND d\n)\nST e\nR f\nCALC t(IN := a)\nLD x\nADD 1\nST x\nMAX 5\nST y\nJMPC out\nout:\nLD 1\n";
+        let read = instruction_list(text, 1).expect("a list");
+        assert_eq!(
+            show::statements(&read, 0),
+            "~il6_1 := a AND NOT b OR c AND d;\ne := ~il6_1;\nIF ~il6_1 THEN f := FALSE; END_IF;\n\
+             IF ~il6_1 THEN t(IN := a); END_IF;\n~il11_2 := x + 1;\nx := ~il11_2;\n~il13_3 := MAX(~il11_2, 5);\n\
+             y := ~il13_3;\nIF ~il13_3 THEN JMP out; END_IF;\nout:\n"
+        );
+    }
+
+    #[test]
+    fn ways_that_meet_at_a_label_bring_their_results() {
+        let text = "LD a\nJMPC out\nLD b\nout:\nST c\n";
+        let read = instruction_list(text, 1).expect("a list");
+        assert_eq!(
+            show::statements(&read, 0),
+            "~il2_1 := a;\n~label OUT := ~il2_1;\nIF ~il2_1 THEN JMP out; END_IF;\n~il4_2 := b;\n~label OUT := ~il4_2;\nout:\nc := ~label OUT;\n"
+        );
+        // On one of the ways nothing was loaded.
+        assert!(instruction_list("JMP out\nLD b\nout:\nST c\n", 1).is_err());
+    }
+
+    #[test]
+    fn what_is_called_is_called_whoever_asks_for_its_result() {
+        let read = instruction_list("LD a\nF\nLD b\nST c\n", 1).expect("a list");
+        assert_eq!(show::statements(&read, 0), "~il3_1 := F(a);\n~il4_2 := b;\nc := ~il4_2;\n");
+        let read = instruction_list("LD a\nCAL f(x := 1)\nST c\nLD b\nIN t\n", 1).expect("a list");
+        assert_eq!(
+            show::statements(&read, 0),
+            "~il2_1 := a;\nf(x := 1);\nc := ~il2_1;\n~il5_2 := b;\nt(IN := ~il5_2);\n"
+        );
+    }
+
+    #[test]
+    fn a_condition_is_a_value() {
+        let read = instruction_list("LD a\nF\nF(i := b)\nST c\n", 1).expect("a list");
+        let is_call = |one: &&Statement| matches!(&one.kind, Kind::Assign(_, Expr::Call(..)));
+        assert_eq!(read.iter().filter(is_call).count(), 2, "{read:?}");
+        let long = format!("LD a\n{}ST c\n", "AND b\n".repeat(5_000));
+        assert!(instruction_list(&long, 1).is_ok());
+        let value = instruction_list_value("LD a\nAND b\nGT 3", 1).expect("a value");
+        assert_eq!(show::expr(&value), "(a AND b) > 3");
+        assert!(instruction_list_value("LD a\nST b", 1).is_err());
+        assert!(instruction_list("AND a", 1).is_err());
+    }
+}

@@ -1,0 +1,171 @@
+//! The textual languages of IEC 61131-3: structured text, instruction list, textual charts, declarations.
+
+mod chart;
+mod cursor;
+mod declaration;
+mod expression;
+mod il;
+mod statement;
+mod unit;
+
+use super::ast::{Expr, Statement};
+use super::fault::{Fault, short};
+use super::lexer::{Token, tokens};
+use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
+use cursor::Cursor;
+pub use declaration::{CONSTRUCTED, LISTED, UNREAD};
+pub use expression::duration;
+pub use il::MERGED;
+use scanbound_base::code::Code;
+
+/// A method without a body and variables.
+pub(super) fn method(name: &str, result: Option<TypeRef>, line: u32) -> Pou {
+    Pou { result, ..Pou::new(name, PouKind::Function, line) }
+}
+
+/// The method that reads (or writes) a property, without its body. What is written is an input of the property's name.
+pub(super) fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> Pou {
+    if reads {
+        return method(&super::getter(property), Some(of.clone()), line);
+    }
+    let value = Variable {
+        name: property.to_owned(),
+        section: Section::Input,
+        of: of.clone(),
+        initial: None,
+        at: None,
+        constant: false,
+        retain: false,
+        line,
+    };
+    Pou { variables: vec![value], ..method(&super::setter(property), None, line) }
+}
+
+/// Gives VAR_STAT and VAR_INST of a unit a place of their own.
+///
+/// # Errors
+/// Where that is not followed.
+pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
+    unit::apart(project, pou)
+}
+
+/// Reads an expression that begins at a line.
+///
+/// # Errors
+/// Its first fault.
+pub fn expression(text: &str, line: u32) -> Result<Expr, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let expr = expression::expression(&mut cursor)?;
+    cursor.take_sign(";");
+    cursor.end()?;
+    Ok(expr)
+}
+
+/// Reads statements in structured text.
+///
+/// # Errors
+/// Their first fault.
+pub fn statements(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = statement::statements(&mut cursor, &[])?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads an instruction list.
+///
+/// # Errors
+/// Its first fault.
+pub fn instruction_list(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = il::instructions(&mut cursor)?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// The value that an instruction list leaves, as the condition of a transition has it.
+///
+/// # Errors
+/// Its first fault.
+pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = il::value(&mut cursor, &[])?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads variables' declarations (`VAR ... END_VAR`).
+///
+/// # Errors
+/// Their first fault.
+pub fn declarations(text: &str, line: u32) -> Result<Vec<Variable>, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let mut found = Vec::new();
+    while let Some(section) = declaration::section(&mut cursor) {
+        found.extend(declaration::variables(&mut cursor, section)?);
+    }
+    Ok(found)
+}
+
+/// Looks at the pragmas and comments of a declaration.
+///
+/// # Errors
+/// That one of them may change what the declaration says.
+pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
+    match tokens(text, 1, false) {
+        Err(fault) if matches!(fault.code, Code::Pragma | Code::Comments) => Err(fault),
+        Err(_) => Ok(()),
+        Ok(found) => found.into_iter().try_for_each(|one| match one.token {
+            Token::Pragma(text) => Err(foreign(&text, one.line)),
+            _ => Ok(()),
+        }),
+    }
+}
+
+/// The fault of code in a pragma where none is carried out, or nothing is stated of it.
+pub(crate) fn foreign(text: &str, line: u32) -> Fault {
+    let told = format!("what the pragma {} does is not known", short(text));
+    Fault::new(line, told).code(Code::Pragma).text(text)
+}
+
+/// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not ASCII.
+pub fn reads_alike(one: &str, other: &str) -> bool {
+    let plain = |text: &str| -> String {
+        text.split(|c: char| !c.is_ascii())
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join("?")
+    };
+    let shown = |text: &str| {
+        let found = tokens(text, 1, true).map_err(|fault| fault.code)?;
+        Ok::<_, Code>(
+            found.into_iter().map(|one| plain(&format!("{:?}", one.token))).collect::<Vec<_>>(),
+        )
+    };
+    shown(one) == shown(other)
+}
+
+/// Reads a type as it is written behind a variable's colon.
+///
+/// # Errors
+/// Its first fault.
+pub fn type_ref(text: &str, line: u32) -> Result<TypeRef, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = declaration::type_ref(&mut cursor)?;
+    cursor.end()?;
+    Ok(found)
+}
+
+/// Reads a file of units, types and configurations. Charts are checked to be whole: each step that is named is there.
+///
+/// # Errors
+/// Its faults, all that could be found.
+pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    unit::file(name, text)
+}
+
+/// Whether a text may be a file of units in the textual languages.
+#[must_use]
+pub fn is_units(text: &str) -> bool {
+    unit::begins(text)
+}

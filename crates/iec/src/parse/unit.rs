@@ -1,0 +1,490 @@
+//! Files of programs, function blocks, functions, types and configurations.
+
+use super::chart;
+use super::cursor::Cursor;
+use super::declaration::{edge_memory, section, task, types, variables};
+use super::il;
+use super::statement::statements;
+use crate::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::comment::Comments;
+use crate::fault::Fault;
+use crate::lexer::{Token, first_words};
+use crate::lists;
+use crate::{
+    Body, Connected, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same,
+};
+
+const BEGIN: &[&str] = &[
+    "PROGRAM",
+    "FUNCTION_BLOCK",
+    "FUNCTION",
+    "INTERFACE",
+    "TYPE",
+    "CONFIGURATION",
+    "VAR_GLOBAL",
+    "RESOURCE",
+];
+
+/// Whether a text begins as a file of units does.
+pub(super) fn begins(text: &str) -> bool {
+    // A name, or a declaration, follows: `PROGRAM main VAR`.
+    let begins = |reading| match &first_words(text, reading)[..] {
+        [first, _] => BEGIN.iter().any(|own| same(own, first)),
+        _ => false,
+    };
+    begins(Comments::Nested) || begins(Comments::Flat)
+}
+
+/// Reads a file.
+pub(super) fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    let mut project = Project { files: vec![name.to_owned()], ..Project::default() };
+    let mut cursor = Cursor::new(text, 1).map_err(|fault| vec![fault])?;
+    let mut faults = Vec::new();
+    while *cursor.peek() != Token::End {
+        if let Err(fault) = unit(&mut cursor, &mut project) {
+            faults.push(fault);
+            // Goes on behind the unit that is at fault.
+            const ENDS: &[&str] = &[
+                "END_PROGRAM",
+                "END_FUNCTION_BLOCK",
+                "END_FUNCTION",
+                "END_INTERFACE",
+                "END_TYPE",
+                "END_CONFIGURATION",
+            ];
+            while *cursor.peek() != Token::End && !cursor.is_one_of(ENDS) {
+                cursor.next();
+            }
+            cursor.next();
+        }
+    }
+    if faults.is_empty() { Ok(project) } else { Err(faults) }
+}
+
+fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
+    let line = cursor.line();
+    if cursor.take_sign(";") {
+        return Ok(());
+    }
+    if cursor.take_word("TYPE") {
+        project.types.extend(types(cursor)?);
+        return Ok(());
+    }
+    if cursor.take_word("CONFIGURATION") {
+        return configuration(cursor, project);
+    }
+    if let Some(section) = section(cursor) {
+        let found = variables(cursor, section)?;
+        let names = found.iter().map(|one| one.name.clone()).collect();
+        project.lists.push((lists::of_file(&project.files[0]).to_owned(), names));
+        project.globals.push((String::new(), found));
+        return Ok(());
+    }
+    if matches!(cursor.peek(), Token::Pragma(_)) {
+        return Err(cursor.unexpected("a unit"));
+    }
+    let (kind, end) = match cursor.next() {
+        Token::Word(word) if same(&word, "PROGRAM") => (PouKind::Program, "END_PROGRAM"),
+        Token::Word(word) if same(&word, "FUNCTION_BLOCK") => {
+            (PouKind::FunctionBlock, "END_FUNCTION_BLOCK")
+        }
+        Token::Word(word) if same(&word, "FUNCTION") => (PouKind::Function, "END_FUNCTION"),
+        Token::Word(word) if same(&word, "INTERFACE") => (PouKind::Interface, "END_INTERFACE"),
+        _ => {
+            let help = "write PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION";
+            return Err(Fault::new(line, "no unit begins here").help(help));
+        }
+    };
+    let mut pou = pou(cursor, kind, end, line)?;
+    if matches!(kind, PouKind::Program | PouKind::FunctionBlock) {
+        actions_behind(cursor, &mut pou)?;
+    }
+    apart(project, &mut pou)?;
+    project.pous.push(pou);
+    Ok(())
+}
+
+/// What may stand between METHOD, PROPERTY or FUNCTION_BLOCK and its name.
+const MODIFIERS: &[&str] =
+    &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"];
+
+/// Whether PRIVATE is among them.
+fn modifiers(cursor: &mut Cursor) -> bool {
+    let mut is_private = false;
+    // A modifier alone is the unit's name.
+    while cursor.is_one_of(MODIFIERS) && matches!(cursor.second(), Token::Word(_)) {
+        is_private |= cursor.is_word("PRIVATE");
+        cursor.next();
+    }
+    is_private
+}
+
+fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, Fault> {
+    let is_private = modifiers(cursor);
+    let name = cursor.name("a unit's name")?;
+    let mut pou = Pou { is_private, ..Pou::new(&name, kind, line) };
+    if kind == PouKind::Interface && cursor.is_word("EXTENDS") {
+        pou.implements = named_list(cursor)?;
+    } else if cursor.take_word("EXTENDS") {
+        pou.extends = Some(qualified(cursor)?);
+    }
+    if cursor.is_word("IMPLEMENTS") {
+        pou.implements = named_list(cursor)?;
+    }
+    if cursor.take_sign(":") {
+        pou.result = Some(super::declaration::type_ref(cursor)?);
+    }
+    let place = pou.name.clone();
+    let within = |fault: Fault| fault.within(&place);
+    while let Some(section) = section(cursor) {
+        pou.variables.extend(variables(cursor, section).map_err(within)?);
+    }
+    if kind != PouKind::Function {
+        methods(cursor, &mut pou).map_err(within)?;
+    }
+    if kind != PouKind::Interface {
+        body(cursor, &mut pou, end).map_err(within)?;
+    }
+    if kind != PouKind::Function {
+        methods(cursor, &mut pou).map_err(within)?;
+    }
+    cursor.word(end).map_err(within)?;
+    edges(&mut pou).map_err(within)?;
+    Ok(pou)
+}
+
+/// Of inputs with R_EDGE or F_EDGE a body sees edges, as if it began with the trigger that says so.
+fn edges(pou: &mut Pou) -> Result<(), Fault> {
+    let inputs = pou.variables.iter().filter(|one| one.section == Section::Input);
+    let has_memory =
+        |one: &&Variable| pou.variables.iter().any(|other| other.name == edge_memory(&one.name));
+    let inputs: Vec<Variable> = inputs.filter(has_memory).cloned().collect();
+    for one in inputs {
+        let line = one.line;
+        let Body::Code(_, statements) = &mut pou.body else {
+            let what = format!("{}: edges of inputs of a chart are not followed", one.name);
+            return Err(Fault::new(line, what).help("call R_TRIG or F_TRIG yourself"));
+        };
+        if pou.kind != PouKind::FunctionBlock {
+            let what = format!("{}: only a function block remembers edges of its inputs", one.name);
+            return Err(Fault::new(line, what));
+        }
+        let memory = Path::name(edge_memory(&one.name));
+        let value = Expr::name(one.name.clone());
+        let given = vec![Argument { name: Some("CLK".to_owned()), is_output: false, value }];
+        let seen = Expr::Variable(memory.clone().with("Q"));
+        let begins = [Kind::Call(memory, given), Kind::Assign(Path::name(one.name), seen)];
+        statements.splice(0..0, begins.map(|kind| Statement { line, kind }));
+    }
+    Ok(())
+}
+
+/// The name of a unit, which a library's may stand before.
+fn qualified(cursor: &mut Cursor) -> Result<String, Fault> {
+    let mut name = cursor.name("a unit's name")?;
+    while cursor.take_sign(".") {
+        name = cursor.name("a unit's name")?;
+    }
+    Ok(name)
+}
+
+/// `IMPLEMENTS a, b`
+fn named_list(cursor: &mut Cursor) -> Result<Vec<String>, Fault> {
+    cursor.next();
+    let mut found = vec![qualified(cursor)?];
+    while cursor.take_sign(",") {
+        found.push(qualified(cursor)?);
+    }
+    Ok(found)
+}
+
+/// `METHOD PUBLIC name : type ... END_METHOD` and `PROPERTY name : type ... END_PROPERTY`.
+fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    loop {
+        let line = cursor.line();
+        if cursor.take_word("METHOD") {
+            let kind = PouKind::Function;
+            let method = match pou.kind {
+                PouKind::Interface => signature(cursor, line)?,
+                _ => self::pou(cursor, kind, "END_METHOD", line)?,
+            };
+            pou.methods.push(method);
+        } else if cursor.take_word("PROPERTY") {
+            property(cursor, pou)?;
+        } else {
+            return Ok(());
+        }
+    }
+}
+
+/// A method of an interface, which has no body; END_METHOD may be missing.
+fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
+    modifiers(cursor);
+    let name = cursor.name("a method's name")?;
+    let mut method = super::method(&name, None, line);
+    if cursor.take_sign(":") {
+        method.result = Some(super::declaration::type_ref(cursor)?);
+    }
+    cursor.take_sign(";");
+    while let Some(section) = section(cursor) {
+        method.variables.extend(variables(cursor, section)?);
+    }
+    cursor.take_word("END_METHOD");
+    Ok(method)
+}
+
+/// `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY`: what reads it and what writes it are methods.
+fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    modifiers(cursor);
+    let name = cursor.name("a property's name")?;
+    cursor.sign(":")?;
+    let of = super::declaration::type_ref(cursor)?;
+    cursor.take_sign(";");
+    // Variables of the property itself are those of both.
+    let mut common = Vec::new();
+    while let Some(section) = section(cursor) {
+        common.extend(variables(cursor, section)?);
+    }
+    let is_interface = pou.kind == PouKind::Interface;
+    while cursor.is_one_of(&["GET", "SET", "PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"]) {
+        modifiers(cursor);
+        let line = cursor.line();
+        let reads = cursor.is_word("GET");
+        let end = if reads { "END_GET" } else { "END_SET" };
+        if !reads && !cursor.is_word("SET") {
+            return Err(cursor.unexpected("GET or SET"));
+        }
+        cursor.next();
+        let mut method = super::accessor(&name, &of, reads, line);
+        method.variables.extend(common.clone());
+        while let Some(section) = section(cursor) {
+            method.variables.extend(variables(cursor, section)?);
+        }
+        if is_interface {
+            cursor.take_sign(";");
+            cursor.take_word(end);
+        } else {
+            body(cursor, &mut method, end)?;
+            cursor.word(end)?;
+        }
+        pou.methods.push(method);
+    }
+    if is_interface && !cursor.is_word("END_PROPERTY") {
+        return Ok(());
+    }
+    cursor.word("END_PROPERTY")
+}
+
+/// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is one for
+/// each instance (VAR_INST) those of its unit, each under a name that nothing else has.
+pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
+    let unit = pou.name.clone();
+    let mut methods = std::mem::take(&mut pou.methods);
+    let found = methods.iter_mut().try_for_each(|method| {
+        let owner = format!("{unit}.{}", method.name);
+        move_out(project, &owner, method, Some(&mut pou.variables))
+    });
+    pou.methods = methods;
+    found.and_then(|()| {
+        let all = pou.clone();
+        move_out(project, &unit, pou, None)?;
+        // Methods name the variables of their unit, too.
+        let names = apart_of(&all);
+        for method in &mut pou.methods {
+            let hidden = |name: &str| method.variables.iter().any(|one| same(&one.name, name));
+            let own: Vec<_> = names.iter().filter(|name| !hidden(name)).cloned().collect();
+            rename(&mut method.body, &unit, &own)?;
+        }
+        Ok(())
+    })
+}
+
+fn apart_of(pou: &Pou) -> Vec<String> {
+    let own = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
+    pou.variables.iter().filter(own).map(|one| one.name.clone()).collect()
+}
+
+fn move_out(
+    project: &mut Project,
+    owner: &str,
+    pou: &mut Pou,
+    mut instance: Option<&mut Vec<Variable>>,
+) -> Result<(), Fault> {
+    let names = apart_of(pou);
+    if names.is_empty() {
+        return Ok(());
+    }
+    let (moved, own): (Vec<_>, Vec<_>) =
+        pou.variables.drain(..).partition(|one| names.contains(&one.name));
+    pou.variables = own;
+    let mut global = Vec::new();
+    for one in moved {
+        let is_static = one.section == Section::Static;
+        let named = Variable { name: format!("{owner}.{}", one.name), ..one };
+        match &mut instance {
+            Some(list) if !is_static => list.push(Variable { section: Section::Local, ..named }),
+            _ => global.push(Variable { section: Section::Global, ..named }),
+        }
+    }
+    if !global.is_empty() {
+        project.globals.push((String::new(), global));
+    }
+    rename(&mut pou.body, owner, &names)?;
+    for action in &mut pou.actions {
+        rename(&mut action.body, owner, &names)?;
+    }
+    Ok(())
+}
+
+/// Gives variables in code the names that they have elsewhere.
+fn rename(body: &mut Body, owner: &str, names: &[String]) -> Result<(), Fault> {
+    if names.is_empty() {
+        return Ok(());
+    }
+    let statements = match body {
+        Body::Code(_, statements) => statements,
+        Body::Unread(..) => return Ok(()),
+        Body::Chart(_) => {
+            let what = "VAR_STAT and VAR_INST of what has a chart are not followed";
+            let help = "declare the variables as VAR, or VAR_GLOBAL";
+            return Err(Fault::new(0, what).within(owner).help(help));
+        }
+    };
+    let change = |path: &mut Path| {
+        if let Some(own) = names.iter().find(|own| same(own, &path.first)) {
+            path.first = format!("{owner}.{own}");
+        }
+    };
+    crate::ast::change(
+        statements,
+        &mut |expr| crate::ast::paths_of(expr, &mut |path| change(path)),
+        &mut |path| crate::ast::path_of(path, &mut |path| change(path)),
+    );
+    Ok(())
+}
+
+fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
+    if chart::begins(cursor) {
+        let (chart, actions) = chart::chart(cursor, action)?;
+        pou.body = Body::Chart(Box::new(chart));
+        pou.actions = actions;
+        return Ok(());
+    }
+    if il::begins(cursor) {
+        pou.body = Body::Code(Language::Il, il::instructions(cursor)?);
+    } else {
+        pou.body =
+            Body::Code(Language::St, statements(cursor, &[end, "ACTION", "METHOD", "PROPERTY"])?);
+    }
+    while cursor.is_word("ACTION") {
+        pou.actions.push(action(cursor)?);
+    }
+    Ok(())
+}
+
+/// The actions that stand behind the end of their unit, as CoDeSys 2.3 and B&R export them, or in `ACTIONS unit ... END_ACTIONS`.
+fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
+    let place = pou.name.clone();
+    loop {
+        if cursor.is_word("ACTION") {
+            pou.actions.push(action(cursor).map_err(|fault| fault.within(&place))?);
+        } else if cursor.take_word("ACTIONS") {
+            let line = cursor.line();
+            if !cursor.is_word("ACTION") {
+                let of = cursor.name("a unit's name")?;
+                cursor.take_sign(":");
+                if !same(&of, &pou.name) {
+                    let told = format!("these are actions of {of}, and stand behind {}", pou.name);
+                    let help = format!("let them stand right behind the end of {of}");
+                    return Err(Fault::new(line, told).help(help));
+                }
+            }
+            while cursor.is_word("ACTION") {
+                pou.actions.push(action(cursor).map_err(|fault| fault.within(&place))?);
+            }
+            cursor.word("END_ACTIONS")?;
+        } else {
+            return Ok(());
+        }
+    }
+}
+
+/// `ACTION name: ... END_ACTION`
+fn action(cursor: &mut Cursor) -> Result<Named, Fault> {
+    let line = cursor.line();
+    cursor.word("ACTION")?;
+    let name = cursor.name("an action's name")?;
+    cursor.take_sign(":");
+    let body = action_body(cursor)?;
+    cursor.word("END_ACTION")?;
+    Ok(Named { name, body, line })
+}
+
+/// The body of an action.
+fn action_body(cursor: &mut Cursor) -> Result<Body, Fault> {
+    if chart::begins(cursor) {
+        let (chart, _): (_, Vec<Named>) = chart::chart(cursor, action)?;
+        return Ok(Body::Chart(Box::new(chart)));
+    }
+    if il::begins(cursor) {
+        return Ok(Body::Code(Language::Il, il::instructions(cursor)?));
+    }
+    Ok(Body::Code(Language::St, statements(cursor, &["END_ACTION"])?))
+}
+
+fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
+    cursor.name("a configuration's name")?;
+    while !cursor.take_word("END_CONFIGURATION") {
+        if let Some(section) = section(cursor) {
+            let found = variables(cursor, section)?;
+            project.globals.push((String::new(), found));
+        } else if cursor.take_word("RESOURCE") {
+            cursor.name("a resource's name")?;
+            cursor.word("ON")?;
+            cursor.name("a processor's name")?;
+        } else if cursor.take_word("END_RESOURCE") || cursor.take_sign(";") {
+        } else if cursor.take_word("TASK") {
+            let name = cursor.name("a task's name")?;
+            let (interval, priority) = task(cursor)?;
+            cursor.sign(";")?;
+            project.tasks.push(Task { name, interval, priority, instances: Vec::new() });
+        } else if cursor.take_word("PROGRAM") {
+            instance(cursor, project)?;
+        } else {
+            return Err(cursor.unexpected("TASK, PROGRAM or END_CONFIGURATION"));
+        }
+    }
+    Ok(())
+}
+
+/// `name WITH task : type (...);`
+fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
+    let is_retained = cursor.take_word("RETAIN");
+    let _ = cursor.take_word("NON_RETAIN");
+    let line = cursor.line();
+    let name = cursor.name("an instance's name")?;
+    let task = if cursor.take_word("WITH") { cursor.name("a task's name")? } else { String::new() };
+    cursor.sign(":")?;
+    let of = cursor.name("a program's name")?;
+    if cursor.is_sign("(") {
+        let given = super::expression::arguments(cursor)?;
+        if !given.is_empty() {
+            project.connected.push(Connected { name: name.clone(), given, file: 0, line });
+        }
+    }
+    cursor.sign(";")?;
+    if is_retained {
+        project.retained.push(of.clone());
+    }
+    match project.tasks.iter_mut().rev().find(|own| same(&own.name, &task)) {
+        Some(own) => own.instances.push((name, of)),
+        None if task.is_empty() => project.tasks.push(Task {
+            name: task,
+            interval: None,
+            priority: None,
+            instances: vec![(name, of)],
+        }),
+        None => return Err(Fault::new(line, format!("there is no task {task}"))),
+    }
+    Ok(())
+}

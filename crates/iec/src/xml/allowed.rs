@@ -1,0 +1,264 @@
+//! What the elements of a unit may hold. A controller may carry out whatever else stands in them: it is reported with its place.
+//!
+//! `docs/sfc.md` lists what is skipped, and why that is harmless.
+
+use super::node::{Text, elements};
+use crate::fault::Fault;
+use roxmltree::Node;
+use std::collections::BTreeSet;
+
+/// Elements, and the elements that may stand in them; with the element around them where that matters.
+const FORMS: &[(&str, &str)] = &[
+    ("pou", "interface actions transitions body addData documentation InterfaceAsPlainText"),
+    ("Method", "interface body addData documentation InterfaceAsPlainText"),
+    ("method", "interface body addData documentation InterfaceAsPlainText"),
+    ("Property", "interface GetAccessor SetAccessor addData documentation InterfaceAsPlainText"),
+    ("property", "interface GetAccessor SetAccessor addData documentation InterfaceAsPlainText"),
+    ("GetAccessor", "interface body addData documentation InterfaceAsPlainText"),
+    ("SetAccessor", "interface body addData documentation InterfaceAsPlainText"),
+    (
+        "interface",
+        "returnType localVars tempVars inputVars outputVars inOutVars externalVars globalVars accessVars addData documentation InterfaceAsPlainText",
+    ),
+    ("actions", "action"),
+    ("actions/action", "body addData documentation"),
+    ("transitions", "transition"),
+    ("transitions/transition", "body addData documentation"),
+    ("body", "ST IL LD FBD SFC addData documentation"),
+    ("inline", "ST IL LD FBD SFC addData documentation"),
+    ("LD", NETWORK),
+    ("FBD", NETWORK),
+    ("SFC", CHART),
+    ("leftPowerRail", "position connectionPointOut addData documentation"),
+    ("rightPowerRail", "position connectionPointIn addData documentation"),
+    ("contact", "position connectionPointIn connectionPointOut variable addData documentation"),
+    ("coil", "position connectionPointIn connectionPointOut variable addData documentation"),
+    ("inVariable", "position connectionPointOut expression addData documentation"),
+    ("outVariable", "position connectionPointIn expression addData documentation"),
+    (
+        "inOutVariable",
+        "position connectionPointIn connectionPointOut expression addData documentation",
+    ),
+    ("connector", "position connectionPointIn addData documentation"),
+    ("continuation", "position connectionPointOut addData documentation"),
+    ("label", "position addData documentation"),
+    ("jump", "position connectionPointIn addData documentation"),
+    ("return", "position connectionPointIn addData documentation"),
+    ("block", "position inputVariables inOutVariables outputVariables addData documentation"),
+    ("inputVariables", "variable"),
+    ("inOutVariables", "variable"),
+    ("outputVariables", "variable"),
+    ("variable", "connectionPointIn connectionPointOut addData documentation"),
+    ("connectionPointIn", "relPosition connection expression addData documentation"),
+    ("connectionPointOut", "relPosition connection expression addData documentation"),
+    ("connectionPointOutAction", "relPosition connection expression addData documentation"),
+    ("connection", "position addData documentation"),
+    (
+        "step",
+        "position connectionPointIn connectionPointOut connectionPointOutAction addData documentation",
+    ),
+    (
+        "macroStep",
+        "position connectionPointIn connectionPointOut connectionPointOutAction body addData documentation",
+    ),
+    ("transition", "position connectionPointIn connectionPointOut condition addData documentation"),
+    ("condition", "inline reference connectionPointIn connection addData documentation"),
+    ("jumpStep", "position connectionPointIn addData documentation"),
+    ("actionBlock", "position connectionPointIn connectionPointOut action addData documentation"),
+    (
+        "action",
+        "relPosition reference inline connectionPointIn connectionPointOut addData documentation",
+    ),
+    ("selectionDivergence", BAR),
+    ("selectionConvergence", BAR),
+    ("simultaneousDivergence", BAR),
+    ("simultaneousConvergence", BAR),
+    ("vendorElement", "position alternativeText addData documentation"),
+    ("addData", "data"),
+    ("reference", ""),
+    ("ST", TEXT),
+    ("IL", TEXT),
+    ("STCode", TEXT),
+    ("expression", TEXT),
+    ("contact/variable", TEXT),
+    ("coil/variable", TEXT),
+    ("InterfaceAsPlainText", TEXT),
+    ("br", ""),
+];
+
+const NETWORK: &str = "comment vendorElement leftPowerRail rightPowerRail contact coil inVariable outVariable inOutVariable connector continuation label jump return block addData documentation position";
+const CHART: &str = "comment vendorElement leftPowerRail rightPowerRail contact coil inVariable outVariable inOutVariable connector continuation label jump return block step macroStep transition jumpStep actionBlock selectionDivergence selectionConvergence simultaneousDivergence simultaneousConvergence addData documentation position";
+const BAR: &str = "position connectionPointIn connectionPointOut addData documentation";
+const TEXT: &str = "xhtml html body p div pre span br b i u em strong font code tt";
+
+/// Elements that say nothing of what is carried out: places on the page and what is written for readers. Which variables an
+/// interface declares is read elsewhere.
+const UNFOLLOWED: &[&str] =
+    &["position", "relPosition", "documentation", "comment", "alternativeText"];
+
+/// Elements of which there may be several in one.
+const SEVERAL: &[&str] = &[
+    "action",
+    "transition",
+    "variable",
+    "connectionPointIn",
+    "connectionPointOut",
+    "connection",
+    "documentation",
+    "data",
+    "position",
+    "localVars",
+    "tempVars",
+    "inputVars",
+    "outputVars",
+    "inOutVars",
+    "externalVars",
+    "globalVars",
+    "accessVars",
+    "returnType",
+];
+
+/// Elements that hold elements of a drawing.
+const DRAWINGS: &[&str] = &["LD", "FBD", "SFC"];
+
+/// Additional data that is read, by the ends of their names.
+const READ: &[&str] =
+    &["method", "property", "sfc/element", "stcode", "interfaceasplaintext", "pouinheritance"];
+
+/// Additional data that says nothing of what is carried out: numbers of objects, what may be seen of them, types at pins, how a
+/// box is shown, what is asked of the compiler.
+const HARMLESS: &[&str] = &[
+    "objectid",
+    "attributes",
+    "accessmodifiers",
+    "sfcsettings",
+    "buildproperties",
+    "fbdcalltype",
+    "fbdelementtype",
+    "inputparamtypes",
+    "outputparamtypes",
+    "inputassignments",
+    "mixedattrsvarlist",
+];
+
+/// Who names additional data so.
+const NAMESPACES: &[&str] =
+    &["http://www.3s-software.com/plcopenxml/", "http://openplc.org/plcopenxml/"];
+
+/// What additional data are called, without their maker.
+pub(super) fn data_name<'a>(data: Node<'a, '_>) -> Option<&'a str> {
+    let name = data.attribute("name")?;
+    NAMESPACES.iter().find_map(|own| name.strip_prefix(own))
+}
+
+/// What stands in a unit that is not read and that a controller may carry out.
+pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
+    let mut found = Vec::new();
+    let mut open = vec![unit];
+    while let Some(node) = open.pop() {
+        let name = node.tag_name().name();
+        if UNFOLLOWED.contains(&name) {
+            continue;
+        }
+        if name == "data" {
+            open.extend(data(text, node, &mut found));
+            continue;
+        }
+        if name == "vendorElement" && !is_title(node) {
+            let message = format!("{}: what this element does is not read", called(node));
+            found.push(text.fault(node, message).help(HELP));
+            continue;
+        }
+        let Some(form) = form(node) else { continue };
+        let is_text = form == TEXT || form.is_empty();
+        let stray = node
+            .children()
+            .find(|one| one.is_text() && one.text().is_some_and(|text| !text.trim().is_empty()));
+        if let Some(stray) = stray.filter(|_| !is_text) {
+            let message = format!("{}: text stands in it that is not read", called(node));
+            found.push(Fault { line: text.line(stray), ..text.fault(node, message).help(HELP) });
+        }
+        let mut seen = BTreeSet::new();
+        for inner in elements(node) {
+            let own = inner.tag_name().name();
+            if !form.split(' ').any(|one| one == own) && !is_loose(inner) {
+                let message = format!("{}: what <{own}> does in it is not read", called(node));
+                found.push(text.fault(inner, message).help(HELP));
+                continue;
+            }
+            let is_drawn = DRAWINGS.contains(&name);
+            if !is_text && !is_drawn && !SEVERAL.contains(&own) && !seen.insert(own) {
+                let message =
+                    format!("{}: it holds <{own}> twice, of which one is read", called(node));
+                found.push(text.fault(inner, message).help("leave one of them"));
+                continue;
+            }
+            if name != "interface" || own == "addData" {
+                open.push(inner);
+            }
+        }
+    }
+    found.sort_by_key(|fault| fault.line);
+    found
+}
+
+const HELP: &str = "write what it does in ST, IL, LD, FBD or SFC, or take it out of the file if the controller carries out nothing of it";
+
+/// What may stand in an element; nothing, if that is not told here.
+fn form(node: Node<'_, '_>) -> Option<&'static str> {
+    let name = node.tag_name().name();
+    let around = node.parent().map_or("", |parent| parent.tag_name().name());
+    let within = format!("{around}/{name}");
+    // Within texts, all elements of texts may stand in each other.
+    if TEXT.split(' ').any(|one| one == name) && form_is_text(node.parent()) {
+        return Some(if name == "br" { "" } else { TEXT });
+    }
+    let found = FORMS.iter().find(|(own, _)| *own == within);
+    found.or_else(|| FORMS.iter().find(|(own, _)| *own == name)).map(|(_, form)| *form)
+}
+
+fn form_is_text(node: Option<Node<'_, '_>>) -> bool {
+    node.filter(Node::is_element).is_some_and(|node| form(node) == Some(TEXT))
+}
+
+/// Whether an element is a point that nothing is connected to.
+fn is_loose(node: Node<'_, '_>) -> bool {
+    ["connectionPointIn", "connectionPointOut"].contains(&node.tag_name().name())
+        && elements(node).all(|one| one.tag_name().name() == "relPosition")
+}
+
+/// Whether an element of a vendor is the title of a network, as CODESYS and TwinCAT draw it.
+fn is_title(node: Node<'_, '_>) -> bool {
+    let mut types = node.descendants().filter(|one| one.tag_name().name() == "ElementType");
+    types.next().is_some_and(|one| one.text().is_some_and(|text| text.trim() == "networktitle"))
+        && types.next().is_none()
+}
+
+/// Additional data: the elements in it that are read, too.
+fn data<'a, 'i>(text: &Text, node: Node<'a, 'i>, found: &mut Vec<Fault>) -> Vec<Node<'a, 'i>> {
+    let is_empty = !node.has_children();
+    let owner = node.parent().and_then(|one| one.parent()).unwrap_or(node);
+    let name = data_name(node).unwrap_or_default();
+    let has_place = match name {
+        "stcode" => owner.tag_name().name() == "block",
+        "method" | "property" => ["pou", "Interface"].contains(&owner.tag_name().name()),
+        _ => true,
+    };
+    if has_place && READ.contains(&name) {
+        let all = elements(node);
+        return all.filter(|one| form(*one).is_some()).collect();
+    }
+    if !is_empty && !HARMLESS.contains(&name) {
+        let shown = node.attribute("name").unwrap_or_default();
+        let message = format!("{}: its additional data \"{shown}\" are not read", called(owner));
+        found.push(text.fault(node, message).help(HELP));
+    }
+    Vec::new()
+}
+
+/// An element for messages.
+fn called(node: Node<'_, '_>) -> String {
+    let name = node.attribute("name").map(|name| format!(" {name}")).unwrap_or_default();
+    let id = node.attribute("localId").map(|id| format!(" with localId {id}")).unwrap_or_default();
+    format!("{}{name}{id}", node.tag_name().name())
+}

@@ -1,0 +1,170 @@
+//! Variables and types.
+
+use super::node::{Text, child, children, elements, is};
+use crate::ast::{Argument, Expr, Path};
+use crate::fault::Fault;
+use crate::{Section, TypeRef, Variable, parse, same};
+use roxmltree::Node;
+
+/// The variables of an interface, or of a list of globals.
+pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
+    let mut found = Vec::new();
+    for list in elements(node) {
+        let section = match list.tag_name().name() {
+            "localVars" => Section::Local,
+            "tempVars" => Section::Temp,
+            "inputVars" => Section::Input,
+            "outputVars" => Section::Output,
+            "inOutVars" => Section::InOut,
+            "externalVars" => Section::External,
+            "globalVars" => Section::Global,
+            _ => continue,
+        };
+        found.extend(list_of(text, list, section));
+    }
+    found
+}
+
+/// The variables of one section.
+pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<Variable> {
+    children(list, "variable")
+        .filter_map(|one| {
+            let line = text.line(one);
+            let of = child(one, "type").map(|of| type_ref(text, of));
+            let simple = child(one, "initialValue").and_then(|node| elements(node).next());
+            let initial =
+                simple.map(|value| initial(value, line)).or_else(|| constructed(one, line));
+            Some(Variable {
+                name: one.attribute("name")?.to_owned(),
+                section,
+                of: of.unwrap_or_else(|| TypeRef::Named(String::new())),
+                initial,
+                at: one.attribute("address").map(str::to_ascii_uppercase),
+                constant: is(list, "constant"),
+                retain: is(list, "retain") || is(list, "persistent"),
+                line,
+            })
+        })
+        .collect()
+}
+
+/// What FB_Init of an instance is handed, as CODESYS and TwinCAT write it.
+fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
+    let inside = child(variable, "addData")?.descendants();
+    let all = inside.filter(|one| one.tag_name().name() == "InputAssignment");
+    let given: Vec<Argument> = all
+        .filter_map(|one| {
+            let name = child(one, "Name")?.text()?.trim().to_owned();
+            let text = child(one, "Value")?.text().unwrap_or_default();
+            let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+            let value = parse::expression(text, line).unwrap_or_else(|_| some());
+            Some(Argument { name: Some(name), is_output: false, value })
+        })
+        .collect();
+    (!given.is_empty()).then(|| Expr::Call(Path::name(parse::CONSTRUCTED), given))
+}
+
+/// What a variable holds at first; what cannot be read is some value.
+fn initial(value: Node<'_, '_>, line: u32) -> Expr {
+    let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+    let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
+        let value = elements(one).next().map_or_else(some, |value| initial(value, line));
+        Argument { name: name.map(str::to_owned), is_output: false, value }
+    };
+    let kind = value.tag_name().name();
+    if kind == "arrayValue"
+        && children(value, "value").all(|one| one.attribute("repetitionValue").is_none())
+    {
+        let given = children(value, "value").map(|one| named((None, one))).collect();
+        return Expr::Call(Path::name(parse::LISTED), given);
+    }
+    if kind == "structValue" {
+        let given = children(value, "value").map(|one| named((one.attribute("member"), one)));
+        return Expr::Call(Path::name(parse::CONSTRUCTED), given.collect());
+    }
+    let text = value.attribute("value").filter(|_| kind == "simpleValue");
+    text.and_then(|text| parse::expression(text, line).ok()).unwrap_or_else(some)
+}
+
+/// The type that an element holds.
+pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
+    let Some(of) = elements(node).next() else { return TypeRef::Named(String::new()) };
+    let base = || child(of, "baseType").map(|base| type_ref(text, base));
+    let any = || TypeRef::Named(String::new());
+    match of.tag_name().name() {
+        "derived" => {
+            let name = of.attribute("name").unwrap_or_default();
+            parse::type_ref(name, 1).unwrap_or_else(|_| TypeRef::Named(name.to_owned()))
+        }
+        "array" => {
+            let dimensions = children(of, "dimension").map(|one| {
+                let bound = |name| {
+                    let written = one.attribute(name).unwrap_or_default();
+                    parse::expression(written, text.line(one)).unwrap_or_else(|_| Expr::name(""))
+                };
+                (bound("lower"), bound("upper"))
+            });
+            TypeRef::Array(dimensions.collect(), Box::new(base().unwrap_or_else(any)))
+        }
+        "string" | "wstring" | "STRING" | "WSTRING" => {
+            let written = of.attribute("length");
+            let length = written.and_then(|one| parse::expression(one, text.line(of)).ok());
+            TypeRef::Text(length.map(Box::new))
+        }
+        "pointer" => TypeRef::Pointer(Box::new(base().unwrap_or_else(any))),
+        "struct" => TypeRef::Struct(list_of(text, of, Section::Local)),
+        "enum" => {
+            let values =
+                child(of, "values").into_iter().flat_map(|values| children(values, "value"));
+            let value = |one: Node<'_, '_>| {
+                let number = one.attribute("value");
+                let number =
+                    number.and_then(|number| parse::expression(number, text.line(one)).ok());
+                Some((one.attribute("name")?.to_owned(), number))
+            };
+            TypeRef::Enumeration(values.filter_map(value).collect(), base().map(Box::new))
+        }
+        "subrangeSigned" | "subrangeUnsigned" => {
+            let bound = |name| {
+                let written = child(of, "range").and_then(|range| range.attribute(name));
+                parse::expression(written.unwrap_or_default(), text.line(of))
+                    .unwrap_or_else(|_| Expr::name(""))
+            };
+            let range = Box::new((bound("lower"), bound("upper")));
+            TypeRef::Subrange(Box::new(base().unwrap_or_else(any)), range)
+        }
+        name => TypeRef::Named(name.to_owned()),
+    }
+}
+
+/// Takes over direct addresses from the declaration as text, which TwinCAT and CODESYS write beside the elements.
+///
+/// # Errors
+/// That a pragma or a comment in it is not read.
+pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Result<(), Fault> {
+    parse::pragmas(declaration)?;
+    let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return Ok(()) };
+    let Ok(written) = parse::declarations(&declaration[at..], 1) else { return Ok(()) };
+    let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
+    // What no element has a place for.
+    for one in written.iter().filter(is_apart) {
+        variables.retain(|own| !same(&own.name, &one.name));
+        variables.push(one.clone());
+    }
+    for variable in variables {
+        if let Some(other) = written.iter().find(|other| same(&other.name, &variable.name)) {
+            variable.at = variable.at.take().or_else(|| other.at.clone());
+            variable.constant |= other.constant;
+        }
+    }
+    Ok(())
+}
+
+/// The function block that a declaration as text extends.
+pub(super) fn extends(declaration: &str) -> Option<String> {
+    let mut words = declaration.split_whitespace();
+    words.find(|word| same(word, "FUNCTION_BLOCK"))?;
+    words.next()?;
+    words.next().filter(|word| same(word, "EXTENDS"))?;
+    words.next().map(|name| name.trim_end_matches([';', ',']).to_owned())
+}

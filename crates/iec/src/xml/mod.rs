@@ -1,0 +1,72 @@
+//! PLCopen TC6 XML (1.01, 2.0, 2.01), also as CODESYS and TwinCAT write it, whose units stand among additional data.
+//!
+//! Entities are not read, so that a small file cannot become a large one.
+
+mod allowed;
+mod body;
+mod chart;
+mod checked;
+mod drawing;
+mod graph;
+mod interface;
+mod kept;
+mod limits;
+mod named;
+mod node;
+mod project;
+mod reading;
+mod standard;
+pub mod write;
+
+pub use named::named;
+
+use super::Project;
+use super::comment::Comments;
+use super::fault::Fault;
+use node::Text;
+use roxmltree::{Document, Error};
+use scanbound_base::code::Code;
+
+/// Whether a text that begins so is a project in PLCopen XML.
+#[must_use]
+pub fn begins(text: &str) -> bool {
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    text.starts_with('<')
+        && text.contains("<project")
+        && (text.contains("plcopen.org") || text.contains("tc6"))
+        || text.starts_with('<') && text.contains("project xmlns") && text.contains("plcopen")
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// What is wrong with it, all that could be found.
+pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+    file_as(name, text, None)
+}
+
+/// The same with the reading of comments in its code that is stated.
+pub(super) fn file_as(
+    name: &str,
+    text: &str,
+    comments: Option<Comments>,
+) -> Result<Project, Vec<Fault>> {
+    let text = text.trim_start_matches('\u{feff}');
+    limits::within(text).map_err(|fault| vec![fault])?;
+    let document = Document::parse(text).map_err(|error| vec![malformed(&error)])?;
+    let text = Text::new(text, &document, comments);
+    let mut reader = project::Reader::new(name, &text);
+    reader.project(document.root_element());
+    reader.finish()
+}
+
+fn malformed(error: &Error) -> Fault {
+    let line = error.pos().row;
+    let help = match error {
+        Error::DtdDetected => {
+            "take the document type out: PLCopen XML has none, and entities are not read"
+        }
+        _ => "export it again as PLCopen XML",
+    };
+    Fault::new(line, error.to_string()).code(Code::Xml).help(help)
+}

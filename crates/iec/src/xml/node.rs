@@ -1,0 +1,179 @@
+//! Elements of XML, with their lines.
+
+use crate::comment::{Comments, without_comments};
+use crate::fault::Fault;
+use roxmltree::{Document, Node};
+use scanbound_base::code::Code;
+use std::collections::BTreeMap;
+
+/// Additional data of an element of a chart, and the marks of a step's own actions there.
+pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
+pub(super) const ACTIVE: &str = "700a583f-b4d4-43e4-8c14-629c7cd3bec8";
+pub(super) const ENTRY: &str = "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8";
+pub(super) const EXIT: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
+/// Whether a step is left out, how long it is active at least and at most.
+pub(super) const EXCLUDED: &str = "01580b27-6378-448b-8ecb-0e4b795b58d6";
+pub(super) const LEAST: &str = "cacf1a68-236e-47c2-b7b1-1cf9199718cb";
+pub(super) const MOST: &str = "b693554c-1b01-4a8d-afde-9e3a46f7465d";
+
+/// The elements of a chart.
+pub(super) const ELEMENTS: &[&str] = &[
+    "step",
+    "macroStep",
+    "transition",
+    "jumpStep",
+    "actionBlock",
+    "selectionDivergence",
+    "selectionConvergence",
+    "simultaneousDivergence",
+    "simultaneousConvergence",
+];
+
+/// Elements that belong to no other one.
+pub(super) const BESIDE: &[&str] = &["comment", "vendorElement", "addData", "documentation"];
+
+/// Elements of a text that stand on lines of their own.
+const LINES: &[&str] = &["br", "xhtml", "html", "body", "p", "div", "pre"];
+
+/// A file's text, of which lines are told.
+pub(super) struct Text {
+    starts: Vec<usize>,
+    /// The addresses of global variables, and whether these are elementary ones.
+    addresses: BTreeMap<String, (String, bool)>,
+    /// Whether CODESYS or TwinCAT wrote it.
+    pub(super) is_codesys: bool,
+    /// How comments are read, where that is stated.
+    comments: Option<Comments>,
+}
+
+impl Text {
+    pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let elements = || document.descendants().filter(Node::is_element);
+        let globals = elements().filter(|one| one.tag_name().name() == "globalVars");
+        let variables = globals.flat_map(|list| children(list, "variable"));
+        let located = variables.filter_map(|one| {
+            let of = child(one, "type").and_then(|of| of.children().find(Node::is_element));
+            let is_plain = of.is_some_and(|of| {
+                !["array", "derived", "string", "wstring"].contains(&of.tag_name().name())
+            });
+            let at = (one.attribute("address")?.to_owned(), is_plain);
+            Some((one.attribute("name")?.to_lowercase(), at))
+        });
+        let is_theirs = |name: &str| name.contains("3s-software.com");
+        Text {
+            comments,
+            starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
+            addresses: located.collect(),
+            is_codesys: elements().any(|one| {
+                one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
+            }),
+        }
+    }
+
+    /// The address of a global variable, by its name in small letters, and whether it is an elementary one.
+    pub(super) fn address(&self, name: &str) -> Option<(&str, bool)> {
+        self.addresses.get(name).map(|(at, is_plain)| (at.as_str(), *is_plain))
+    }
+
+    /// What is written at a point in place of a connection, and in which line.
+    pub(super) fn written(&self, point: Node<'_, '_>) -> Option<(String, u32)> {
+        let written = child(point, "expression").map(|one| self.content(one));
+        written.filter(|(text, _)| !text.trim().is_empty())
+    }
+
+    /// The line of an element or a text.
+    pub(super) fn line(&self, node: Node<'_, '_>) -> u32 {
+        let at = node.range().start;
+        u32::try_from(self.starts.partition_point(|&start| start <= at)).unwrap_or(u32::MAX)
+    }
+
+    /// The lines that an element takes.
+    pub(super) fn lines(&self, node: Node<'_, '_>) -> std::ops::RangeInclusive<u32> {
+        let end = node.range().end.saturating_sub(1);
+        let last = self.starts.partition_point(|&start| start <= end);
+        self.line(node)..=u32::try_from(last).unwrap_or(u32::MAX)
+    }
+
+    /// A fault at an element.
+    pub(super) fn fault(&self, node: Node<'_, '_>, message: impl Into<String>) -> Fault {
+        let shown = match node.attribute("localId") {
+            Some(id) => format!("<{} localId=\"{id}\">", node.tag_name().name()),
+            None => format!("<{}>", node.tag_name().name()),
+        };
+        Fault::new(self.line(node), message)
+            .code(Code::Xml)
+            .text(shown)
+            .help("export it again as PLCopen XML, or mend it in its editor")
+    }
+
+    /// What is written in an element, and the line where that begins. Paragraphs and `<br/>` end lines, as they do on the
+    /// page.
+    pub(super) fn content(&self, node: Node<'_, '_>) -> (String, u32) {
+        let mut written = String::new();
+        let mut open = vec![(node, false)];
+        while let Some((one, is_end)) = open.pop() {
+            if one.is_text() {
+                written += one.text().unwrap_or_default();
+                continue;
+            }
+            if one != node && is_line(one) && !written.is_empty() && !written.ends_with('\n') {
+                written.push('\n');
+            }
+            if !is_end {
+                open.push((one, true));
+                open.extend(one.children().rev().map(|inner| (inner, false)));
+            }
+        }
+        let first = node.descendants().find(Node::is_text).unwrap_or(node);
+        let written = match self.comments {
+            Some(reading) => without_comments(&written, reading).into_owned(),
+            None => written,
+        };
+        (written, self.line(first))
+    }
+}
+
+/// Whether an element of a text begins a line, or ends one.
+fn is_line(node: Node<'_, '_>) -> bool {
+    LINES.contains(&node.tag_name().name())
+}
+
+/// The children of this name.
+pub(super) fn children<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+/// The first child of this name.
+pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
+    children(node, name).next()
+}
+
+/// The elements that are children.
+pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(Node::is_element)
+}
+
+/// Whether an attribute says true.
+pub(super) fn is(node: Node<'_, '_>, attribute: &str) -> bool {
+    matches!(node.attribute(attribute), Some("true" | "1"))
+}
+
+/// The numbers of the elements that lead to a point, and which of their outputs.
+pub(super) fn sources<'a>(point: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
+    let connections = children(point, "connection");
+    connections
+        .filter_map(|one| {
+            let output = one.attribute("formalParameter").filter(|output| !output.is_empty());
+            Some((one.attribute("refLocalId")?, output))
+        })
+        .collect()
+}
+
+/// The same of all points where an element takes something in.
+pub(super) fn inputs<'a>(node: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
+    children(node, "connectionPointIn").flat_map(sources).collect()
+}

@@ -1,0 +1,294 @@
+//! The project's tree: types, units, global variables, tasks.
+
+use super::allowed::unread;
+use super::body::{body, condition, condition_body};
+use super::interface::{addresses, extends, list_of, type_ref, variables};
+use super::node::{Text, child, children, elements};
+use super::reading::Reading;
+use crate::ast::Path;
+use crate::chart::expansion::complete;
+use crate::chart::{Block, COMPUTED, Qualifier, Target};
+use crate::fault::Fault;
+use crate::{
+    Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, Variable, parse,
+    same,
+};
+use roxmltree::Node;
+
+/// Reads a project's tree.
+pub(super) struct Reader<'t> {
+    text: &'t Text,
+    project: Project,
+    faults: Vec<Fault>,
+}
+
+impl<'t> Reader<'t> {
+    pub(super) fn new(name: &str, text: &'t Text) -> Reader<'t> {
+        let project = Project { files: vec![name.to_owned()], ..Project::default() };
+        Reader { text, project, faults: Vec::new() }
+    }
+
+    pub(super) fn finish(self) -> Result<Project, Vec<Fault>> {
+        if self.faults.is_empty() { Ok(self.project) } else { Err(self.faults) }
+    }
+
+    /// Reads all that stands below an element, wherever it stands: tools keep units in different places.
+    pub(super) fn project(&mut self, root: Node<'_, '_>) {
+        for node in root.descendants().filter(Node::is_element) {
+            match node.tag_name().name() {
+                "pou" if node.attribute("pouType").is_some() => {
+                    let pou = self.pou(node);
+                    let unread = unread(self.text, node).into_iter();
+                    let unread = unread.map(|fault| (0, fault.within(&pou.name)));
+                    self.project.unread.extend(unread);
+                    self.project.pous.push(pou);
+                }
+                "pou" if child(node, "body").is_some() => {
+                    let fault = self.text.fault(node, "this unit has no pouType");
+                    self.project.unread.push((0, fault));
+                }
+                "Interface" if node.attribute("name").is_some() => self.interface(node),
+                "dataType" => self.data_type(node),
+                "globalVars"
+                    if !node.ancestors().any(|one| one.tag_name().name() == "interface") =>
+                {
+                    self.globals(node);
+                }
+                "task" => self.task(node),
+                "pouInstance"
+                    if node.parent().is_none_or(|one| one.tag_name().name() != "task") =>
+                {
+                    let instance = instance(node);
+                    self.project.tasks.push(Task {
+                        name: String::new(),
+                        interval: None,
+                        priority: None,
+                        instances: instance.into_iter().collect(),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn data_type(&mut self, node: Node<'_, '_>) {
+        let (Some(name), Some(base)) = (node.attribute("name"), child(node, "baseType")) else {
+            return;
+        };
+        let of = type_ref(self.text, base);
+        let bases = added(node).flat_map(|one| children(one, "Extends"));
+        let extends = { bases }.find_map(|base| base.text()).map(last_name);
+        let name = name.to_owned();
+        let line = self.text.line(node);
+        let own = TypeDeclaration { name, extends, of, initial: None, file: 0, line };
+        self.project.types.push(own);
+    }
+
+    fn globals(&mut self, node: Node<'_, '_>) {
+        let mut found = list_of(self.text, node, Section::Global);
+        self.declared(&mut found, &self.plain_text(node), node);
+        let name = node.attribute("name").unwrap_or_default();
+        self.project.globals.push((name.to_owned(), found));
+    }
+
+    /// Takes over what a declaration as text says besides.
+    fn declared(&mut self, variables: &mut Vec<Variable>, written: &str, node: Node<'_, '_>) {
+        if let Err(fault) = addresses(variables, written) {
+            self.faults.push(Fault { line: self.text.line(node), ..fault });
+        }
+    }
+
+    /// The declaration as text that stands beside an element's own.
+    fn plain_text(&self, node: Node<'_, '_>) -> String {
+        // Units' methods and properties have declarations of their own further inside.
+        let data = added(node).chain(children(node, "InterfaceAsPlainText"));
+        let mut plain = data.filter(|one| one.tag_name().name() == "InterfaceAsPlainText");
+        plain.next().map(|one| self.text.content(one).0).unwrap_or_default()
+    }
+
+    fn task(&mut self, node: Node<'_, '_>) {
+        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let interval = node.attribute("interval").and_then(interval);
+        let priority = node.attribute("priority").map(str::to_owned);
+        let instances = children(node, "pouInstance").filter_map(instance).collect();
+        self.project.tasks.push(Task { name, interval, priority, instances });
+    }
+
+    fn pou(&mut self, node: Node<'_, '_>) -> Pou {
+        let kind = match node.attribute("pouType") {
+            Some("program") => PouKind::Program,
+            Some("function") => PouKind::Function,
+            _ => PouKind::FunctionBlock,
+        };
+        let mut pou = self.unit(node, kind);
+        self.members(added(node), &mut pou);
+        if let Err(fault) = parse::apart(&mut self.project, &mut pou) {
+            self.faults.push(Fault { line: pou.line, ..fault });
+        }
+        pou
+    }
+
+    /// An interface, as CODESYS and TwinCAT write it.
+    fn interface(&mut self, node: Node<'_, '_>) {
+        let mut pou = self.unit(node, PouKind::Interface);
+        let listed = ["Methods", "Properties"].into_iter().flat_map(|list| children(node, list));
+        self.members(listed.flat_map(elements).chain(added(node)), &mut pou);
+        // A file may name an interface where it lists what a project holds.
+        if !pou.methods.is_empty() || !self.plain_text(node).is_empty() {
+            self.project.pous.push(pou);
+        }
+    }
+
+    /// Methods and properties.
+    fn members<'a, 'i: 'a>(&mut self, all: impl Iterator<Item = Node<'a, 'i>>, pou: &mut Pou) {
+        for part in all {
+            match part.tag_name().name() {
+                "Method" | "method" => pou.methods.push(self.unit(part, PouKind::Function)),
+                "Property" | "property" => self.property(part, pou),
+                _ => {}
+            }
+        }
+    }
+
+    /// What reads a property and what writes it are methods.
+    fn property(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
+        let name = node.attribute("name").unwrap_or_default();
+        let of = child(node, "interface").and_then(|one| child(one, "returnType"));
+        let of = of.map_or(TypeRef::Named(String::new()), |of| type_ref(self.text, of));
+        for (element, reads) in [("GetAccessor", true), ("SetAccessor", false)] {
+            let Some(one) = child(node, element) else { continue };
+            let mut method = parse::accessor(name, &of, reads, self.text.line(one));
+            let own = self.unit(one, PouKind::Function);
+            method.variables.extend(own.variables);
+            method.body = own.body;
+            pou.methods.push(method);
+        }
+    }
+
+    /// A unit or a method.
+    fn unit(&mut self, node: Node<'_, '_>, kind: PouKind) -> Pou {
+        let text = self.text;
+        let name = node.attribute("name").unwrap_or_default();
+        let interface = child(node, "interface");
+        let mut pou = Pou {
+            result: interface.and_then(|one| child(one, "returnType")).map(|of| type_ref(text, of)),
+            variables: interface.map(|one| variables(text, one)).unwrap_or_default(),
+            ..Pou::new(name, kind, text.line(node))
+        };
+        let mut written = self.plain_text(node);
+        if let Some(interface) = interface {
+            written += &self.plain_text(interface);
+        }
+        self.declared(&mut pou.variables, &written, node);
+        pou.extends = extends(&written);
+        for one in [Some(node), interface].into_iter().flatten().flat_map(added) {
+            let bases = || children(one, "Extends").filter_map(|base| base.text());
+            if kind == PouKind::Interface {
+                pou.implements.extend(bases().map(last_name));
+            } else {
+                pou.extends = bases().next().map(last_name).or(pou.extends.take());
+            }
+            let own = children(one, "Implements").filter_map(|own| own.text());
+            pou.implements.extend(own.map(last_name));
+        }
+        self.parts(node, &mut pou);
+        pou
+    }
+
+    fn parts(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
+        let text = self.text;
+        let named = |list: &'static str, item: &'static str| {
+            child(node, list).into_iter().flat_map(move |list| children(list, item))
+        };
+        let of_parts = named("transitions", "transition").chain(named("actions", "action"));
+        for owner in std::iter::once(node).chain(of_parts) {
+            let Some(second) = children(owner, "body").nth(1) else { continue };
+            let message = "there is a second body (a second worksheet)";
+            let fault = text.fault(second, message).help("put what it does into the first one");
+            self.faults.push(fault.within(&pou.name));
+        }
+        for one in named("transitions", "transition") {
+            let name = one.attribute("name").unwrap_or_default().to_owned();
+            let mut reading = Reading::new(text, pou, &name, body, condition);
+            reading.computes = true;
+            let found = child(one, "body").map(|inner| condition_body(&mut reading, inner));
+            self.faults.append(&mut reading.faults);
+            let body = found.unwrap_or_else(Body::empty);
+            pou.transitions.push(Named { name, body, line: text.line(one) });
+        }
+        for one in named("actions", "action") {
+            let name = one.attribute("name").unwrap_or_default().to_owned();
+            let mut reading = Reading::new(text, pou, &name, body, condition);
+            let found = child(one, "body").map(|inner| body(&mut reading, inner));
+            self.faults.append(&mut reading.faults);
+            let body = found.unwrap_or_else(Body::empty);
+            pou.actions.push(Named { name, body, line: text.line(one) });
+        }
+        if let Some(one) = child(node, "body") {
+            let mut reading = Reading::new(text, pou, "", body, condition);
+            reading.computes = true;
+            let found = body(&mut reading, one);
+            self.faults.append(&mut reading.faults);
+            pou.body = found;
+        }
+        if let Err(fault) = store_computed(pou) {
+            self.faults.push(fault.within(&pou.name));
+        }
+        complete(pou);
+    }
+}
+
+/// Lets the first step store the action that carries out the blocks of drawn conditions, if there are any.
+fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
+    let Some(at) = pou.actions.iter().position(|one| one.name == COMPUTED && one.line == 0) else {
+        return Ok(());
+    };
+    let others = pou.actions.iter().filter(|one| same(&one.name, COMPUTED));
+    if others.count() > 1 {
+        let message = format!("an action is called {COMPUTED}, as that of its drawn conditions is");
+        return Err(Fault::new(pou.line, message).help("give the action another name"));
+    }
+    let Body::Chart(chart) = &mut pou.body else {
+        // Nothing asks for the conditions.
+        pou.actions.remove(at);
+        return Ok(());
+    };
+    pou.actions[at].line = chart.line;
+    let target = Target::Path(Path::name(COMPUTED));
+    let block = Block { qualifier: Qualifier::S, time: None, target, line: chart.line };
+    if let Some(first) = chart.steps.iter_mut().find(|step| step.initial) {
+        first.blocks.push(block);
+    }
+    Ok(())
+}
+
+/// What stands in an element's additional data.
+fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    let data = child(node, "addData").into_iter();
+    data.flat_map(|data| children(data, "data")).flat_map(elements)
+}
+
+/// A unit's name without that of a library.
+fn last_name(name: &str) -> String {
+    name.trim().rsplit('.').next().unwrap_or_default().to_owned()
+}
+
+fn instance(node: Node<'_, '_>) -> Option<(String, String)> {
+    let name = node.attribute("name")?;
+    // TwinCAT leaves the type empty: the name is the program's.
+    let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
+    Some((name.to_owned(), of.unwrap_or(name).to_owned()))
+}
+
+/// The nanoseconds of an interval such as `T#20ms` or `PT0.02S`.
+fn interval(text: &str) -> Option<i64> {
+    let plain = text.rsplit('#').next().unwrap_or(text);
+    if let Some(time) = parse::duration(plain).filter(|_| !plain.starts_with('P')) {
+        return Some(time);
+    }
+    let rest = plain.strip_prefix("PT")?;
+    if same(rest, "0S") {
+        return None;
+    }
+    parse::duration(&rest.to_ascii_lowercase())
+}

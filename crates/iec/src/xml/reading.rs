@@ -1,0 +1,130 @@
+//! What is read of one unit, and what its drawings need for themselves.
+
+use super::node::{Text, elements};
+use crate::ast::{Expr, Statement};
+use crate::chart::COMPUTED;
+use crate::fault::Fault;
+use crate::{Body, Language, Named, Pou, Section, TypeRef, Variable, same};
+use roxmltree::Node;
+
+/// Reads a body, whatever its language.
+pub(super) type ReadBody = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Body;
+/// Reads the value of a condition.
+pub(super) type ReadCondition = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Result<Expr, Fault>;
+
+/// Reads the bodies of one unit. What a drawing has to remember becomes variables of the unit.
+pub(super) struct Reading<'t, 'p> {
+    pub(super) text: &'t Text,
+    pub(super) pou: &'p mut Pou,
+    /// The unit, and the action or transition in it, for messages and for names.
+    pub(super) place: String,
+    part: String,
+    pub(super) faults: Vec<Fault>,
+    /// Whether blocks of drawn conditions are carried out by an action of their own.
+    pub(super) computes: bool,
+    /// How bodies within a chart are read.
+    pub(super) body: ReadBody,
+    /// How conditions are read.
+    pub(super) condition: ReadCondition,
+}
+
+impl<'t, 'p> Reading<'t, 'p> {
+    pub(super) fn new(
+        text: &'t Text,
+        pou: &'p mut Pou,
+        part: &str,
+        body: ReadBody,
+        condition: ReadCondition,
+    ) -> Reading<'t, 'p> {
+        let place = if part.is_empty() { pou.name.clone() } else { format!("{}.{part}", pou.name) };
+        Reading {
+            text,
+            pou,
+            place,
+            part: part.to_owned(),
+            faults: Vec::new(),
+            computes: false,
+            body,
+            condition,
+        }
+    }
+
+    /// Reads something whose elements have numbers of their own: what it needs for itself has names of its own, too.
+    pub(super) fn apart<T>(&mut self, name: &str, read: impl FnOnce(&mut Self) -> T) -> T {
+        let part = format!("{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
+        let outer = std::mem::replace(&mut self.part, part);
+        let found = read(self);
+        self.part = outer;
+        found
+    }
+
+    /// Whether the unit declares an action or a variable of this name.
+    pub(super) fn declares(&self, name: &str) -> bool {
+        let actions = self.pou.actions.iter().map(|one| &one.name);
+        actions.chain(self.pou.variables.iter().map(|one| &one.name)).any(|own| same(own, name))
+    }
+
+    /// Whether the unit declares an action of this name.
+    pub(super) fn has_action(&self, name: &str) -> bool {
+        self.pou.actions.iter().any(|own| same(&own.name, name))
+    }
+
+    /// A fault that the whole file is refused for.
+    pub(super) fn refuse(&mut self, fault: Fault) {
+        let fault = fault.within(&self.place);
+        self.faults.push(fault);
+    }
+
+    /// A variable of the unit that the drawing needs for itself: its name.
+    pub(super) fn hidden(&mut self, name: &str, of: &str, line: u32) -> String {
+        let name = format!("~{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
+        if !of.is_empty() {
+            self.declare(&name, TypeRef::Named(of.to_owned()), line);
+        }
+        name
+    }
+
+    /// Adds to what the action of drawn conditions carries out.
+    pub(super) fn compute(&mut self, statements: Vec<Statement>) {
+        let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
+        match own.map(|one| &mut one.body) {
+            Some(Body::Code(_, all)) => all.extend(statements),
+            _ => {
+                let body = Body::Code(Language::Fbd, statements);
+                self.pou.actions.push(Named { name: COMPUTED.to_owned(), body, line: 0 });
+            }
+        }
+    }
+
+    /// Declares a variable of the unit, once.
+    pub(super) fn declare(&mut self, name: &str, of: TypeRef, line: u32) {
+        if self.pou.variables.iter().any(|own| own.name == name) {
+            return;
+        }
+        self.pou.variables.push(Variable {
+            name: name.to_owned(),
+            section: Section::Local,
+            of,
+            initial: None,
+            at: None,
+            constant: false,
+            retain: false,
+            line,
+        });
+    }
+}
+
+/// The language of a body, and the element that holds it.
+pub(super) fn language<'a, 'i>(node: Node<'a, 'i>) -> Option<(Language, Node<'a, 'i>)> {
+    elements(node).find_map(|inner| {
+        let language = match inner.tag_name().name() {
+            "ST" => Language::St,
+            "IL" => Language::Il,
+            "LD" => Language::Ld,
+            "FBD" => Language::Fbd,
+            "SFC" => Language::Sfc,
+            _ => return None,
+        };
+        Some((language, inner))
+    })
+}

@@ -1,0 +1,595 @@
+//! Reads scan times, time stamps or a captured signal from CSV, as PulseView, oscilloscopes and others write it.
+
+use super::Measurements;
+use super::heading::{self, Heading};
+use super::number::{Decimal, Signs, Stamp};
+use super::signal::{Edges, Origin, Selection, fault};
+use super::sigrok::{Sigrok, cut_period, sigrok};
+use csv::StringRecord;
+use scanbound_base::code::Code;
+use scanbound_base::column::{UNITS, Unit, line_of};
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::time::Picos;
+use scanbound_front::Faults;
+use scanbound_plant::minasec::vcd::EMULATED;
+use std::borrow::Cow;
+
+/// Words by which a column of scan times is known.
+const SCAN_WORDS: [&str; 4] = ["scan", "cycle", "emulated", "measured"];
+/// Words by which a column of time stamps is known.
+const STAMP_WORDS: [&str; 7] =
+    ["time", "timestamp", "time stamp", "start", "t", "date", "date/time"];
+/// The units as libsigrok writes them for a head.
+const LONG_UNITS: [(&str, &str); 4] =
+    [("milliseconds", "ms"), ("microseconds", "us"), ("nanoseconds", "ns"), ("picoseconds", "ps")];
+
+/// Reads a file as the selection says.
+pub(super) fn read(
+    name: &str,
+    bytes: &[u8],
+    selection: &Selection<'_>,
+) -> Result<Measurements, Vec<Diagnostic>> {
+    let text = decoded(bytes);
+    let table = Table::read(name, &text)?;
+    let mut found = match selection.signal {
+        Some(signal) => table.signal(signal, selection),
+        None => table.column(selection),
+    }?;
+    found.warnings.extend(cut_short(name, &text));
+    Ok(found)
+}
+
+/// Warns of a last row that looks as if the file had been cut off in it: it has no line end, and is shorter than all
+/// others. A number that lost digits reads as another number.
+fn cut_short(name: &str, text: &str) -> Option<Diagnostic> {
+    if text.ends_with(['\n', '\r']) {
+        return None;
+    }
+    let lines: Vec<usize> =
+        text.lines().map(|line| line.trim_end().len()).filter(|&one| one > 0).collect();
+    // The first may be the heads.
+    let (&last, others) = lines.get(1..)?.split_last()?;
+    let is_shorter = !others.is_empty() && others.iter().all(|&one| one > last);
+    let message = "the file ends within its last row, as if it had been cut off there";
+    let help = "export the capture again, or leave that row out";
+    is_shorter.then(|| fault(name, message, help).warning())
+}
+
+/// The file's columns' names, what its comments say, and its rows as text: captures can be large.
+struct Table<'a> {
+    name: &'a str,
+    /// The rows, and how many lines stand before them in the file.
+    text: &'a str,
+    before: u32,
+    delimiter: u8,
+    comment: u8,
+    /// Whether the first row names the columns.
+    headed: bool,
+    heads: Vec<String>,
+    /// Where the first column counts samples: when the first was, and the time between two.
+    counted: Option<(i128, i128)>,
+    sigrok: Option<Sigrok>,
+    emulated: bool,
+}
+
+impl<'a> Table<'a> {
+    fn read(name: &'a str, text: &'a str) -> Result<Table<'a>, Vec<Diagnostic>> {
+        let is_comment = |line: &&str| line.starts_with([';', '#']) || line.trim().is_empty();
+        let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
+        let Some(first) = text.lines().nth(comments.len()) else {
+            return Err(vec![fault(name, "the file holds no rows", "capture some scans first")]);
+        };
+        let sigrok = sigrok(&comments);
+        let delimiter = if first.contains('\t') {
+            b'\t'
+        } else if first.contains(';') && !first.contains(',') {
+            b';'
+        } else {
+            b','
+        };
+        let comment = comments.iter().find_map(|line| line.trim().bytes().next()).unwrap_or(b'#');
+        let mut table = Table {
+            name,
+            text,
+            before: 0,
+            delimiter,
+            comment,
+            headed: false,
+            heads: Vec::new(),
+            counted: None,
+            sigrok,
+            emulated: comments.iter().any(|comment| comment.contains(EMULATED)),
+        };
+        if let Some(heading) = heading(text, comments.len(), delimiter) {
+            let skipped = comments.len() + heading.rows;
+            let end = |(at, line): (usize, &str)| (at, at + line.len());
+            let lines = text.split_inclusive('\n').scan(0, |at, line| {
+                let begin = *at;
+                *at += line.len();
+                Some(end((begin, line)))
+            });
+            let from = lines.take(skipped).last().map_or(0, |(_, end)| end);
+            (table.text, table.before) = (&text[from..], skipped as u32);
+            (table.heads, table.counted) = (heading.heads, heading.counted);
+            return Ok(table);
+        }
+        let row = table.records().next().transpose()?.map(|(_, row)| row).unwrap_or_default();
+        table.headed = row.iter().any(|cell| UNITS[0].read(cell).is_none());
+        table.heads = row
+            .iter()
+            .map(|cell| if table.headed { cell.to_owned() } else { String::new() })
+            .collect();
+        if let Some(sigrok) = &table.sigrok {
+            sigrok.name_columns(&mut table.heads);
+        }
+        table.emulated |= table.heads.iter().any(|head| head.starts_with("emulated"));
+        Ok(table)
+    }
+
+    /// The rows behind the heads, each with its line. A row with more cells than there are heads is refused: a
+    /// comma within a number makes two cells of it.
+    fn rows(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
+        let columns = self.heads.len();
+        self.records().map(move |record| {
+            let (line, row) = record?;
+            if row.iter().skip(columns).all(str::is_empty) {
+                return Ok((line, row));
+            }
+            let message = format!("this row has {} cells, the head has {columns}", row.len());
+            let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
+            let mut faults = Faults::new(self.name);
+            faults.at(Code::Capture, line, &joined(&row), &message, help);
+            Err(faults.into_diagnostics())
+        })
+    }
+
+    fn records(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
+        let (name, before, text, comment) = (self.name, self.before, self.text, self.comment);
+        csv::ReaderBuilder::new()
+            .delimiter(self.delimiter)
+            .comment(Some(self.comment))
+            .has_headers(self.headed)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(self.text.as_bytes())
+            .into_records()
+            .map(move |record| match record {
+                Ok(record) => {
+                    let line = line_of(text.as_bytes(), record.position(), comment);
+                    Ok((before + line, record))
+                }
+                Err(error) => {
+                    let message = format!("not CSV: {error}");
+                    Err(vec![fault(name, message, "export the capture again")])
+                }
+            })
+    }
+
+    fn origin(&self, resolution: Option<Picos>) -> Origin<'a> {
+        Origin { name: self.name, resolution, emulated: self.emulated }
+    }
+
+    /// The column of a name: its head, or its head without the unit.
+    fn find(&self, wanted: &str) -> Result<usize, Vec<Diagnostic>> {
+        let same = |head: &str| head.trim().eq_ignore_ascii_case(wanted.trim());
+        let whole = self.heads.iter().position(|head| same(head));
+        let words = || self.heads.iter().position(|head| same(&Unit::words_of_head(head)));
+        // An analog channel's head names its unit: `CH1(V)`.
+        let bare = |head: &String| same(head.split(['(', '[']).next().unwrap_or_default());
+        let bare = || self.heads.iter().position(bare);
+        whole.or_else(words).or_else(bare).ok_or_else(|| {
+            let message = format!("there is no column '{wanted}'");
+            vec![fault(self.name, message, format!("the columns are {}", self.columns()))]
+        })
+    }
+
+    fn columns(&self) -> String {
+        if self.heads.iter().all(String::is_empty) {
+            return format!("{} without names", self.heads.len());
+        }
+        self.heads.iter().map(|head| format!("'{head}'")).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Scan times, or time stamps, from a column.
+    fn column(&self, selection: &Selection<'_>) -> Result<Measurements, Vec<Diagnostic>> {
+        let column = match selection.column {
+            Some(wanted) => self.find(wanted)?,
+            None => self.likely(selection.pulses)?,
+        };
+        if selection.pulses && self.is_dated(column)? {
+            return self.dates(column);
+        }
+        let unit = self.unit(column, selection.unit)?;
+        let decimal = self.decimal(&[column], selection)?;
+        let mut faults = Faults::new(self.name);
+        let mut values = Vec::new();
+        for row in self.rows() {
+            let (line, row) = row?;
+            let cell = row.get(column).unwrap_or_default();
+            match decimal.read(cell, unit) {
+                Some(value) if selection.pulses || value > 0 => values.push(value),
+                read => {
+                    let what = if read.is_some() { "no scan time" } else { "no number" };
+                    let help = "each row holds a decimal number, larger than 0";
+                    faults.at(
+                        Code::Capture,
+                        line,
+                        &joined(&row),
+                        &format!("'{cell}' is {what}"),
+                        help,
+                    );
+                }
+            }
+        }
+        if faults.any_error() {
+            return Err(faults.into_diagnostics());
+        }
+        let head = &self.heads[column];
+        let shown =
+            if head.is_empty() { "the only column".into() } else { format!("column {head}") };
+        let origin = self.origin(None);
+        if selection.pulses {
+            return origin
+                .of_stamps(format!("between the time stamps of {shown} ({unit})"), &values);
+        }
+        let times: Option<Vec<Picos>> =
+            values.iter().map(|&value| u64::try_from(value).ok().map(Picos)).collect();
+        match times {
+            Some(times) if !times.is_empty() => {
+                Ok(origin.measurements(format!("{shown} ({unit})"), times))
+            }
+            Some(_) => {
+                Err(vec![fault(self.name, "the file holds no rows", "capture some scans first")])
+            }
+            None => Err(vec![fault(self.name, "a scan time is too large", "is the unit right?")]),
+        }
+    }
+
+    /// What marks decimals in these columns: as stated, or as their cells show together.
+    fn decimal(
+        &self,
+        columns: &[usize],
+        selection: &Selection<'_>,
+    ) -> Result<Decimal, Vec<Diagnostic>> {
+        if let Some(decimal) = selection.decimal {
+            return Ok(decimal);
+        }
+        let mut signs = Signs::default();
+        for row in self.rows() {
+            let (line, row) = row?;
+            for cell in columns.iter().filter_map(|&column| row.get(column)) {
+                signs.cell(line, cell);
+            }
+        }
+        signs.decimal(self.delimiter == b';').map_err(|(line, cell, why)| {
+            let mut found = fault(
+                self.name,
+                format!("'{cell}' {why}"),
+                "say with --decimal point or --decimal comma what marks the decimals",
+            );
+            found.line = Some(line);
+            vec![found]
+        })
+    }
+
+    /// Whether a column holds dates or times of day.
+    fn is_dated(&self, column: usize) -> Result<bool, Vec<Diagnostic>> {
+        let Some(first) = self.rows().next() else { return Ok(false) };
+        let (_, row) = first?;
+        Ok(row.get(column).and_then(Stamp::read).is_some())
+    }
+
+    /// Scan times between dates or times of day.
+    fn dates(&self, column: usize) -> Result<Measurements, Vec<Diagnostic>> {
+        let (mut faults, mut stamps) = (Faults::new(self.name), Vec::<Stamp>::new());
+        for row in self.rows() {
+            let (line, row) = row?;
+            let cell = row.get(column).unwrap_or_default();
+            match Stamp::read(cell) {
+                Some(stamp) if stamps.first().is_none_or(|first| first.form == stamp.form) => {
+                    stamps.push(stamp);
+                }
+                _ => {
+                    let message = format!("'{cell}' is no date and time like those before it");
+                    let help = "each row holds a time stamp such as 2026-11-21T17:42:31.250";
+                    faults.at(Code::Capture, line, &joined(&row), &message, help);
+                }
+            }
+        }
+        if faults.any_error() {
+            return Err(faults.into_diagnostics());
+        }
+        let values: Vec<i128> = stamps.iter().map(|stamp| stamp.at).collect();
+        let step = stamps.iter().map(|stamp| stamp.step).min().map(Picos);
+        let how = format!("between the time stamps of column {}", self.heads[column]);
+        self.origin(step).of_stamps(how, &values)
+    }
+
+    /// The column that holds scan times, or time stamps, by its name.
+    fn likely(&self, pulses: bool) -> Result<usize, Vec<Diagnostic>> {
+        if self.heads.len() == 1 {
+            return Ok(0);
+        }
+        let words: &[&str] = if pulses { &STAMP_WORDS } else { &SCAN_WORDS };
+        let is_likely = |head: &&String| {
+            let own = Unit::words_of_head(head);
+            (Unit::of_head(head).is_some() || pulses)
+                && words.iter().any(|word| if pulses { own == *word } else { own.contains(word) })
+        };
+        let found: Vec<usize> = self
+            .heads
+            .iter()
+            .enumerate()
+            .filter(|(_, head)| is_likely(head))
+            .map(|(column, _)| column)
+            .collect();
+        match found[..] {
+            [column] => Ok(column),
+            _ => {
+                let message = if found.is_empty() {
+                    "no column is known to hold scan times"
+                } else {
+                    "several columns may hold scan times"
+                };
+                let help = format!(
+                    "name it with --column, with --pulses if it holds time stamps, or name a captured signal with --signal; the columns are {}",
+                    self.columns()
+                );
+                Err(vec![fault(self.name, message, help)])
+            }
+        }
+    }
+
+    /// A column's unit: the one that its head names, or the one given.
+    fn unit(&self, column: usize, given: Option<Unit>) -> Result<Unit, Vec<Diagnostic>> {
+        let head = &self.heads[column];
+        match (unit_of(head), given) {
+            (Some(own), Some(given)) if own != given => {
+                let message = format!("the head '{head}' says {own}, --unit says {given}");
+                Err(vec![fault(self.name, message, "leave --unit out, or mend the head")])
+            }
+            (Some(unit), _) | (None, Some(unit)) => Ok(unit),
+            (None, None) => {
+                let message = if head.is_empty() {
+                    "the column has no name that tells its unit".to_owned()
+                } else {
+                    format!("the column '{head}' does not name its unit")
+                };
+                let units = UNITS.map(|unit| unit.name).join(", ");
+                Err(vec![fault(
+                    self.name,
+                    message,
+                    format!(
+                        "give it with --unit, one of {units}; the last file named is taken for the measurements"
+                    ),
+                )])
+            }
+        }
+    }
+
+    /// Scan times between the edges of a captured signal.
+    fn signal(
+        &self,
+        signal: &str,
+        selection: &Selection<'_>,
+    ) -> Result<Measurements, Vec<Diagnostic>> {
+        let column = self.find(signal)?;
+        let clock = self.clock(selection)?;
+        let gate = selection.during.map(|name| self.find(name)).transpose()?;
+        let decimal = match selection.threshold {
+            Some(_) => self.decimal(&[vec![column], clock.column()].concat(), selection)?,
+            None => self.decimal(&clock.column(), selection)?,
+        };
+        let mut faults = Faults::new(self.name);
+        let mut edges = Edges::new(selection.edge);
+        let mut last = i128::MIN;
+        for (sample, row) in self.rows().enumerate() {
+            let (line, row) = row?;
+            let text = || joined(&row);
+            let cell = row.get(column).unwrap_or_default();
+            let level = match (selection.threshold, cell) {
+                (Some(threshold), _) => decimal.level(cell).map(|value| threshold.level(value)),
+                (None, "0") => Some(Some(false)),
+                (None, "1") => Some(Some(true)),
+                (None, _) => None,
+            };
+            let Some(level) = level else {
+                let message = format!("'{cell}' is no level");
+                let help = match selection.threshold {
+                    Some(_) => "an analog signal is a number in each row",
+                    None => {
+                        "a captured signal is 0 or 1; of an analog one say with --threshold where it changes, such as --threshold 2.5 or 0.8..2.0"
+                    }
+                };
+                faults.at(Code::Capture, line, &text(), &message, help);
+                continue;
+            };
+            match clock.at(sample as u64, &row, decimal) {
+                Some(at) if at > last => {
+                    last = at;
+                    if let Some(level) = level {
+                        edges.level(at, Some(level));
+                    }
+                    let still = gate.is_some_and(|gate| row.get(gate) != Some("1"));
+                    edges.stands(still, still);
+                }
+                Some(_) => {
+                    let help = "the samples come in order of time: export the capture again";
+                    faults.at(
+                        Code::Capture,
+                        line,
+                        &text(),
+                        "this row is not later than the last",
+                        help,
+                    );
+                }
+                None => {
+                    let (message, help) = match clock {
+                        RowClock::Dated { .. } => (
+                            "the time is no time stamp like those before it",
+                            "each row has a time stamp such as 2026-11-21T17:42:31.250, all with or all without a date and a zone",
+                        ),
+                        _ => (
+                            "the time is no number",
+                            "each row begins with the time as a decimal number, or as a time stamp such as 2026-11-21T17:42:31.250",
+                        ),
+                    };
+                    faults.at(Code::Capture, line, &text(), message, help);
+                }
+            }
+        }
+        if faults.any_error() {
+            return Err(faults.into_diagnostics());
+        }
+        self.origin(clock.resolution()).of_edges(signal, &edges)
+    }
+
+    /// The clock of a column of dates or times of day: written as the first is, to the finest of their digits.
+    fn dated(&self, column: usize) -> Result<RowClock, Vec<Diagnostic>> {
+        let mut clock = None;
+        for row in self.rows() {
+            let Some(stamp) = row?.1.get(column).and_then(Stamp::read) else { continue };
+            let (form, step) = *clock.get_or_insert((stamp.form, stamp.step));
+            clock = Some((form, step.min(stamp.step)));
+        }
+        let (form, step) = clock.unwrap_or_default();
+        Ok(RowClock::Dated { column, form, step })
+    }
+
+    /// Where a row's time is taken from.
+    fn clock(&self, selection: &Selection<'_>) -> Result<RowClock, Vec<Diagnostic>> {
+        let stamps = |column: usize| {
+            let head = &self.heads[column];
+            let words = Unit::words_of_head(head);
+            unit_of(head).is_some() && (STAMP_WORDS.contains(&words.as_str()) || words.is_empty())
+        };
+        let rate = self.sigrok.as_ref().and_then(|sigrok| sigrok.rate);
+        let channels = self.sigrok.as_ref().map_or(0, |sigrok| sigrok.channels.len());
+        if let Some((start, step)) = self.counted {
+            return Ok(RowClock::Steps { start, step });
+        }
+        if let Some(rate) = rate {
+            let has_time = channels > 0 && self.heads.len() > channels;
+            return Ok(if has_time {
+                RowClock::Counted { column: 0, rate, period: cut_period(rate) }
+            } else {
+                RowClock::Sampled { rate }
+            });
+        }
+        let named = (0..self.heads.len())
+            .find(|&column| stamps(column) || is_long_unit(&self.heads[column]));
+        let plain = || {
+            let is_time = |head: &String| STAMP_WORDS.contains(&head.to_lowercase().as_str());
+            self.heads.iter().position(is_time)
+        };
+        for column in named.into_iter().chain(plain()) {
+            if self.is_dated(column)? {
+                return self.dated(column);
+            }
+        }
+        match (named, selection.unit) {
+            (Some(column), given) => {
+                Ok(RowClock::Stamped { column, unit: self.unit(column, given)? })
+            }
+            (None, Some(unit)) if plain().is_some() => {
+                Ok(RowClock::Stamped { column: plain().unwrap_or(0), unit })
+            }
+            _ => {
+                let help = format!(
+                    "a column is headed by Time and its unit (Time [s]), or a comment gives the sample rate (; Samplerate: 1 MHz); the columns are {}",
+                    self.columns()
+                );
+                Err(vec![fault(self.name, "nothing tells the samples' time", help)])
+            }
+        }
+    }
+}
+
+/// Where a row's time is taken from.
+enum RowClock {
+    /// By a column with a unit.
+    Stamped { column: usize, unit: Unit },
+    /// By a column of dates or times of day, all with or without a date and a zone, to so many picoseconds.
+    Dated { column: usize, form: (bool, bool), step: u64 },
+    /// By a first column that counts steps of so many picoseconds from the start.
+    Steps { start: i128, step: i128 },
+    /// By the rows' number.
+    Sampled { rate: u64 },
+    /// By a column that counts samples times a period cut to a whole number of its unit.
+    Counted { column: usize, rate: u64, period: u64 },
+}
+
+impl RowClock {
+    fn at(&self, sample: u64, row: &StringRecord, decimal: Decimal) -> Option<i128> {
+        let of_sample = |sample: i128, rate: u64| sample * 1_000_000_000_000 / i128::from(rate);
+        match self {
+            RowClock::Stamped { column, unit } => decimal.read(row.get(*column)?, *unit),
+            RowClock::Dated { column, form, .. } => {
+                let stamp = Stamp::read(row.get(*column)?)?;
+                (stamp.form == *form).then_some(stamp.at)
+            }
+            RowClock::Steps { start, step } => {
+                let count: i128 = row.get(0)?.parse().ok()?;
+                start.checked_add(count.checked_mul(*step)?)
+            }
+            RowClock::Sampled { rate } => Some(of_sample(i128::from(sample), *rate)),
+            RowClock::Counted { column, rate, period } => {
+                let count: i128 = row.get(*column)?.parse().ok()?;
+                Some(of_sample(count / i128::from(*period), *rate))
+            }
+        }
+    }
+
+    /// The column that holds the time as a number.
+    fn column(&self) -> Vec<usize> {
+        match self {
+            RowClock::Stamped { column, .. } => vec![*column],
+            _ => Vec::new(),
+        }
+    }
+
+    fn resolution(&self) -> Option<Picos> {
+        match self {
+            RowClock::Stamped { .. } => None,
+            RowClock::Dated { step, .. } => Some(Picos(*step)),
+            RowClock::Steps { step, .. } => u64::try_from(*step).ok().map(Picos),
+            RowClock::Sampled { rate } | RowClock::Counted { rate, .. } => {
+                Some(Picos(1_000_000_000_000_u64.div_ceil(*rate)))
+            }
+        }
+    }
+}
+
+fn unit_of(head: &str) -> Option<Unit> {
+    let long = LONG_UNITS.iter().find(|(long, _)| head.trim().eq_ignore_ascii_case(long));
+    long.and_then(|(_, short)| Unit::from_name(short)).or_else(|| Unit::of_head(head))
+}
+
+fn is_long_unit(head: &str) -> bool {
+    LONG_UNITS.iter().any(|(long, _)| head.trim().eq_ignore_ascii_case(long))
+}
+
+/// The head of several rows that a known maker's file has, behind its comments.
+fn heading(text: &str, comments: usize, delimiter: u8) -> Option<Heading> {
+    let rows: Vec<Vec<String>> = text
+        .lines()
+        .skip(comments)
+        .take(heading::ROWS)
+        .map(|line| {
+            let cells = line.split(char::from(delimiter));
+            cells.map(|cell| cell.trim().trim_matches('"').trim().to_owned()).collect()
+        })
+        .collect();
+    heading::read(&rows)
+}
+
+/// A row as it is shown.
+fn joined(row: &StringRecord) -> String {
+    row.iter().collect::<Vec<_>>().join(",")
+}
+
+/// The file as text: UTF-8, else what Windows tools write.
+fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    let (text, _, broken) = encoding_rs::UTF_8.decode(bytes);
+    if broken { encoding_rs::WINDOWS_1252.decode(bytes).0 } else { text }
+}

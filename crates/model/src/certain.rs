@@ -1,0 +1,152 @@
+//! A model in which nothing depends on unknown values: what a scan costs at least, whatever they are.
+
+use super::{Atom, Charge, Circuit, Lit, Node, ScanModel, VarId};
+use scanbound_base::time::Picos;
+
+/// What the search for a lower bound may do with a free variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// Choose its value.
+    Free,
+    /// Take it as 0.
+    Zero,
+    /// Nothing: its value is unknown, so no lower bound may depend on it.
+    Unknown,
+}
+
+/// Of a node: that it is true whatever the unknown values are, and that it is false whatever they are.
+type Pair = (Lit, Lit);
+
+/// The model in which nothing depends on unknown variables: each charge costs the least that it may, whatever these are.
+/// If `strict`, only assignments are left under which it is known of each charge that costs something whether control
+/// reaches it. Variables keep their numbers; charges do not.
+#[must_use]
+pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: bool) -> ScanModel {
+    let mut circuit = Circuit::default();
+    let mut pairs: Vec<Pair> = Vec::with_capacity(model.circuit.nodes().len());
+    let of = |pairs: &[Pair], lit: Lit| {
+        let (yes, no) = pairs[lit.node()];
+        if lit.is_negated() { (no, yes) } else { (yes, no) }
+    };
+    for node in model.circuit.nodes() {
+        let pair = match *node {
+            Node::True => (Lit::TRUE, Lit::FALSE),
+            Node::Atom(atom) => match standing(atom.variable()) {
+                Standing::Free => {
+                    let lit = circuit.atom(atom);
+                    (lit, !lit)
+                }
+                Standing::Zero => {
+                    let lit = Lit::constant(matches!(atom, Atom::AtLeast(_, 0)));
+                    (lit, !lit)
+                }
+                Standing::Unknown => (Lit::FALSE, Lit::FALSE),
+            },
+            Node::And(a, b) => {
+                let ((yes, no), (also, nor)) = (of(&pairs, a), of(&pairs, b));
+                let yes = circuit.and(yes, also);
+                // Where neither input depends on unknown values, one gate says both.
+                let no = if is_known(&pairs, a) && is_known(&pairs, b) {
+                    !yes
+                } else {
+                    circuit.or(no, nor)
+                };
+                (yes, no)
+            }
+        };
+        pairs.push(pair);
+    }
+    let mut found = ScanModel { variables: model.variables.clone(), ..ScanModel::default() };
+    for charge in &model.charges {
+        let (reached, passed) = of(&pairs, charge.reached);
+        let (fires, idle) = of(&pairs, charge.fires);
+        if strict && charge.dearer() > Picos::ZERO {
+            found.constraints.push(circuit.or(reached, passed));
+        }
+        let ((on, units), off) = (charge.fired(), charge.off);
+        let bare = || Charge { counted: None, ..charge.clone() };
+        let mut add = |holds: Lit, more: Picos| {
+            let (reached, fires) = (holds, holds);
+            found.charges.push(Charge { reached, fires, on: more, off: Picos::ZERO, ..bare() });
+        };
+        for &(handled, more) in units {
+            add(of(&pairs, handled).0, more);
+        }
+        let base = on.min(off);
+        let known = reached == !passed && fires == !idle;
+        if known || on == off {
+            let fires = if known { fires } else { reached };
+            found.charges.push(Charge { reached, fires, on, off, ..bare() });
+            continue;
+        }
+        let dearer = if on > off { fires } else { circuit.and(reached, idle) };
+        add(dearer, Picos(on.max(off).0 - base.0));
+        let fires = reached;
+        found.charges.push(Charge { reached, fires, on: base, off: base, ..bare() });
+    }
+    found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
+    // Whether an error occurs that depends on unknown values, the run tells.
+    found.constraints.extend(model.errors.iter().map(|&error| !of(&pairs, error).0));
+    found.constraints.retain(|&holds| holds != Lit::TRUE);
+    found.constraints.sort_unstable();
+    found.constraints.dedup();
+    found.havocs = model.havocs.where_happened(|happened| of(&pairs, happened).0);
+    found.circuit = circuit;
+    found
+}
+
+/// Whether the literal depends on no unknown value.
+fn is_known(pairs: &[Pair], lit: Lit) -> bool {
+    let (yes, no) = pairs[lit.node()];
+    yes == !no
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Assignment, Origin, VarKind, Variable};
+    use scanbound_ir::{AreaId, Cell};
+
+    #[test]
+    fn what_is_not_known_costs_the_least_and_decides_no_path() {
+        let mut model = ScanModel::default();
+        for index in 0..3 {
+            model.variables.push(Variable {
+                kind: VarKind::Bit,
+                origin: Origin::Start(Cell { area: AreaId(0), index }),
+                name: format!("X{index}"),
+            });
+        }
+        let x: Vec<Lit> = (0..3).map(|v| model.circuit.atom(Atom::Bit(VarId(v)))).collect();
+        let either = model.circuit.or(x[0], x[1]);
+        for (reached, fires) in [(Lit::TRUE, either), (either, either), (Lit::TRUE, x[2])] {
+            let fires = model.circuit.and(reached, fires);
+            let (on, off) = (Picos(100), Picos(7));
+            model.charges.push(Charge {
+                instruction: 0,
+                frames: Vec::new(),
+                reached,
+                fires,
+                on,
+                off,
+                counted: None,
+            });
+        }
+        let unknown = |variable: VarId| match variable.0 {
+            1 => Standing::Unknown,
+            2 => Standing::Zero,
+            _ => Standing::Free,
+        };
+        let found = certain(&model, &unknown, true);
+        let run = |x0: u16| {
+            let assignment = Assignment(vec![x0, 1, 1]);
+            let all: Vec<usize> = (0..found.charges.len()).collect();
+            let values = found.circuit.evaluate(&assignment);
+            let holds = found.constraints.iter().all(|&holds| values.get(holds));
+            (holds, found.cost(&all, &assignment))
+        };
+        // X0 settles it; without it the second charge's path is open, and the first costs its lesser time.
+        assert_eq!(run(1), (true, Picos(100 + 100 + 7)));
+        assert_eq!(run(0), (false, Picos(7 + 7)));
+    }
+}

@@ -1,0 +1,153 @@
+//! Slices a scan's charges into groups that share no free variable, and reads witnesses off assignments.
+
+use crate::{Assignment, Atom, Group, Lit, Node, Origin, ScanModel, VarId};
+use petgraph::unionfind::UnionFind;
+use scanbound_base::time::Picos;
+use scanbound_ir::{ChoiceKey, Witness};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The groups, the largest first by what their charges cost at the dearer of their times. Constant charges are
+/// in none. Reports and exports number them in this order.
+///
+/// Two charges are in one group if their guards share a variable, directly or through other guards or
+/// through a constraint. That is the slicing of the paper: the groups' maxima add up.
+#[must_use]
+pub fn groups(model: &ScanModel) -> Vec<Group> {
+    let mut sets = Sets::of(model);
+    let mut found: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (index, charge) in model.charges.iter().enumerate() {
+        let Some(guard) = charge.guards().next() else { continue };
+        let set = sets.find(guard);
+        let group = *found.entry(set).or_insert_with(|| {
+            groups.push(Group::default());
+            groups.len() - 1
+        });
+        groups[group].charges.push(index);
+    }
+    for (index, &constraint) in model.constraints.iter().enumerate() {
+        if let Some(&group) = found.get(&sets.find(constraint)) {
+            groups[group].constraints.push(index);
+        }
+    }
+    for (variable, node) in sets.variables.clone() {
+        if let Some(&group) = found.get(&sets.find(Lit(node << 1))) {
+            groups[group].variables.push(variable);
+        }
+    }
+    let naive =
+        |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
+    groups.sort_by_cached_key(|group| (Reverse(naive(group)), group.charges[0]));
+    groups
+}
+
+/// The constraints on which no charge depends, as one group without charges: a scan must keep these, too.
+#[must_use]
+pub fn unpriced(model: &ScanModel, groups: &[Group]) -> Option<Group> {
+    let mut kept = vec![false; model.constraints.len()];
+    groups
+        .iter()
+        .flat_map(|group| &group.constraints)
+        .for_each(|&constraint| kept[constraint] = true);
+    let constraints: Vec<usize> = (0..kept.len()).filter(|&constraint| !kept[constraint]).collect();
+    if constraints.is_empty() {
+        return None;
+    }
+    let nodes = model.circuit.nodes();
+    let mut needed = vec![false; nodes.len()];
+    constraints.iter().for_each(|&constraint| needed[model.constraints[constraint].node()] = true);
+    let mut variables = BTreeSet::new();
+    for index in (0..nodes.len()).rev().filter(|&index| index > 0) {
+        match nodes[index] {
+            Node::And(a, b) if needed[index] => {
+                [a, b].iter().for_each(|input| needed[input.node()] = true)
+            }
+            Node::Atom(atom) if needed[index] => {
+                variables.insert(atom.variable());
+            }
+            _ => {}
+        }
+    }
+    Some(Group { charges: Vec::new(), variables: variables.into_iter().collect(), constraints })
+}
+
+/// The nodes that guards and constraints depend on, joined where they depend on each other.
+struct Sets {
+    joined: UnionFind<usize>,
+    variables: BTreeMap<VarId, u32>,
+}
+
+impl Sets {
+    fn of(model: &ScanModel) -> Sets {
+        let nodes = model.circuit.nodes();
+        let mut joined = UnionFind::new(nodes.len());
+        let mut needed = vec![false; nodes.len()];
+        for charge in &model.charges {
+            let mut before: Option<Lit> = None;
+            for guard in charge.guards() {
+                needed[guard.node()] = true;
+                if let Some(before) = before.replace(guard) {
+                    joined.union(before.node(), guard.node());
+                }
+            }
+        }
+        for constraint in &model.constraints {
+            needed[constraint.node()] = true;
+        }
+        let mut variables: BTreeMap<VarId, u32> = BTreeMap::new();
+        for index in (0..nodes.len()).rev().filter(|&index| index > 0) {
+            if !needed[index] {
+                continue;
+            }
+            match nodes[index] {
+                Node::True => {}
+                Node::And(a, b) => {
+                    for input in [a.node(), b.node()] {
+                        needed[input] = true;
+                        joined.union(index, input);
+                    }
+                }
+                Node::Atom(atom @ (Atom::Bit(_) | Atom::AtLeast(..) | Atom::WordBit(..))) => {
+                    let node = u32::try_from(index).expect("circuit indices fit 32 bits");
+                    let first = *variables.entry(atom.variable()).or_insert(node);
+                    joined.union(index, first as usize);
+                }
+            }
+        }
+        Sets { joined, variables }
+    }
+
+    fn find(&mut self, lit: Lit) -> usize {
+        self.joined.find_mut(lit.node())
+    }
+}
+
+/// The scan that an assignment tells, for the given variables.
+#[must_use]
+pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
+    let values = model.circuit.evaluate(assignment);
+    let happened = model.havocs.where_holds(|lit| values.get(lit));
+    let mut witness = Witness { settled: model.settled.clone(), ..Witness::default() };
+    for (variable, &value) in model.variables.iter().zip(&assignment.0) {
+        match &variable.origin {
+            Origin::Start(cell) => {
+                witness.start.insert(*cell, value);
+            }
+            Origin::Choice(key) => {
+                witness.choices.insert(key.clone(), value);
+            }
+            &Origin::Havocked { cell, since, until } => {
+                if let Some(last) = happened.newest(cell, since, until) {
+                    let key = ChoiceKey {
+                        frames: last.frames.clone(),
+                        choice: last.choice,
+                        cell: Some(cell),
+                    };
+                    witness.choices.insert(key, value);
+                }
+            }
+        }
+    }
+    witness
+}

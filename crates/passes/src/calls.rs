@@ -1,0 +1,50 @@
+//! Refuses recursion, of which no scan has a bound, and calls nested deeper than any CPU allows.
+
+use super::Pass;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_ir::{Program, flow};
+
+/// The deepest nesting of calls that any CPU allows.
+const MOST_NESTED: usize = 64;
+
+/// Refuses routines that call themselves, directly or through others.
+pub const PASS: Pass = Pass { name: "following calls", run: |program, _| check(program) };
+
+fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
+    let (at, code, message, help) = if let Some(at) = flow::recursion(program) {
+        let message = "this call leads back to itself: the scan has no bound".to_owned();
+        (at, Code::Recursion, message, "subroutines must not call each other in a circle")
+    } else if let Some(at) = flow::nested_beyond(program, MOST_NESTED) {
+        let message = format!("more than {MOST_NESTED} calls stand in each other");
+        (at, Code::Nesting, message, "no CPU allows more than 64; most allow 16")
+    } else {
+        return Ok(());
+    };
+    Err(vec![program.fault(&program.instructions[at], code, message, help)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_ir::{Logic, Step, testing};
+
+    /// A program of routines that each call the next, and the last one `last`.
+    fn chain(calls: usize, last: usize) -> Program {
+        let call = |target| [Step::Call { fires: Logic::Const(true), target }, Step::Return];
+        let mut steps = vec![Step::Call { fires: Logic::Const(true), target: 2 }, Step::End];
+        (1..calls).for_each(|n| steps.extend(call(2 + 2 * n)));
+        steps.extend(if last > 0 { call(last) } else { [Step::Nothing, Step::Return] });
+        testing::program(steps)
+    }
+
+    #[test]
+    fn calls_may_stand_in_each_other_but_not_in_a_circle_nor_too_deep() {
+        let code = |calls, last| check(&chain(calls, last)).map_err(|faults| faults[0].code);
+        assert_eq!(code(1, 0), Ok(()));
+        assert_eq!(code(MOST_NESTED, 0), Ok(()));
+        assert_eq!(code(MOST_NESTED + 1, 0), Err(Code::Nesting));
+        assert_eq!(code(3, 2), Err(Code::Recursion));
+        assert_eq!(code(1, 2), Err(Code::Recursion));
+    }
+}

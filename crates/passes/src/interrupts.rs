@@ -1,0 +1,191 @@
+//! Interrupt routines run at any moment: what they write the scan reads as any value, and they read any values.
+
+use super::Pass;
+use scanbound_ir::{
+    Approximated, Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut,
+    Step, WordSource, flow,
+};
+use std::collections::BTreeSet;
+
+/// Reads of what may change at any moment become any values.
+pub const PASS: Pass = Pass {
+    name: "letting interrupts come at any moment",
+    run: |program, _| {
+        isolate(program);
+        Ok(())
+    },
+};
+
+/// Takes every read of a cell that an interrupt routine may write as any value, and every read within interrupt
+/// routines too; the same of what else may change at any moment ([`Program::volatile`]).
+fn isolate(program: &mut Program) {
+    let inside = reachable(program);
+    let mut regions: BTreeSet<Region> =
+        inside.iter().flat_map(|&at| flow::written(program, at)).collect();
+    regions.extend(&program.volatile);
+    if inside.is_empty() && regions.is_empty() {
+        return;
+    }
+    let changing = Changing { inside, regions };
+    let unsigned = changing.free_counts(program);
+    changing.free_counts_inside(program, &unsigned);
+    changing.free_reads(program);
+    program.volatile = changing.regions.into_iter().collect();
+    let entries: Vec<usize> = program.interrupts.iter().map(|one| one.entry).collect();
+    entries.into_iter().for_each(|at| program.approximate(at, Approximated::ReadByInterrupt));
+}
+
+/// What may change at any moment, and who may run then.
+struct Changing {
+    /// The instructions that interrupt routines may run: the scan may be anywhere then, so they read any values.
+    inside: BTreeSet<usize>,
+    /// What may change.
+    regions: BTreeSet<Region>,
+}
+
+/// A choice of which nothing is known.
+fn fresh(choices: &mut u32) -> ChoiceId {
+    *choices += 1;
+    ChoiceId(*choices - 1)
+}
+
+impl Changing {
+    fn holds(&self, cell: Cell) -> bool {
+        self.regions.iter().any(|region| region.holds(cell))
+    }
+
+    fn holds_any(&self, word: WordSource) -> bool {
+        match word {
+            WordSource::Cell(cell) => self.holds(cell),
+            WordSource::Bits { first, count } => {
+                (0..u32::from(count)).any(|n| self.holds(first.plus(n)))
+            }
+            WordSource::Const(_) | WordSource::Free(_) => false,
+        }
+    }
+
+    /// Lets counts of loops that are worked out from what may change be any; those that are unsigned.
+    fn free_counts(&self, program: &mut Program) -> BTreeSet<ChoiceId> {
+        // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
+        let is_kept = |kind: &ChoiceKind| match *kind {
+            ChoiceKind::Iterations(word) => !self.holds_any(word),
+            _ => true,
+        };
+        program.kinds.retain(|_, kind| is_kept(kind));
+        // An unsigned count may be as large as a word can say, whatever it is.
+        let mut unsigned = BTreeSet::new();
+        for (&count, kind) in &mut program.kinds {
+            if let ChoiceKind::Unsigned(word) = kind {
+                unsigned.insert(count);
+                if self.holds_any(*word) {
+                    *word = WordSource::Free(fresh(&mut program.choices));
+                }
+            }
+        }
+        unsigned
+    }
+
+    /// Lets all counts of loops within interrupt routines be any.
+    fn free_counts_inside(&self, program: &mut Program, unsigned: &BTreeSet<ChoiceId>) {
+        for &at in &self.inside {
+            let count = match &program.instructions[at].step {
+                Step::ForBegin { count, .. } => Some(*count),
+                Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
+                _ => None,
+            };
+            let Some(WordSource::Free(count)) = count else { continue };
+            match unsigned.contains(&count) {
+                true => {
+                    let any = WordSource::Free(fresh(&mut program.choices));
+                    program.kinds.insert(count, ChoiceKind::Unsigned(any));
+                }
+                false => _ = program.kinds.remove(&count),
+            }
+        }
+    }
+
+    /// Lets reads of what may change, and all reads within interrupt routines, be any values. Notes where the scan does so.
+    fn free_reads(&self, program: &mut Program) {
+        let choices = &mut program.choices;
+        for (at, instruction) in program.instructions.iter_mut().enumerate() {
+            let is_inside = self.inside.contains(&at);
+            let mut taken = false;
+            instruction
+                .each_read_mut(&mut |source| taken |= self.frees(source, is_inside, choices));
+            if taken && !is_inside {
+                let what = Approximated::Interrupted;
+                program.approximations.push(Approximation { instruction: at, what });
+            }
+        }
+        for (at, error) in &mut program.errors {
+            let is_inside = self.inside.contains(at);
+            error.each_read_mut(&mut |source| _ = self.frees(source, is_inside, choices));
+        }
+    }
+
+    /// Lets a source be any value if it may change, or all do; whether it may.
+    fn frees(&self, source: SourceMut<'_>, all: bool, choices: &mut u32) -> bool {
+        match source {
+            SourceMut::Bit(source) => {
+                let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *source else {
+                    return false;
+                };
+                let changes = all || self.holds(cell);
+                if changes {
+                    *source = BitSource::Free(fresh(choices));
+                }
+                changes
+            }
+            SourceMut::Word(source) => {
+                let is_memory = matches!(source, WordSource::Cell(_) | WordSource::Bits { .. });
+                let changes = is_memory && (all || self.holds_any(*source));
+                if changes {
+                    *source = WordSource::Free(fresh(choices));
+                }
+                changes
+            }
+        }
+    }
+}
+
+/// The instructions that interrupt routines may run, routines that they call included.
+fn reachable(program: &Program) -> BTreeSet<usize> {
+    let mut open: Vec<usize> = program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
+    let mut seen = BTreeSet::new();
+    while let Some(at) = open.pop() {
+        if at >= program.instructions.len() || !seen.insert(at) {
+            continue;
+        }
+        match program.instructions[at].step {
+            Step::Return | Step::End => continue,
+            Step::Jump { target, .. } | Step::Call { target, .. } => open.push(target),
+            _ => {}
+        }
+        open.push(at + 1);
+    }
+    seen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_ir::{AreaId, Interrupt, Join, Logic, testing};
+
+    #[test]
+    fn a_routine_that_writes_nothing_still_reads_any_value() {
+        let cell = Cell { area: AreaId(0), index: 0 };
+        let steps = [
+            Step::End,
+            Step::Logic { join: Join::Start, value: Logic::cell(cell) },
+            Step::Act { fires: Logic::Condition },
+            Step::Return,
+        ];
+        let mut program = testing::program(steps);
+        let name = "I0".to_owned();
+        program.interrupts.push(Interrupt { name, entry: 1, times: 1, stated: false });
+        isolate(&mut program);
+        let read = program.instructions[1].step.fires();
+        assert_eq!(read, Some(&Logic::Bit(BitSource::Free(ChoiceId(0)))));
+        assert_eq!((program.choices, program.approximations.len()), (1, 1));
+    }
+}

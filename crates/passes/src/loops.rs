@@ -1,0 +1,617 @@
+//! Loop summaries: loops and routines charged as often as they can run, at their dearest, without being followed.
+//!
+//! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
+//! count is beyond what can be followed, the innermost loops and routines that are too large are summarised.
+
+use super::Pass;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_ir::flow::{self, written};
+use scanbound_ir::{
+    Approximated, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
+    Unfollowed, WordSource,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// More single ranges of an area than this are havocked as the whole area.
+const MOST_RANGES: usize = 256;
+
+/// Loops that unroll to more executed instructions than this are summarised.
+const MOST_UNROLLED: u64 = 200_000;
+
+/// Where even loops and routines of so few executions would have to be summarised, the whole program is.
+const SMALLEST: u64 = 64;
+
+/// All charges of what is summarised together are at most so many; beyond, the whole program is summarised.
+const MOST_CHARGES: usize = 4_000_000;
+
+/// How often an instruction runs is more than a number can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooOften {
+    /// The instruction.
+    pub instruction: usize,
+}
+
+/// Loops that cannot be followed iteration by iteration are summarised.
+pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
+
+/// Summarises loops whose number of iterations is not known, then those that unroll to too much all the same. Of each
+/// kind outer loops first: loops within them are part of their summaries.
+fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
+    let mut faults = Vec::new();
+    let (unknown, known): (Vec<_>, Vec<_>) =
+        flow::loops(program).into_iter().partition(|(begin, _)| program.uncounted.contains(begin));
+    // Where summarised loops begin and end; of nested ones the outer one alone.
+    let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
+    let (mut behind, unknowns) = (0, unknown.len());
+    for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
+        let unknown = place < unknowns;
+        if place == unknowns {
+            behind = 0;
+        }
+        let outer = taken.range(..begin).next_back();
+        if begin < behind || outer.is_some_and(|(_, &end)| begin < end) {
+            continue;
+        }
+        let Step::ForBegin { most, .. } = program.instructions[begin].step else { continue };
+        let size = flow::unrolled(program, begin + 1, end).saturating_mul(u64::from(most));
+        if !unknown && size <= MOST_UNROLLED {
+            continue;
+        }
+        behind = end;
+        if unknown {
+            taken.insert(begin, end);
+        }
+        let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
+            let message = "loops and calls multiply to more iterations here than can be counted";
+            let help = "state the range of its count in the facts file";
+            faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));
+            continue;
+        };
+        program.instructions[begin].step = step;
+        program.approximate(begin, Approximated::LoopSummary(most));
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The loop between two instructions as one step that charges everything in it `iterations` times; `None` if it runs
+/// more often than can be counted.
+fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
+    let gathered = Shape::of(program).gather(program, begin + 1, end, iterations).ok()?;
+    let iterations = iterations_of(program, begin);
+    Some(gathered.step(program, end, iterations))
+}
+
+/// Summarises loops, routines and interrupts, so that at most `most` instructions more than the program has are
+/// executed in a scan: how many there are at most. What was summarised is listed as an approximation.
+///
+/// # Errors
+/// Where an instruction runs more often than a number can hold.
+pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
+    let shape = Shape::of(program);
+    let most = most.saturating_add(program.instructions.len() as u64);
+    let mut limit = most;
+    loop {
+        let plan = shape.plan(program, limit);
+        if plan.total <= most {
+            if !plan.is_empty() {
+                shape.carry_out(program, &plan)?;
+            }
+            return Ok(plan.total);
+        }
+        limit /= 8;
+        if limit < SMALLEST {
+            whole(program, Unfollowed::TooMany)?;
+            return Ok(program.instructions.len() as u64);
+        }
+    }
+}
+
+/// The program with summarised loops put back where their counts say less than was charged: `iterations` tells how many
+/// iterations each makes at most wherever a scan was followed to it. `None` if there are none.
+///
+/// A loop that also runs within something else that is summarised, as in a routine that is called there, stays: how
+/// often it is repeated there was not followed.
+pub fn put_back(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<Program> {
+    let summaries = program.instructions.iter().filter_map(|one| match &one.step {
+        Step::Summary(summary) => Some(summary),
+        _ => None,
+    });
+    let unfollowed: BTreeSet<usize> =
+        summaries.flat_map(|summary| summary.charges.iter().map(|&(at, _)| at)).collect();
+    let mut closer: Option<Program> = None;
+    for (&begin, &known) in iterations.iter().filter(|(begin, _)| !unfollowed.contains(begin)) {
+        let Step::Summary(summary) = &program.instructions[begin].step else { continue };
+        let (end, Some((count, least, most))) = (summary.end, summary.iterations) else { continue };
+        if known < most {
+            let closer = closer.get_or_insert_with(|| program.clone());
+            closer.instructions[begin].step = Step::ForBegin { count, least, most: known, end };
+            closer
+                .approximations
+                .retain(|one| one.instruction != begin || !one.what.is_loop_summary());
+        }
+    }
+    closer
+}
+
+/// Lowers how many iterations loops make at most to what was found, over all paths to them. Those that were summarised
+/// since their counts were not known are followed if they are known now.
+pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
+    let lowered = |at: usize, most: u32| {
+        let known = u32::try_from(*iterations.get(&at)?).ok()?;
+        (known < most).then_some(known)
+    };
+    let is_lowered = |(at, one): (usize, &Instruction)| match &one.step {
+        Step::ForBegin { most, .. } => lowered(at, *most).is_some(),
+        Step::Summary(summary) => {
+            summary.iterations.is_some_and(|(.., most)| lowered(at, most).is_some())
+        }
+        _ => false,
+    };
+    if !program.instructions.iter().enumerate().any(is_lowered) {
+        return;
+    }
+    let mut unknown: Vec<(usize, usize, u32)> = Vec::new();
+    for at in 0..program.instructions.len() {
+        match &mut program.instructions[at].step {
+            Step::ForBegin { least, most, .. } => {
+                *most = lowered(at, *most).map_or(*most, |known| known.max(*least));
+            }
+            Step::Summary(summary) => {
+                let (end, Some((count, least, most))) = (summary.end, summary.iterations) else {
+                    continue;
+                };
+                let known = lowered(at, most).map(|known| known.max(least));
+                if known.is_none() {
+                    unknown.push((at, end, most));
+                }
+                let most = known.unwrap_or(most);
+                program.instructions[at].step = Step::ForBegin { count, least, most, end };
+            }
+            _ => {}
+        }
+    }
+    let mut behind = 0;
+    program.approximations.retain(|one| !matches!(one.what, Approximated::LoopSummary(_)));
+    for (begin, end, most) in unknown {
+        // A loop within a summarised one is part of its summary.
+        if begin < behind {
+            continue;
+        }
+        behind = end;
+        let Some(step) = of_loop(program, begin, end, u64::from(most)) else { continue };
+        program.instructions[begin].step = step;
+        program.approximate(begin, Approximated::LoopSummary(most));
+    }
+}
+
+/// Summarises the whole program: the sum of all that can run, each at its dearest. Whether it can run together,
+/// or run at all, is left open.
+///
+/// # Errors
+/// Where an instruction runs more often than a number can hold.
+pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
+    let shape = Shape::of(program);
+    for index in 0..program.mains.len() {
+        let main = program.mains[index].clone();
+        let Some(last) = main.end.checked_sub(1).filter(|&last| last >= main.start) else {
+            continue;
+        };
+        let mut gathered = shape.gather(program, main.start, last, 1)?;
+        // All its exits lead to the end of the routine, which follows.
+        gathered.own.clear();
+        // It may be skipped as a whole, so that none of its charges is taken for certain.
+        let at = program.instructions.len();
+        program.choices += 1;
+        let runs = Logic::Bit(BitSource::Free(ChoiceId(program.choices - 1)));
+        let past = Step::Jump { fires: runs.not(), target: at + 2 };
+        append(program, main.start, past);
+        stub(program, gathered, main.start, Step::End);
+        program.mains[index] = at..program.instructions.len();
+        program.approximate(main.start, Approximated::WholeSummary(why));
+    }
+    for index in 0..program.interrupts.len() {
+        shape.interrupt(program, index)?;
+    }
+    Ok(())
+}
+
+/// What is to be summarised.
+#[derive(Default)]
+struct Plan {
+    loops: BTreeSet<usize>,
+    routines: BTreeSet<usize>,
+    interrupts: BTreeSet<usize>,
+    /// How many instructions a scan executes with these summarised.
+    total: u64,
+}
+
+impl Plan {
+    fn is_empty(&self) -> bool {
+        self.loops.is_empty() && self.routines.is_empty() && self.interrupts.is_empty()
+    }
+}
+
+/// The routines of a program and how they call each other.
+struct Shape {
+    /// The last instruction of each routine that is called, by its first.
+    ends: BTreeMap<usize, usize>,
+    /// The routines, each before those that it calls.
+    order: Vec<usize>,
+    /// Where each stands in that order.
+    place: BTreeMap<usize, usize>,
+}
+
+impl Shape {
+    fn of(program: &Program) -> Shape {
+        let calls = flow::calls(program);
+        let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
+        let last = program.instructions.len().saturating_sub(1);
+        let ends: BTreeMap<usize, usize> = entries
+            .into_iter()
+            .map(|entry| (entry, flow::extent(program, entry).unwrap_or(last)))
+            .collect();
+        let inside = |entry: usize, end: usize| {
+            let from = calls.partition_point(|&(at, _)| at < entry);
+            let to = calls.partition_point(|&(at, _)| at <= end);
+            calls[from..to].iter().map(|&(_, target)| target).collect::<BTreeSet<usize>>()
+        };
+        let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
+        for (&entry, &end) in &ends {
+            graph.add_node(entry);
+            for target in inside(entry, end) {
+                graph.add_edge(entry, target, ());
+            }
+        }
+        let order = petgraph::algo::toposort(&graph, None).unwrap_or_default();
+        let place = order.iter().enumerate().map(|(place, &entry)| (entry, place)).collect();
+        Shape { ends, order, place }
+    }
+
+    /// What to summarise so that no loop, routine or interrupt executes more than `limit` instructions.
+    fn plan(&self, program: &Program, limit: u64) -> Plan {
+        let mut plan = Plan::default();
+        let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
+        for &entry in self.order.iter().rev() {
+            let mut size = self.size(program, entry, self.ends[&entry], limit, &sizes, &mut plan);
+            if size > limit {
+                plan.routines.insert(entry);
+                // As a summary each of its instructions is one charge.
+                size = self.reached(program, entry).len() as u64;
+            }
+            sizes.insert(entry, size);
+        }
+        for main in program.mains.iter().filter(|main| !main.is_empty()) {
+            let size = self.size(program, main.start, main.end - 1, limit, &sizes, &mut plan);
+            plan.total = plan.total.saturating_add(size);
+        }
+        for (index, interrupt) in program.interrupts.iter().enumerate() {
+            let last = program.instructions.len() - 1;
+            let end = flow::extent(program, interrupt.entry).unwrap_or(last);
+            let mut size = self.size(program, interrupt.entry, end, limit, &sizes, &mut plan);
+            let all = size.saturating_mul(u64::from(interrupt.times));
+            if all > limit.max(size) {
+                plan.interrupts.insert(index);
+            } else {
+                size = all;
+            }
+            plan.total = plan.total.saturating_add(size);
+        }
+        plan
+    }
+
+    /// How many instructions run between two, both included, with what is planned so far.
+    fn size(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        limit: u64,
+        sizes: &BTreeMap<usize, u64>,
+        plan: &mut Plan,
+    ) -> u64 {
+        let mut total = 0u64;
+        let mut at = from;
+        while at <= to {
+            let more = match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    let begin = std::mem::replace(&mut at, *end);
+                    let iteration = self.size(program, begin + 1, *end, limit, sizes, plan);
+                    let all = iteration.saturating_mul(u64::from(*most));
+                    if all > limit {
+                        plan.loops.insert(begin);
+                        (*end - begin) as u64
+                    } else {
+                        all
+                    }
+                }
+                Step::Summary(summary) => {
+                    at = summary.end;
+                    summary.charges.len() as u64
+                }
+                Step::Call { target, .. } => sizes.get(target).copied().unwrap_or(0),
+                _ => 0,
+            };
+            total = total.saturating_add(more).saturating_add(1);
+            at += 1;
+        }
+        total
+    }
+
+    /// The routine's instructions and those of all that it calls.
+    fn reached(&self, program: &Program, entry: usize) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        let mut open = vec![entry];
+        let mut seen: BTreeSet<usize> = BTreeSet::from([entry]);
+        while let Some(entry) = open.pop() {
+            for at in entry..=self.ends[&entry] {
+                found.insert(at);
+                if let Step::Call { target, .. } = program.instructions[at].step
+                    && seen.insert(target)
+                {
+                    open.push(target);
+                }
+            }
+        }
+        found
+    }
+
+    fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), TooOften> {
+        // All is gathered from the program before any of it is replaced, so that nothing is charged twice.
+        let (mut loops, mut routines) = (Vec::new(), Vec::new());
+        let (mut charges, mut endless) = (0, false);
+        let mut keep = |gathered: &Gathered| {
+            charges += gathered.charges.len();
+            endless |= gathered.endless;
+            charges <= MOST_CHARGES && !gathered.endless
+        };
+        for &begin in &plan.loops {
+            let Step::ForBegin { most, end, .. } = program.instructions[begin].step else {
+                continue;
+            };
+            let gathered = self.gather(program, begin + 1, end, u64::from(most))?;
+            if keep(&gathered) {
+                loops.push((begin, end, most, gathered));
+            }
+        }
+        for &entry in &plan.routines {
+            let mut gathered = self.gather(program, entry, self.ends[&entry], 1)?;
+            gathered.own.clear();
+            if keep(&gathered) {
+                routines.push((entry, gathered));
+            }
+        }
+        if charges > MOST_CHARGES || endless {
+            return whole(program, Unfollowed::TooMany);
+        }
+        for &index in &plan.interrupts {
+            self.interrupt(program, index)?;
+        }
+        let mut stubs: BTreeMap<usize, usize> = BTreeMap::new();
+        for (entry, gathered) in routines {
+            stubs.insert(entry, program.instructions.len());
+            stub(program, gathered, entry, Step::Return);
+            program.approximate(entry, Approximated::RoutineSummary);
+        }
+        for instruction in &mut program.instructions {
+            if let Step::Call { target, .. } = &mut instruction.step
+                && let Some(&stub) = stubs.get(target)
+            {
+                *target = stub;
+            }
+        }
+        for (begin, end, iterations, gathered) in loops {
+            let count = iterations_of(program, begin);
+            program.instructions[begin].step = gathered.step(program, end, count);
+            program.approximate(begin, Approximated::NestedSummary(iterations));
+        }
+        Ok(())
+    }
+
+    /// Summarises all runs of an interrupt routine.
+    fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), TooOften> {
+        let (entry, times) = (program.interrupts[index].entry, program.interrupts[index].times);
+        if times == 0 {
+            return Ok(());
+        }
+        let last = program.instructions.len() - 1;
+        let end = flow::extent(program, entry).unwrap_or(last);
+        let mut gathered = self.gather(program, entry, end, u64::from(times))?;
+        gathered.own.clear();
+        program.interrupts[index].entry = program.instructions.len();
+        program.interrupts[index].times = 1;
+        stub(program, gathered, entry, Step::Return);
+        program.approximate(entry, Approximated::InterruptSummary(times));
+        Ok(())
+    }
+
+    /// What the instructions between two, both included, may cost and do when they run `times` times.
+    fn gather(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        times: u64,
+    ) -> Result<Gathered, TooOften> {
+        let mut gathered = Gathered::default();
+        // Keyed by their place in the order of calls: each routine is gathered once, after all that call it.
+        let mut called: BTreeMap<usize, u64> = BTreeMap::new();
+        self.span(program, from, to, times, &mut gathered, &mut called)?;
+        gathered.own = gathered.exits(program, to);
+        while let Some((place, times)) = called.pop_first() {
+            let entry = self.order[place];
+            self.span(program, entry, self.ends[&entry], times, &mut gathered, &mut called)?;
+        }
+        gathered.finish(program);
+        Ok(gathered)
+    }
+
+    fn span(
+        &self,
+        program: &Program,
+        from: usize,
+        to: usize,
+        times: u64,
+        gathered: &mut Gathered,
+        called: &mut BTreeMap<usize, u64>,
+    ) -> Result<(), TooOften> {
+        let mut at = from;
+        while at <= to {
+            let too_often = TooOften { instruction: at };
+            let add = |sum: &mut u64, more: u64| -> Result<(), TooOften> {
+                *sum = sum.checked_add(more).ok_or(too_often)?;
+                Ok(())
+            };
+            add(gathered.charges.entry(at).or_default(), times)?;
+            match &program.instructions[at].step {
+                Step::ForBegin { most, end, .. } => {
+                    let iterations = times.checked_mul(u64::from(*most)).ok_or(too_often)?;
+                    self.span(program, at + 1, *end, iterations, gathered, called)?;
+                    at = *end;
+                }
+                Step::Summary(summary) => {
+                    for &(charged, often) in &summary.charges {
+                        let often = often.checked_mul(times).ok_or(too_often)?;
+                        add(gathered.charges.entry(charged).or_default(), often)?;
+                    }
+                    at = summary.end;
+                }
+                Step::Call { target, .. } => {
+                    let place = *self.place.get(target).ok_or(too_often)?;
+                    add(called.entry(place).or_default(), times)?;
+                }
+                _ => {}
+            }
+            at += 1;
+        }
+        Ok(())
+    }
+}
+
+/// What is summarised.
+#[derive(Default)]
+struct Gathered {
+    /// How often each instruction is charged.
+    charges: BTreeMap<usize, u64>,
+    /// What may be written.
+    regions: BTreeSet<Region>,
+    /// Its own exits: jumps and returns, not those of routines that it calls.
+    own: BTreeSet<Exit>,
+    /// Exits that end the main routine or the scan, its own and those of routines that it calls.
+    out: BTreeSet<Exit>,
+    /// It holds a loop that may go on for ever.
+    endless: bool,
+}
+
+impl Gathered {
+    /// The exits to what lies behind the instruction at `to`.
+    fn exits(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
+        let mut found = BTreeSet::new();
+        for &at in self.charges.keys() {
+            match &program.instructions[at].step {
+                Step::Jump { target, .. } if *target > to => {
+                    found.insert(Exit::To(*target));
+                }
+                Step::Return => {
+                    found.insert(Exit::Return);
+                }
+                Step::Summary(summary) => {
+                    found.extend(summary.exits.iter().map(|&(_, exit)| exit).filter(|exit| {
+                        match exit {
+                            Exit::To(target) => *target > to,
+                            _ => true,
+                        }
+                    }))
+                }
+                _ => {}
+            }
+        }
+        found
+    }
+
+    fn finish(&mut self, program: &Program) {
+        for &at in self.charges.keys() {
+            self.regions.extend(written(program, at));
+            match &program.instructions[at].step {
+                Step::End => {
+                    self.out.insert(Exit::End);
+                }
+                Step::Stop { .. } => {
+                    self.out.insert(Exit::Stop);
+                }
+                Step::Summary(summary) => {
+                    let out = summary.exits.iter().map(|&(_, exit)| exit);
+                    self.out.extend(out.filter(|exit| matches!(exit, Exit::End | Exit::Stop)));
+                }
+                Step::Unbounded { .. } => self.endless = true,
+                _ => {}
+            }
+        }
+    }
+
+    fn step(
+        self,
+        program: &mut Program,
+        end: usize,
+        iterations: Option<(WordSource, u32, u32)>,
+    ) -> Step {
+        let mut choice = || {
+            program.choices += 1;
+            ChoiceId(program.choices - 1)
+        };
+        let exits = self.own.union(&self.out).map(|&exit| (choice(), exit)).collect();
+        let choice = choice();
+        Step::Summary(Box::new(Summary {
+            end,
+            charges: self.charges.into_iter().collect(),
+            havocs: merged(self.regions),
+            choice,
+            exits,
+            iterations,
+        }))
+    }
+}
+
+/// The count of a loop, its least and its most iterations.
+fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
+    match program.instructions[begin].step {
+        Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
+        _ => None,
+    }
+}
+
+/// Puts what was gathered behind the program, followed by `then`, which costs nothing there.
+fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
+    let at = program.instructions.len();
+    let summary = gathered.step(program, at, None);
+    [summary, then].into_iter().for_each(|step| append(program, of, step));
+}
+
+/// Puts a step behind the program that belongs to an instruction of it.
+fn append(program: &mut Program, of: usize, step: Step) {
+    let Instruction { place, block, text, operands, .. } = &program.instructions[of];
+    let (place, block, text, operands) = (*place, *block, text.clone(), operands.clone());
+    let instruction =
+        Instruction { place, block, text, operands, timing: None, effects: vec![], step };
+    program.instructions.push(instruction);
+}
+
+/// Areas of which many single ranges are listed, as a whole.
+fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
+    let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
+    for region in &regions {
+        if let Region::Range { first, .. } = region {
+            *ranges.entry(first.area).or_default() += 1;
+        }
+    }
+    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
+    let mut merged: Vec<Region> =
+        regions.iter().copied().filter(|region| !is_many(region)).collect();
+    merged.extend(
+        ranges
+            .iter()
+            .filter(|(_, count)| **count > MOST_RANGES)
+            .map(|(&area, _)| Region::Area(area)),
+    );
+    merged
+}

@@ -1,0 +1,402 @@
+//! What numbers, conditions and operations come to, by what words may hold.
+
+use super::condition::{Condition, Known, Literal};
+use super::integers::Integers;
+use super::reach::Reach;
+use super::state::{Followed, State};
+use super::value::Value;
+use scanbound_base::ring::Ring;
+use scanbound_ir::meaning::{
+    Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
+};
+use scanbound_ir::{
+    BitSource, ChoiceId, Compare, Indexed, Length, Logic, Number, Program, Reading, Relation,
+    WordSource,
+};
+use std::cell::Cell as Shared;
+
+/// What is asked of a program's expressions in a state.
+pub struct Evaluation<'a> {
+    pub program: &'a Program,
+    pub followed: &'a Followed,
+    pub state: &'a State,
+    /// What is true where it is asked.
+    pub holds: &'a [Literal],
+    /// The last stamp that was given.
+    pub stamp: &'a Shared<u32>,
+}
+
+impl Evaluation<'_> {
+    /// A word.
+    pub fn word(&self, word: WordSource) -> Value {
+        match word {
+            WordSource::Const(value) => Value::constant(value),
+            WordSource::Cell(cell) => {
+                let slot = self.followed.words.slot(cell);
+                slot.map_or(Value::TOP, |slot| self.state.value_where(slot, self.holds))
+            }
+            WordSource::Bits { count, .. } => Value::range(0, (1i64 << count) - 1),
+            WordSource::Free(choice) => self.choice(choice),
+        }
+    }
+
+    fn choice(&self, choice: ChoiceId) -> Value {
+        match self.program.kinds.get(&choice) {
+            Some(ChoiceKind::Exact(meaning)) => {
+                let found = self.operation(meaning);
+                found.and_then(|results| results.first()?.first().copied()).unwrap_or(Value::TOP)
+            }
+            Some(ChoiceKind::Present { setting, .. }) => Value::range(0, i64::from(*setting)),
+            _ => Value::TOP,
+        }
+    }
+
+    /// A number's words.
+    pub fn number(&self, number: &Number) -> Vec<Value> {
+        match number {
+            Number::Words(words) => words.iter().map(|word| self.word(*word)).collect(),
+            Number::Add(a, b) | Number::Sub(a, b) => {
+                let subtract = matches!(number, Number::Sub(..));
+                let [left, right] = [a, b].map(|one| self.number(one));
+                if let ([left], [right]) = (&left[..], &right[..]) {
+                    return vec![left.plus(if subtract { right.negated() } else { *right })];
+                }
+                let words = left.len();
+                self.integers(number).map_or(vec![Value::TOP; words], |sum| sum.words(words))
+            }
+            Number::And(a, b) => self.by_word(a, b, Value::and),
+            Number::Or(a, b) => self.by_word(a, b, |a, b| a.or(b, false)),
+            Number::Xor(a, b) => self.by_word(a, b, |a, b| a.or(b, true)),
+        }
+    }
+
+    /// A signed number of two words as a whole: its words alone don't say which of their values go together.
+    fn integers(&self, number: &Number) -> Option<Integers> {
+        if let Some(word) = sign_extended(number) {
+            return Some(Integers::word(&self.word(word), true));
+        }
+        let found = match number {
+            Number::Add(a, b) => self.integers(a)?.plus(&self.integers(b)?)?,
+            Number::Sub(a, b) => self.integers(a)?.plus(&self.integers(b)?.negated()?)?,
+            other => Integers::signed(&self.number(other))?,
+        };
+        Some(found).filter(|found| found.fits(2))
+    }
+
+    fn by_word(&self, a: &Number, b: &Number, how: impl Fn(Value, Value) -> Value) -> Vec<Value> {
+        let (a, b) = (self.number(a), self.number(b));
+        a.into_iter().zip(b).map(|(a, b)| how(a, b)).collect()
+    }
+
+    fn seen(&self, condition: Condition) -> Condition {
+        condition.seen(|| {
+            self.stamp.set(self.stamp.get() + 1);
+            self.stamp.get()
+        })
+    }
+
+    /// A truth value; `condition` is the instruction's. What is not decided has a literal.
+    pub fn logic(&self, logic: &Logic, condition: &Condition) -> Condition {
+        let found = match logic {
+            Logic::Condition => condition.clone(),
+            Logic::Const(value) => Condition::constant(*value),
+            Logic::Bit(bit) => self.bit(*bit, true),
+            Logic::Not(inner) => match &**inner {
+                Logic::Compare(compare) => self.compare(compare, opposite(compare.relation)),
+                Logic::Bit(bit) => self.bit(*bit, false),
+                inner => self.logic(inner, condition).negation(),
+            },
+            Logic::All(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Condition::always(), |all, part| all.and(&part))
+            }
+            Logic::Any(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Condition::constant(false), |any, part| any.or(&part))
+            }
+            Logic::Compare(compare) => self.compare(compare, compare.relation),
+        };
+        self.seen(found)
+    }
+
+    fn bit(&self, bit: BitSource, on: bool) -> Condition {
+        match bit {
+            BitSource::Const(value) => Condition::constant(value == on),
+            BitSource::Cell(cell) => match self.followed.bits.slot(cell) {
+                Some(slot) => self.state.bit(slot, on),
+                None => Condition::default(),
+            },
+            BitSource::WordBit(..) | BitSource::Free(_) => Condition::default(),
+        }
+    }
+
+    fn compare(&self, compare: &Compare, relation: Relation) -> Condition {
+        let signed = match compare.reading {
+            Reading::Signed => true,
+            Reading::Unsigned => false,
+            Reading::Real(_) => return Condition::default(),
+        };
+        let words = [self.number(&compare.left), self.number(&compare.right)];
+        let sides = words.each_ref().map(|words| Integers::read(words, signed));
+        let [Some(left), Some(right)] = sides else { return Condition::default() };
+        let known = |relation| self.known(compare, relation, &left, &right, signed);
+        let (surely, never) =
+            (holds(&left, &right, relation), holds(&left, &right, opposite(relation)));
+        if surely || never {
+            return Condition::constant(surely).knowing(known(relation));
+        }
+        Condition::default().knowing(known(relation)).denying(known(opposite(relation)), self.holds)
+    }
+
+    /// What is known of both sides' words where a comparison holds.
+    fn known(
+        &self,
+        compare: &Compare,
+        relation: Relation,
+        left: &Integers,
+        right: &Integers,
+        signed: bool,
+    ) -> impl Iterator<Item = Known> {
+        let mut found = Vec::new();
+        let sides = [
+            (&compare.left, left, right, relation),
+            (&compare.right, right, left, turned(relation)),
+        ];
+        for (number, own, other, relation) in sides {
+            let Number::Words(words) = number else { continue };
+            let Some(lies) = lies(own, other, relation, words.len(), signed) else { continue };
+            for (word, lies) in words.iter().zip(lies) {
+                if let WordSource::Cell(cell) = word
+                    && let Some(slot) = self.followed.words.slot(*cell)
+                    && lies != Value::TOP
+                {
+                    found.push(Known { slot, stamp: self.state.stamp(slot), lies });
+                }
+            }
+        }
+        found.into_iter()
+    }
+
+    /// The cells that an indexed write may reach.
+    pub fn reach(&self, indexed: &Indexed) -> Option<Reach> {
+        let mut index: Option<Integers> = None;
+        for reading in &indexed.readings {
+            let words: Vec<Value> = reading.iter().map(|word| self.word(*word)).collect();
+            let read = Integers::signed(&words)?;
+            index = Some(index.map_or_else(|| read.clone(), |index| index.join(&read)));
+        }
+        let mut index = index?;
+        if let Some((least, largest)) = indexed.stated {
+            // Where none of them keeps to what is stated no scan comes.
+            index = index.within(least, largest).unwrap_or(Integers::range(least, largest));
+        }
+        let length = match indexed.length {
+            Length::Exactly(count) => i64::from(count),
+            // Counts are unsigned.
+            Length::Counted(word, unit) => self.word(word).unsigned().1 * i64::from(unit),
+            Length::Unknown => return None,
+        };
+        let cells = index.plus(&Integers::constant(indexed.first.index.into()))?;
+        Reach::of(&cells, length.max(1))
+    }
+
+    /// What an operation gives, if it surely gives something: its results, each its words.
+    pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
+        let Meaning { operation, inputs, .. } = meaning;
+        let input = |n: usize| self.operand(inputs.get(n)?);
+        match operation {
+            Operation::Copy => inputs.iter().map(|input| self.operand(input)).collect(),
+            Operation::Judged { operation, .. } => {
+                let inner = Meaning { operation: (**operation).clone(), ..meaning.clone() };
+                let mut found = self.operation(&inner)?;
+                found.extend([vec![Value::range(0, 1)], vec![Value::range(0, 1)]]);
+                Some(found)
+            }
+            Operation::Multiply { signed: true } => {
+                let (a, b) = (input(0)?, input(1)?);
+                let product = Integers::signed(&a)?.times(&Integers::signed(&b)?)?;
+                Some(vec![product.words(a.len() + b.len())])
+            }
+            Operation::Divide { signed: true } => {
+                let (a, b) = (input(0)?, input(1)?);
+                // Only by positive numbers.
+                let results = Integers::signed(&a)?.divided(&Integers::signed(&b)?)?;
+                Some(results.iter().map(|number| number.words(a.len())).collect())
+            }
+            Operation::Resize(words @ 1..=4) => {
+                let number = Integers::signed(&input(0)?)?;
+                let words = usize::from(*words);
+                number.fits(words).then(|| vec![number.words(words)])
+            }
+            Operation::Shift { left, signed } => {
+                let (value, places) = (input(0)?, input(1)?);
+                let ([_], [places]) = (&value[..], &places[..]) else { return None };
+                let by = 1i64 << places.as_constant().filter(|places| *places < 16)?;
+                let number = Integers::read(&value, *signed && !left)?;
+                let by = Integers::constant(by);
+                // To the right numbers below 0 go down, not towards zero.
+                let moved = match left {
+                    true => number.times(&by)?,
+                    false if number.low < 0 => return None,
+                    false => number.divided(&by)?[0].clone(),
+                };
+                Some(vec![moved.words(1), vec![Value::range(0, 1)]])
+            }
+            Operation::PickBit => Some(vec![vec![Value::range(0, 1)]]),
+            Operation::CountBits(1) => {
+                let most = 16 * input(0)?.len() as i64;
+                Some(vec![vec![Value::range(0, most)]])
+            }
+            Operation::Find { .. } => {
+                let (of, list) = (input(0)?.len(), input(1)?.len());
+                let most = (list / of.max(1)) as i64;
+                Some(vec![vec![Value::range(0, most), Value::range(0, most)]])
+            }
+            Operation::Limit => {
+                let [low, high, number] = [input(0)?, input(1)?, input(2)?]
+                    .map(|words| Integers::signed(&words).map(|number| (number, words.len())));
+                let ((low, _), (high, _), (number, words)) = (low?, high?, number?);
+                let within = number.limited(low.as_constant()?, high.as_constant()?)?;
+                Some(vec![within.words(words)])
+            }
+            Operation::Each(Unary::Negate) => match input(0)?[..] {
+                [word] => Some(vec![vec![word.negated()]]),
+                _ => None,
+            },
+            Operation::Each(Unary::ToBcd) => match input(0)?[..] {
+                [word] => {
+                    let (low, high) = word.signed();
+                    let few = word.few().map(|few| few.iter().map(|&one| bcd(one.into()) as u16));
+                    let some = few.and_then(Value::of_values);
+                    let found = some.unwrap_or(Value::range(bcd(low.max(0)), bcd(high)));
+                    (low >= 0 && high <= 9999).then(|| vec![vec![found]])
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// An operation's operand, if it is surely there.
+    fn operand(&self, operand: &Operand) -> Option<Vec<Value>> {
+        match operand {
+            Operand::Words(words) => Some(words.iter().map(|word| self.word(*word)).collect()),
+            Operand::Bits(bits) => Some(vec![Value::range(0, 1); bits.len()]),
+            Operand::Number(number) => Some(self.number(number)),
+            Operand::Truth(_) => Some(vec![Value::range(0, 1)]),
+            Operand::Run(address, _, Count::Exactly(1)) => {
+                self.read(address).map(|word| vec![word])
+            }
+            Operand::Run(..) => None,
+        }
+    }
+
+    /// The word at an address, if it is surely one of words that matter.
+    fn read(&self, address: &Address) -> Option<Value> {
+        let mut sum = Integers::constant(address.base);
+        for term in &address.terms {
+            let words: Vec<Value> = term.words.iter().map(|word| self.word(*word)).collect();
+            let is_signed = match term.reading {
+                Digits::Signed => true,
+                Digits::Unsigned => false,
+                Digits::Bcd => return None,
+            };
+            let number =
+                Integers::read(&words, is_signed)?.times(&Integers::constant(term.times))?;
+            sum = sum.plus(&number)?;
+        }
+        let cell = |at: i64| {
+            let stretch = address.stretches.iter().find(|stretch| {
+                at >= stretch.from && at < stretch.from + i64::from(stretch.count)
+            })?;
+            Some(stretch.first.plus(u32::try_from(at - stretch.from).ok()?))
+        };
+        let mut found: Option<Value> = None;
+        for &at in sum.some()? {
+            let value = self.state.value_where(self.followed.words.slot(cell(at)?)?, self.holds);
+            found = Some(found.map_or(value, |found| found.join(value)));
+        }
+        found
+    }
+}
+
+/// The word whose sign goes on in the second word of a number: `(word ^ 0x8000) - 0x8000`.
+fn sign_extended(number: &Number) -> Option<WordSource> {
+    const SIGN: [WordSource; 2] = [WordSource::Const(0x8000), WordSource::Const(0)];
+    let Number::Sub(flipped, sign) = number else { return None };
+    let (Number::Xor(own, by), Number::Words(sign)) = (&**flipped, &**sign) else { return None };
+    match (&**own, &**by) {
+        (Number::Words(own), Number::Words(by)) => match own[..] {
+            [word, WordSource::Const(0)] => (by[..] == SIGN && sign[..] == SIGN).then_some(word),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Whether a comparison surely holds.
+fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
+    match relation {
+        Relation::Equal => left.as_constant().is_some() && left == right,
+        Relation::NotEqual => left.is_apart(right),
+        Relation::Less => left.high < right.low,
+        Relation::LessOrEqual => left.high <= right.low,
+        Relation::Greater => left.low > right.high,
+        Relation::GreaterOrEqual => left.low >= right.high,
+    }
+}
+
+/// What a number's words are some of where a comparison with another holds.
+fn lies(
+    own: &Integers,
+    other: &Integers,
+    relation: Relation,
+    words: usize,
+    signed: bool,
+) -> Option<Vec<Value>> {
+    let bits = 16 * words as u32;
+    let (least, largest) =
+        if signed { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1i64 << bits) - 1) };
+    let (low, high) = match relation {
+        Relation::Equal => return Some(other.words(words)),
+        Relation::NotEqual => {
+            let is_here = |but: &i64| words == 1 && (least..=largest).contains(but);
+            let but = other.as_constant().filter(is_here)? as u16;
+            return Some(vec![Value::of(Ring::but(but, but))]);
+        }
+        Relation::Less => (least, other.high - 1),
+        Relation::LessOrEqual => (least, other.high),
+        Relation::Greater => (other.low + 1, largest),
+        Relation::GreaterOrEqual => (other.low, largest),
+    };
+    match words {
+        1 => Some(vec![Value::range(low, high)]).filter(|_| low <= high),
+        _ => own.within(low, high).map(|own| own.words(words)),
+    }
+}
+
+fn bcd(number: i64) -> i64 {
+    (0..4).map(|place| (number / 10i64.pow(place) % 10) << (4 * place)).sum()
+}
+
+fn opposite(relation: Relation) -> Relation {
+    match relation {
+        Relation::Equal => Relation::NotEqual,
+        Relation::NotEqual => Relation::Equal,
+        Relation::Less => Relation::GreaterOrEqual,
+        Relation::LessOrEqual => Relation::Greater,
+        Relation::Greater => Relation::LessOrEqual,
+        Relation::GreaterOrEqual => Relation::Less,
+    }
+}
+
+/// The same with its sides exchanged.
+fn turned(relation: Relation) -> Relation {
+    match relation {
+        Relation::Equal | Relation::NotEqual => relation,
+        Relation::Less => Relation::Greater,
+        Relation::LessOrEqual => Relation::GreaterOrEqual,
+        Relation::Greater => Relation::Less,
+        Relation::GreaterOrEqual => Relation::LessOrEqual,
+    }
+}

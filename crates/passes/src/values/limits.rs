@@ -1,0 +1,117 @@
+//! How far a word is let grow that grows again and again: to the numbers that the program compares it with, then to any that
+//! the program names, then to an end of the numbers.
+
+use super::slots::Slots;
+use super::value::{Growth, Value};
+use scanbound_ir::meaning::{ChoiceKind, Operand};
+use scanbound_ir::{Compare, Logic, Number, Program, Step, WordSource, Write};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Numbers at which words may stop to grow, in order.
+pub struct Limits {
+    /// By slot, those that a word is compared with, and those next to them.
+    own: BTreeMap<usize, Vec<i64>>,
+    /// All that stand in the program.
+    all: Vec<i64>,
+}
+
+impl Limits {
+    /// Those of a program.
+    pub fn of(program: &Program, words: &Slots) -> Limits {
+        let mut found = Collected { words, own: BTreeMap::new(), all: BTreeSet::new() };
+        for instruction in &program.instructions {
+            if let Some(fires) = instruction.step.fires() {
+                found.logic(fires);
+            }
+            if let Step::ForBegin { count, .. } = instruction.step {
+                found.word(count);
+            }
+            for effect in &instruction.effects {
+                match &effect.write {
+                    Write::Words(_, number) => found.number(number),
+                    Write::Bit(_, logic) => found.logic(logic),
+                    Write::Havoc(_, choice) => {
+                        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) else {
+                            continue;
+                        };
+                        for input in &meaning.inputs {
+                            match input {
+                                Operand::Words(words) => {
+                                    words.iter().for_each(|word| found.word(*word))
+                                }
+                                Operand::Number(number) => found.number(number),
+                                Operand::Bits(_) | Operand::Truth(_) | Operand::Run(..) => {}
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let in_order = |all: BTreeSet<i64>| all.into_iter().collect::<Vec<i64>>();
+        let own = found.own.into_iter().map(|(slot, all)| (slot, in_order(all))).collect();
+        Limits { own, all: in_order(found.all) }
+    }
+
+    /// All values of both; where a word grows it grows to the next limit, in the end to an end of the numbers.
+    pub fn widen(&self, slot: usize, here: Value, there: Value, is_last: bool) -> Value {
+        if is_last {
+            return here.widen(there, Growth::Ends);
+        }
+        let (_, high) = here.join(there).signed();
+        let is_enough = |own: &&Vec<i64>| own.last().is_some_and(|&last| high <= last);
+        let own = self.own.get(&slot).filter(is_enough);
+        here.widen(there, Growth::To(own.unwrap_or(&self.all)))
+    }
+}
+
+struct Collected<'a> {
+    words: &'a Slots,
+    own: BTreeMap<usize, BTreeSet<i64>>,
+    all: BTreeSet<i64>,
+}
+
+impl Collected<'_> {
+    fn word(&mut self, word: WordSource) {
+        if let WordSource::Const(value) = word {
+            self.all.insert(value.cast_signed().into());
+        }
+    }
+
+    fn number(&mut self, number: &Number) {
+        match number {
+            Number::Words(words) => words.iter().for_each(|word| self.word(*word)),
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => {
+                self.number(a);
+                self.number(b);
+            }
+        }
+    }
+
+    fn logic(&mut self, logic: &Logic) {
+        match logic {
+            Logic::Compare(compare) => self.compare(compare),
+            Logic::Not(inner) => self.logic(inner),
+            Logic::All(parts) | Logic::Any(parts) => parts.iter().for_each(|part| self.logic(part)),
+            Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
+        }
+    }
+
+    fn compare(&mut self, compare: &Compare) {
+        for (one, other) in [(&compare.left, &compare.right), (&compare.right, &compare.left)] {
+            let (Number::Words(one), Number::Words(other)) = (one, other) else { continue };
+            let ([WordSource::Const(value)], [other]) = (&one[..], &other[..]) else { continue };
+            let value = i64::from(value.cast_signed());
+            let near = [value - 1, value, value + 1];
+            self.all.extend(near);
+            if let WordSource::Cell(cell) = other
+                && let Some(slot) = self.words.slot(*cell)
+            {
+                self.own.entry(slot).or_default().extend(near);
+            }
+        }
+    }
+}

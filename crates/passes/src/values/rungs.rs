@@ -1,0 +1,103 @@
+//! Rungs that change nothing of what is followed: they are passed over.
+
+use super::slots::Slots;
+use rustc_hash::FxHashSet;
+use scanbound_ir::{Effect, Instruction, Join, Program, Step, Write, flow};
+
+/// For the first instruction of each rung that can be passed over, the one behind it; 0 for all others.
+pub fn passed_over(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
+    let instructions = &program.instructions;
+    let entries = entries(program);
+    let kept = slots_kept(instructions);
+    let changes_nothing = |at: usize| {
+        goes_on(program, &kept, at)
+            && flow::written(program, at)
+                .into_iter()
+                .all(|region| words.within(region).is_empty() && bits.within(region).is_empty())
+    };
+    let mut behind = vec![0; instructions.len()];
+    let mut from = 0;
+    while from < instructions.len() {
+        let mut to = from + 1;
+        if starts(&instructions[from]) && changes_nothing(from) {
+            while to < instructions.len()
+                && !starts(&instructions[to])
+                && !entries.contains(&to)
+                && changes_nothing(to)
+            {
+                to += 1;
+            }
+            if needs_no_result(&instructions[to..]) {
+                behind[from] = to;
+            }
+        }
+        from = to;
+    }
+    behind
+}
+
+fn starts(instruction: &Instruction) -> bool {
+    matches!(instruction.step, Step::Logic { join: Join::Start, .. })
+}
+
+/// Where control can get to other than from the instruction before.
+fn entries(program: &Program) -> FxHashSet<usize> {
+    let targets = program.instructions.iter().filter_map(|one| match &one.step {
+        Step::Jump { target, .. } | Step::Call { target, .. } => Some(*target),
+        _ => None,
+    });
+    let mains = program.mains.iter().flat_map(|main| [main.start, main.end]);
+    let interrupts = program.interrupts.iter().map(|interrupt| interrupt.entry);
+    targets.chain(mains).chain(interrupts).collect()
+}
+
+/// The slots that a rung fetches which did not save them itself.
+fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
+    let (mut own, mut kept) = (FxHashSet::default(), FxHashSet::default());
+    for instruction in instructions {
+        match &instruction.step {
+            Step::Logic { join: Join::Start, .. } => own.clear(),
+            Step::Save(slot) => {
+                own.insert(*slot);
+            }
+            Step::Fetch(slot) if !own.contains(slot) => {
+                kept.insert(*slot);
+            }
+            _ => {}
+        }
+    }
+    kept
+}
+
+/// Whether an instruction leaves control to the next, and asks for nothing that is to be found out.
+fn goes_on(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
+    let instruction = &program.instructions[at];
+    let goes_on = match &instruction.step {
+        Step::Logic { .. } | Step::AndBlock | Step::OrBlock | Step::Fetch(_) | Step::Act { .. } => {
+            true
+        }
+        Step::Save(slot) => !kept.contains(slot),
+        _ => false,
+    };
+    let is_indexed = |effect: &Effect| match &effect.write {
+        Write::Havoc(_, choice) => program.indexed.contains_key(choice),
+        _ => false,
+    };
+    goes_on && instruction.counted().is_none() && !instruction.effects.iter().any(is_indexed)
+}
+
+/// Whether what follows does not ask for the result of the rung before.
+fn needs_no_result(instructions: &[Instruction]) -> bool {
+    for instruction in instructions {
+        match &instruction.step {
+            Step::Logic { join: Join::Start, .. } | Step::Return | Step::End => return true,
+            Step::Nothing | Step::ForBegin { .. } | Step::ForEnd => {
+                if !instruction.effects.is_empty() {
+                    return false;
+                }
+            }
+            _ => return false,
+        }
+    }
+    true
+}

@@ -1,0 +1,245 @@
+//! Which words matter: those that count loops, units or indices, and those that they are worked out from; and the bits on
+//! which it hangs whether these are written or counted.
+
+use super::slots::Slots;
+use rustc_hash::{FxHashMap, FxHashSet};
+use scanbound_ir::meaning::{Address, ChoiceKind, Count, Meaning, Operand, Target, Term};
+use scanbound_ir::{
+    BitSource, Cell, ChoiceId, Join, Logic, Number, Program, Region, Source, Step, WordSource,
+    WordTarget, Write, flow,
+};
+
+/// So many words that an index may lead to are followed.
+const NEXT: u32 = 32;
+
+/// The words that matter, and, if these are wanted, those that are compared and what they are worked out from. What may
+/// change at any moment is none of them.
+pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell> {
+    let mut slice = Slice {
+        program,
+        changing,
+        writers: writers(program),
+        found: FxHashSet::default(),
+        open: Vec::new(),
+        choices: FxHashSet::default(),
+    };
+    for instruction in &program.instructions {
+        if compared && let Some(fires) = instruction.step.fires() {
+            slice.compared(fires);
+        }
+        match &instruction.step {
+            Step::ForBegin { count, .. } => slice.word(*count),
+            Step::Summary(summary) => {
+                summary.iterations.iter().for_each(|(count, ..)| slice.word(*count))
+            }
+            _ => {}
+        }
+        if let Some(counted) = instruction.counted() {
+            counted.words.iter().for_each(|word| slice.word(*word));
+        }
+        for effect in &instruction.effects {
+            if let Write::Havoc(_, choice) = &effect.write
+                && let Some(indexed) = program.indexed.get(choice)
+            {
+                indexed.readings.iter().for_each(|words| slice.words(words));
+            }
+        }
+    }
+    // What is stated of a word is held against what the program writes into it.
+    for range in &program.ranges {
+        if let [cell] = range.cells[..] {
+            slice.word(WordSource::Cell(cell));
+        }
+    }
+    while let Some(cell) = slice.open.pop() {
+        for at in slice.writers.get(&cell).cloned().unwrap_or_default() {
+            for effect in &program.instructions[at].effects {
+                match &effect.write {
+                    Write::Words(targets, number) => {
+                        if targets.contains(&WordTarget::Cell(cell)) {
+                            slice.number(number);
+                        }
+                    }
+                    Write::Havoc(_, choice) => slice.choice(*choice),
+                    Write::Bit(..) => {}
+                }
+            }
+        }
+    }
+    let mut found: Vec<Cell> = slice.found.into_iter().collect();
+    found.sort_unstable();
+    found
+}
+
+/// The bits that are contacts of rungs in which a word that matters is written, or something is counted, or control goes
+/// elsewhere. What may change at any moment is none of them.
+pub fn contacts(program: &Program, changing: &[Region], words: &Slots) -> Vec<Cell> {
+    let mut found: FxHashSet<Cell> = FxHashSet::default();
+    // Of the rung: its bits, and whether it matters.
+    let (mut bits, mut matters) = (Vec::new(), false);
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        if let Step::Logic { join: Join::Start, .. } = instruction.step {
+            if matters {
+                found.extend(&bits);
+            }
+            (bits, matters) = (Vec::new(), false);
+        }
+        instruction.each_read(&mut |source| {
+            if let Source::Bit(BitSource::Cell(cell)) = source {
+                bits.push(cell);
+            }
+        });
+        matters |= instruction.counted().is_some()
+            || matches!(instruction.step, Step::Call { .. } | Step::Jump { .. })
+            || flow::written(program, at)
+                .into_iter()
+                .any(|region| !words.within(region).is_empty());
+    }
+    if matters {
+        found.extend(&bits);
+    }
+    let steady = |cell: &Cell| !changing.iter().any(|region| region.holds(*cell));
+    let mut found: Vec<Cell> = found.into_iter().filter(steady).collect();
+    found.sort_unstable();
+    found
+}
+
+/// The plain words that an operation's results go to.
+fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
+    let targets = meaning.outputs.iter().filter_map(|output| match output {
+        Target::Words(targets) => Some(targets),
+        _ => None,
+    });
+    targets.flatten().filter_map(|target| match target {
+        WordTarget::Cell(cell) => Some(*cell),
+        _ => None,
+    })
+}
+
+/// Which instructions write each word for which they say what.
+fn writers(program: &Program) -> FxHashMap<Cell, Vec<usize>> {
+    let mut writers: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
+    let mut note = |cell, at| writers.entry(cell).or_default().push(at);
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        for effect in &instruction.effects {
+            match &effect.write {
+                Write::Words(targets, _) => {
+                    for target in targets {
+                        if let WordTarget::Cell(cell) = target {
+                            note(*cell, at);
+                        }
+                    }
+                }
+                Write::Havoc(_, choice) => {
+                    if let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) {
+                        results(meaning).for_each(|cell| note(cell, at));
+                    }
+                }
+                Write::Bit(..) => {}
+            }
+        }
+    }
+    writers
+}
+
+struct Slice<'p> {
+    program: &'p Program,
+    changing: &'p [Region],
+    writers: FxHashMap<Cell, Vec<usize>>,
+    found: FxHashSet<Cell>,
+    open: Vec<Cell>,
+    choices: FxHashSet<ChoiceId>,
+}
+
+impl Slice<'_> {
+    fn word(&mut self, word: WordSource) {
+        match word {
+            WordSource::Cell(cell) => {
+                let changes = self.changing.iter().any(|region| region.holds(cell));
+                if !changes && self.found.insert(cell) {
+                    self.open.push(cell);
+                }
+            }
+            WordSource::Free(choice) => self.choice(choice),
+            WordSource::Const(_) | WordSource::Bits { .. } => {}
+        }
+    }
+
+    /// What a truth value compares.
+    fn compared(&mut self, logic: &Logic) {
+        match logic {
+            Logic::Compare(compare) => {
+                self.number(&compare.left);
+                self.number(&compare.right);
+            }
+            Logic::Not(inner) => self.compared(inner),
+            Logic::All(parts) | Logic::Any(parts) => {
+                parts.iter().for_each(|part| self.compared(part));
+            }
+            Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
+        }
+    }
+
+    fn words(&mut self, words: &[WordSource]) {
+        words.iter().for_each(|word| self.word(*word));
+    }
+
+    fn number(&mut self, number: &Number) {
+        match number {
+            Number::Words(words) => self.words(words),
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => {
+                self.number(a);
+                self.number(b);
+            }
+        }
+    }
+
+    fn choice(&mut self, choice: ChoiceId) {
+        if !self.choices.insert(choice) {
+            return;
+        }
+        let program = self.program;
+        match program.kinds.get(&choice) {
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => self.word(*word),
+            Some(ChoiceKind::Exact(meaning)) => {
+                for input in &meaning.inputs {
+                    match input {
+                        Operand::Words(words) => self.words(words),
+                        Operand::Number(number) => self.number(number),
+                        Operand::Run(address, _, count) => {
+                            self.address(address);
+                            if let Count::Of { term, .. } = count {
+                                self.term(term);
+                            }
+                        }
+                        Operand::Bits(_) | Operand::Truth(_) => {}
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// An address's index, and of the words that it may lead to the next ones that the program writes.
+    fn address(&mut self, address: &Address) {
+        address.terms.iter().for_each(|term| self.term(term));
+        let stretch = address.stretches.iter().find(|stretch| {
+            (stretch.from..stretch.from + i64::from(stretch.count)).contains(&address.base)
+        });
+        let Some(stretch) = stretch else { return };
+        let Ok(from) = u32::try_from(address.base - stretch.from) else { return };
+        for cell in (from..stretch.count.min(from + NEXT)).map(|n| stretch.first.plus(n)) {
+            if self.writers.contains_key(&cell) {
+                self.word(WordSource::Cell(cell));
+            }
+        }
+    }
+
+    fn term(&mut self, term: &Term) {
+        self.words(&term.words);
+    }
+}

@@ -1,0 +1,51 @@
+//! Cells in their order, each with its place among them.
+
+use rustc_hash::FxHashMap;
+use scanbound_ir::{AreaId, Cell, Region};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Some cells, each with a slot.
+pub struct Slots {
+    cells: Vec<Cell>,
+    slots: FxHashMap<Cell, usize>,
+    areas: BTreeMap<AreaId, Range<usize>>,
+}
+
+impl Slots {
+    /// Slots for these cells, which are in order.
+    pub fn of(cells: Vec<Cell>) -> Slots {
+        let slots = cells.iter().enumerate().map(|(slot, cell)| (*cell, slot)).collect();
+        let mut areas: BTreeMap<AreaId, Range<usize>> = BTreeMap::new();
+        for (slot, cell) in cells.iter().enumerate() {
+            areas.entry(cell.area).or_insert(slot..slot).end = slot + 1;
+        }
+        Slots { cells, slots, areas }
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// The slot of a cell, if it has one.
+    pub fn slot(&self, cell: Cell) -> Option<usize> {
+        self.slots.get(&cell).copied()
+    }
+
+    /// The slots of all cells that lie in a region.
+    pub fn within(&self, region: Region) -> Range<usize> {
+        match region {
+            Region::Everything => 0..self.cells.len(),
+            Region::Area(area) => self.areas.get(&area).cloned().unwrap_or(0..0),
+            Region::Range { first, count } => {
+                let Some(all) = self.areas.get(&first.area).cloned() else { return 0..0 };
+                let own = &self.cells[all.clone()];
+                let end = u64::from(first.index) + u64::from(count);
+                let from = own.partition_point(|cell| cell.index < first.index);
+                let to = own.partition_point(|cell| u64::from(cell.index) < end);
+                all.start + from..all.start + to
+            }
+        }
+    }
+}

@@ -1,0 +1,460 @@
+//! What a calibration measures: blocks, how often they go round, and which step measures what.
+
+use super::forms::{BY_DATA, Form, Left, operands};
+use super::language::{Language, SETTLING};
+use super::program::{Block, LaidOut};
+use scanbound_base::time::Picos;
+use scanbound_timing::table::Table;
+use serde::{Deserialize, Serialize};
+
+/// How a calibration is laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Over how many scans each step is read.
+    pub scans: u32,
+    /// What a scan is to take at most, by the table.
+    pub scan_time: Picos,
+    /// How many steps of program memory a part may take.
+    pub memory: u32,
+}
+
+/// A calibration: the programs of a CPU, and what their results mean.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// The kind of file.
+    pub schema: String,
+    /// The CPU.
+    pub cpu: String,
+    /// The built-in table whose times are to be replaced.
+    pub table: String,
+    /// The table's family.
+    pub family: String,
+    /// Over how many scans each step is read.
+    pub scans: u32,
+    /// The programs, which are run one after the other.
+    pub parts: Vec<Part>,
+    /// What is not measured.
+    pub left: Vec<Left>,
+}
+
+/// The kind of file that plans are. `calibrate fit` alone reads them, so no schema of them is published.
+pub const SCHEMA: &str = "calibration/2";
+
+/// A program that measures, and what its results mean.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Part {
+    /// Its file.
+    pub file: String,
+    /// How many steps it measures.
+    pub steps: u32,
+    /// The first so many measure a scan that does nothing else.
+    pub empty: u32,
+    /// How many steps of program memory it takes, estimated high.
+    pub memory: u32,
+    /// How long it takes by the table, in milliseconds.
+    pub takes_ms: u64,
+    /// How long its longest scan takes by the table, in microseconds.
+    pub longest_us: u64,
+    /// What is measured.
+    pub measures: Vec<Measure>,
+    /// Two steps that measure the same, first and last.
+    pub reference: [u32; 2],
+    /// Blocks of many instructions, to check the others' sum.
+    pub sum: Option<Sum>,
+}
+
+/// A difference of two steps.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Measure {
+    /// The row of a timing table.
+    pub row: String,
+    /// The line of which there are copies.
+    pub line: String,
+    /// The instruction that is measured: the line, or what stands in the routine that it calls.
+    pub own: String,
+    /// Whether its time depends on its data.
+    pub by_data: bool,
+    /// How many units a copy handles; 0 where nothing is counted.
+    pub units: u64,
+    /// In which state it is measured.
+    pub state: State,
+    /// How many copies more the first step has.
+    pub copies: u64,
+    /// How often these are run in a scan.
+    pub loops: u64,
+    /// How often each copy executes the instruction.
+    pub runs: u64,
+    /// What each copy brings along.
+    pub besides: Vec<Beside>,
+    /// The step with many copies.
+    pub full: u32,
+    /// The step with few.
+    pub base: u32,
+}
+
+/// What a copy brings along.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Beside {
+    /// The instruction.
+    pub line: String,
+    /// Whether it fires.
+    pub on: bool,
+}
+
+/// Whether an instruction fires.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// It does not.
+    Off,
+    /// It does, on data of this number.
+    On(usize),
+}
+
+/// A block of one copy of many instructions.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sum {
+    /// The lines that the first step has beyond the second.
+    pub lines: Vec<String>,
+    /// How often they are run in a scan.
+    pub loops: u64,
+    /// The step with all.
+    pub full: u32,
+    /// The step with few.
+    pub base: u32,
+}
+
+/// Copies in a rung: a ladder editor shows no more.
+const IN_RUNG: u64 = 20;
+/// The most copies of a block.
+const MOST_COPIES: u64 = 400;
+/// The most times round a loop.
+const MOST_LOOPS: u64 = 32_767;
+/// Copies that have labels of their own, in a rung.
+const LABELLED: u64 = 10;
+/// So many labels do the blocks of such copies need.
+const LABELS: u32 = 16;
+/// Steps at the beginning that measure a scan that does nothing else: what END takes varies.
+const EMPTY: u32 = 5;
+/// The most steps of a part: their results are words of one area.
+const MOST_STEPS: u32 = 400;
+
+/// So many steps more are reckoned with while a part is laid out: those of a form, of the sum and of the last reference.
+const AHEAD: u32 = 16;
+
+/// A part that is being laid out.
+struct Building {
+    language: Language,
+    laid: LaidOut,
+    /// How many labels are used.
+    labels: u32,
+    part: Part,
+    /// What all its scans take, by the table.
+    time: u128,
+    forms: Vec<Form>,
+}
+
+/// Lays out a calibration. Gives the plan and each part's blocks.
+#[must_use]
+pub fn lay_out(
+    forms: &[Form],
+    left: Vec<Left>,
+    table: &Table,
+    language: Language,
+    cpu: &str,
+    settings: Settings,
+) -> (Plan, Vec<LaidOut>) {
+    // The FX2N has no more labels.
+    let most_labels = if cpu.starts_with("FX2") || cpu.starts_with("FX1") { 120 } else { 1000 };
+    let costs = Costs::of(table, settings);
+    let mut left = left;
+    let mut done: Vec<(Part, LaidOut)> = Vec::new();
+    let mut building = Building::new(language);
+    for form in forms {
+        if form.assumed.0.saturating_mul(2) > settings.scan_time.0 {
+            let why = "two of it may take longer than a scan is to take".to_owned();
+            left.push(Left { row: form.row.clone(), why, share: form.share });
+            continue;
+        }
+        let added = building.sized(form, &costs) + building.besides(settings);
+        let full = building.part.memory + added > settings.memory
+            || building.part.steps + AHEAD > MOST_STEPS
+            || building.labels + AHEAD + if form.rung.labels() { LABELS } else { 0 } > most_labels;
+        if full && !building.forms.is_empty() {
+            let ended = std::mem::replace(&mut building, Building::new(language));
+            done.push(ended.end(&costs, settings));
+        }
+        building.measure(form, &costs, settings);
+    }
+    if !building.forms.is_empty() {
+        done.push(building.end(&costs, settings));
+    }
+    let mut parts = Vec::new();
+    let mut laid = Vec::new();
+    for (number, (part, own)) in (1..).zip(done) {
+        let suffix = if language == Language::Cs { "il" } else { "csv" };
+        parts.push(Part { file: format!("part{number}.{suffix}"), ..part });
+        laid.push(own);
+    }
+    let plan = Plan {
+        schema: SCHEMA.to_owned(),
+        cpu: cpu.to_owned(),
+        table: table.base.clone().unwrap_or_else(|| table.name.clone()),
+        family: table.family.clone().unwrap_or_default(),
+        scans: settings.scans,
+        parts,
+        left,
+    };
+    (plan, laid)
+}
+
+/// What is reckoned with besides the instructions that are measured, by the table.
+struct Costs {
+    /// A time round a loop.
+    round: u64,
+    /// A contact and a coil.
+    rung: u64,
+    /// What a scan takes besides.
+    scan: u64,
+    /// A block that is passed over.
+    skip: u64,
+    /// What a scan is to take at most.
+    most: u64,
+}
+
+impl Costs {
+    fn of(table: &Table, settings: Settings) -> Costs {
+        let on = |name: &str| table.row(name).map_or(0, |row| row.on.0);
+        let ends = table.rows().iter().filter(|row| row.name.starts_with("@end:"));
+        let ends: u64 = ends.map(|row| row.on.0).sum();
+        Costs {
+            round: 2 * on("FOR").max(on("@loop")),
+            rung: on("LD") + on("OUT").max(on("OUT:M")),
+            scan: on("@end") + on("@program") + ends,
+            skip: 2 * on("@compare") + on("@jump").max(on("CJ")).max(on("JMP")),
+            most: settings.scan_time.0,
+        }
+    }
+
+    /// How many copies of an instruction go into a block, by tens and twenties: as many as take what a time round the loop
+    /// takes.
+    fn copies(&self, form: &Form) -> [u64; 2] {
+        let each = form.assumed.0.saturating_mul(form.runs).max(1);
+        if form.rung.labels() {
+            return [1, (self.most / each / 2).clamp(1, LABELLED)];
+        }
+        let wanted = self.round.div_ceil(each).clamp(IN_RUNG, MOST_COPIES);
+        // One more of each rung is in both blocks.
+        let fits = (self.most / each / 2).max(1);
+        let copies = wanted.min(fits);
+        match copies < IN_RUNG {
+            true => [1, copies],
+            false => [copies.div_ceil(IN_RUNG), IN_RUNG],
+        }
+    }
+
+    /// How often a block is run in a scan.
+    fn loops(&self, once: u64) -> u64 {
+        (self.most / (once + self.round).max(1)).clamp(1, MOST_LOOPS)
+    }
+}
+
+impl Building {
+    fn new(language: Language) -> Building {
+        let part = Part {
+            file: String::new(),
+            steps: EMPTY,
+            empty: EMPTY,
+            memory: 0,
+            takes_ms: 0,
+            longest_us: 0,
+            measures: Vec::new(),
+            reference: [0, 0],
+            sum: None,
+        };
+        let mut building = Building {
+            language,
+            laid: LaidOut::default(),
+            labels: 0,
+            part,
+            time: 0,
+            forms: Vec::new(),
+        };
+        building.reference();
+        building
+    }
+
+    /// A label that is not used yet.
+    fn label(&mut self) -> u32 {
+        self.labels += 1;
+        self.language.label(self.labels - 1)
+    }
+
+    /// Adds a block, and gives its first step.
+    fn add(
+        &mut self,
+        rungs: Vec<String>,
+        loops: u64,
+        operands: Vec<Vec<(u32, u16)>>,
+        changes: bool,
+    ) -> u32 {
+        let first = self.part.steps;
+        let states = 1 + u32::try_from(operands.len()).unwrap_or(0);
+        self.part.steps += states;
+        let label = self.label();
+        let loops = u32::try_from(loops).unwrap_or(1);
+        let block = Block { first, states, label, loops, operands, rungs, changes };
+        self.part.memory += block.size(self.language);
+        self.laid.blocks.push(block);
+        first
+    }
+
+    /// A loop with nothing in it, which shows whether two moments are alike.
+    fn reference(&mut self) -> u32 {
+        self.add(Vec::new(), 1000, Vec::new(), false)
+    }
+
+    /// What measuring a form takes of the program memory.
+    fn sized(&self, form: &Form, costs: &Costs) -> u32 {
+        let [rungs, copies] = costs.copies(form);
+        let size =
+            |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
+        let rung = &form.rung;
+        let number = |number: u64| u32::try_from(number).unwrap_or(u32::MAX);
+        let copy = self.language.size(&form.line) + size(&rung.before) + size(&rung.after);
+        let around = size(&rung.open) + size(&rung.close);
+        number(rungs * (copies + 2)) * copy + number(2 * rungs) * around + 32 * 16
+    }
+
+    /// What the head and the sum take of the program memory when all is laid out.
+    fn besides(&self, settings: Settings) -> u32 {
+        let size =
+            |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
+        let head = self.language.head(EMPTY, self.part.steps + AHEAD, settings.scans);
+        let each: Vec<String> = self.forms.iter().map(|form| form.line.clone()).collect();
+        size(&head) + 2 * size(&each) + 200
+    }
+
+    fn measure(&mut self, form: &Form, costs: &Costs, settings: Settings) {
+        let [count, copies] = costs.copies(form);
+        let routine = match form.rung.routine.is_empty() {
+            true => 0,
+            false => self.label(),
+        };
+        let own = |building: &mut Building, copies: u64| {
+            form.rung.lines(&form.line, [count, copies], routine, || building.label())
+        };
+        let (many, few) = (own(self, copies + 1), own(self, 1));
+        let lines = form.rung.routine.iter();
+        let lines = lines.map(|line| line.replace(super::rung::ROUTINE, &routine.to_string()));
+        self.laid.routines.extend(lines);
+        let others = form.rung.besides(&form.line, &form.own);
+        // What others take is not known here: no more than a rung, or as much as this instruction.
+        let besides = others.len() as u64 * costs.rung.max(form.assumed.0);
+        let each = form.assumed.0.saturating_mul(form.runs) + besides;
+        let once = count * ((copies + 1) * each + costs.rung);
+        let changes = form.rung.changes;
+        // Every other time round it fires.
+        let loops = match (costs.loops(once), changes) {
+            (loops, true) => loops.next_multiple_of(2).min(MOST_LOOPS - 1),
+            (loops, false) => loops,
+        };
+        let data: Vec<Vec<(u32, u16)>> =
+            operands(form.class).iter().map(|one| one.to_vec()).collect();
+        let states = data.len();
+        let full = self.add(many, loops, data.clone(), changes);
+        let base = self.add(few, loops, data, changes);
+        let on = (0..states).map(State::On);
+        for (state, at) in std::iter::once(State::Off).chain(on).zip(0..) {
+            let fires = state != State::Off;
+            let with = |on: bool| others.iter().map(move |line| Beside { line: line.clone(), on });
+            let mut besides: Vec<Beside> = with(fires).collect();
+            let mut rounds = loops;
+            if changes && fires {
+                // Two times round count as one: with the edge, and without.
+                besides.extend(with(false));
+                besides.push(Beside { line: form.own.clone(), on: false });
+                rounds = loops / 2;
+            }
+            self.part.measures.push(Measure {
+                row: form.row.clone(),
+                line: form.line.clone(),
+                own: form.own.clone(),
+                by_data: BY_DATA.contains(&form.class),
+                units: form.units,
+                state,
+                copies: count * copies,
+                loops: rounds,
+                runs: form.runs,
+                besides,
+                full: full + at,
+                base: base + at,
+            });
+        }
+        let scan = |once: u64| u128::from(loops * (once + costs.round) + costs.scan);
+        let (long, short) = (scan(once), scan(count * (each + costs.rung)));
+        let scans = u128::from(settings.scans + SETTLING) * (1 + states as u128);
+        self.time += (long + short) * scans;
+        self.took(long);
+        self.forms.push(form.clone());
+    }
+
+    /// A scan that takes so long.
+    fn took(&mut self, time: u128) {
+        let us = u64::try_from(time.div_ceil(1_000_000)).unwrap_or(u64::MAX);
+        self.part.longest_us = self.part.longest_us.max(us);
+    }
+
+    /// A block of a copy of each instruction that stands behind a contact.
+    fn sum(&mut self, costs: &Costs, settings: Settings) {
+        let plain = |form: &&Form| {
+            form.rung.is_action(self.language)
+                && form.runs == 1
+                && form.own == form.line
+                && operands(form.class) == operands("")
+                && form.assumed.0.saturating_mul(4) < costs.most
+        };
+        let forms: Vec<Form> = self.forms.iter().filter(plain).cloned().collect();
+        if forms.len() < 3 {
+            return;
+        }
+        let state = format!("LD {}", self.language.state());
+        let (mut all, mut few, mut lines, mut once) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        for rung in forms.chunks(IN_RUNG as usize) {
+            all.push(state.clone());
+            few.push(state.clone());
+            for (at, form) in rung.iter().enumerate() {
+                all.push(form.line.clone());
+                once += form.assumed.0;
+                match at {
+                    0 => few.push(form.line.clone()),
+                    _ => lines.push(form.line.clone()),
+                }
+            }
+        }
+        let loops = costs.loops(once);
+        let data = vec![operands("")[0].to_vec()];
+        let full = self.add(all, loops, data.clone(), false);
+        let base = self.add(few, loops, data, false);
+        // Only the state in which they fire is looked at.
+        self.part.sum = Some(Sum { lines, loops, full: full + 1, base: base + 1 });
+        let scan = u128::from(loops * (once + costs.round) + costs.scan);
+        self.time += scan * u128::from(4 * (settings.scans + SETTLING));
+        self.took(scan);
+    }
+
+    /// The part, and its blocks.
+    fn end(mut self, costs: &Costs, settings: Settings) -> (Part, LaidOut) {
+        self.sum(costs, settings);
+        let last = self.reference();
+        self.part.reference = [EMPTY, last];
+        // Each scan passes the other blocks, and the head takes about as long as a few of them.
+        let passed = costs.skip * (self.laid.blocks.len() as u64 + 8) * u64::from(self.part.steps);
+        let others = passed + 2 * (1000 * costs.round + costs.scan) + u64::from(EMPTY) * costs.scan;
+        self.time += u128::from(others) * u128::from(settings.scans + SETTLING);
+        let head = self.language.head(EMPTY, self.part.steps, settings.scans);
+        self.part.memory += head.iter().map(|line| self.language.size(line)).sum::<u32>();
+        self.part.longest_us += (costs.skip * self.laid.blocks.len() as u64).div_ceil(1_000_000);
+        self.part.takes_ms = u64::try_from(self.time / 1_000_000_000).unwrap_or(u64::MAX);
+        (self.part, self.laid)
+    }
+}

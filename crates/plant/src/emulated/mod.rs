@@ -1,0 +1,308 @@
+//! An emulated CPU: runs a program scan by scan with a table's times, and keeps the scan times as a CPU does.
+//!
+//! It scans what [`replay`](scanbound_replay) executes of each instruction, so a test against it is one against the
+//! analysis' judge. Timers and counters go by its own clock (`Program::timekeeping`), whose ticks are those of one clock
+//! for all: a timer is over up to one tick early, as CPUs are. What comes from outside is 0 unless it is set.
+
+mod memory;
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{Area, AreaId, AreaKind, Cell, Program, Radix};
+use scanbound_link::State;
+use scanbound_link::registers::{Register, Registers};
+use scanbound_replay::Why;
+use scanbound_replay::emulated::{Emulated, Scan};
+
+/// What disturbs the scans.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Disturbance {
+    /// Each scan takes longer by up to this.
+    pub jitter: Picos,
+    /// Something interrupts the program: how long it takes, and how often it comes.
+    pub interrupt: Option<(Picos, Picos)>,
+    /// What the drawn numbers follow from.
+    pub seed: u64,
+}
+
+/// The most instructions that one scan may execute.
+const MOST: u64 = 200_000_000;
+
+/// Why the CPU went to STOP by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Halt {
+    /// What the program does next depends on what this instruction gives, which is not known.
+    Unknown(usize),
+    /// The scan does not end: it goes round at this instruction, or executes very many.
+    Endless(usize),
+}
+
+/// An emulated CPU.
+pub struct Cpu<'p> {
+    program: &'p Program,
+    model: String,
+    registers: Option<&'static Registers>,
+    /// What each scan takes besides its instructions.
+    overhead: Picos,
+    disturbance: Disturbance,
+    random: Pcg64Mcg,
+    cpu: Emulated<'p>,
+    state: State,
+    halted: Option<Halt>,
+    /// How long it has been running.
+    clock: Picos,
+    /// How many scans it has made.
+    scans: u64,
+    /// The last scan, the shortest and the longest as the CPU measured them.
+    measured: Option<[Picos; 3]>,
+}
+
+impl<'p> Cpu<'p> {
+    /// Power-up. `times` is parallel to the program's instructions; `registers` say where it keeps its scan times.
+    #[must_use]
+    pub fn new(
+        program: &'p Program,
+        times: &'p [Times],
+        overhead: Picos,
+        registers: Option<&'static Registers>,
+        disturbance: Disturbance,
+    ) -> Cpu<'p> {
+        Cpu {
+            program,
+            model: program.cpu.clone().unwrap_or_else(|| "EMULATED".to_owned()),
+            registers,
+            overhead,
+            disturbance,
+            random: Pcg64Mcg::seed_from_u64(disturbance.seed),
+            cpu: Emulated::new(program, times),
+            state: State::Run,
+            halted: None,
+            clock: Picos::ZERO,
+            scans: 0,
+            measured: None,
+        }
+    }
+
+    /// Has it go by this name where the program names none.
+    pub fn call(&mut self, model: &str) {
+        if self.program.cpu.is_none() {
+            self.model = model.to_owned();
+        }
+    }
+
+    /// Whether it runs.
+    #[must_use]
+    pub fn running(&self) -> bool {
+        self.state == State::Run
+    }
+
+    /// Sets it to RUN or to STOP.
+    pub fn switch(&mut self, state: State) {
+        self.state = state;
+    }
+
+    /// Why it went to STOP by itself.
+    #[must_use]
+    pub fn halted(&self) -> Option<Halt> {
+        self.halted
+    }
+
+    /// How long it has been running.
+    #[must_use]
+    pub fn clock(&self) -> Picos {
+        self.clock
+    }
+
+    /// How many scans it has made.
+    #[must_use]
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// The last scan, the shortest and the longest since the second, as its registers have them.
+    #[must_use]
+    pub fn measured(&self) -> Option<[Picos; 3]> {
+        self.measured
+    }
+
+    /// Makes a scan, and gives what it takes; none if it is, or goes to, STOP.
+    pub fn scan(&mut self) -> Option<Picos> {
+        if self.state == State::Stop {
+            return None;
+        }
+        self.cpu.set_clock(self.clock);
+        let Scan { total, stopped, unbounded, .. } = self.cpu.scan(MOST);
+        let halt = match (stopped, unbounded) {
+            (Some(stopped), _) => Some(match stopped.why {
+                Why::Unknown(cause) => Halt::Unknown(cause),
+                Why::Excluded | Why::Error => Halt::Unknown(stopped.at),
+                Why::TooLong => Halt::Endless(stopped.at),
+            }),
+            (None, at) => at.map(Halt::Endless),
+        };
+        if halt.is_some() {
+            (self.halted, self.state) = (halt, State::Stop);
+            return None;
+        }
+        let undisturbed = total + self.overhead;
+        let time = undisturbed + self.disturbed(undisturbed);
+        let end = self.clock + time;
+        self.scans += 1;
+        self.keep(self.clock, end);
+        self.clock = end;
+        Some(time)
+    }
+
+    /// By how much a scan is longer than its own time.
+    fn disturbed(&mut self, time: Picos) -> Picos {
+        let jitter = match self.disturbance.jitter.0 {
+            0 => 0,
+            most => self.random.next_u64() % (most + 1),
+        };
+        let mut longer = Picos(jitter);
+        if let Some((takes, every)) = self.disturbance.interrupt
+            && every > takes
+        {
+            // What comes while an earlier one runs makes the scan longer still.
+            let mut come = 0;
+            loop {
+                let end = self.clock + time + longer;
+                let due = end.0 / every.0 - self.clock.0 / every.0;
+                if due == come {
+                    break;
+                }
+                longer += takes.times(due - come);
+                come = due;
+            }
+        }
+        longer
+    }
+
+    /// Puts the scan's time where the CPU keeps it: the difference of a clock that goes in steps.
+    fn keep(&mut self, begin: Picos, end: Picos) {
+        let Some(registers) = self.registers else { return };
+        let step = registers.step.0.max(1);
+        let current = Picos((end.0 / step - begin.0 / step) * step);
+        // The first scan sets up, and is no scan like the others.
+        let [_, least, most] = self.measured.unwrap_or([current; 3]);
+        let (least, most) = match self.scans {
+            0..=2 => (current, current),
+            _ => (least.min(current), most.max(current)),
+        };
+        self.measured = Some([current, least, most]);
+        self.put(registers.current, current);
+        for (register, time) in [(registers.least, least), (registers.most, most)] {
+            if let Some(register) = register {
+                self.put(register, time);
+            }
+        }
+    }
+
+    fn put(&mut self, register: Register, time: Picos) {
+        let cell = self.area(register.area).map(|area| Cell { area, index: register.first });
+        for (word, at) in register.form.write(time).into_iter().zip(0..) {
+            self.cpu.set_register(register.area, register.first + at, word);
+            // Where a program reads it as a cell.
+            if let Some(cell) = cell {
+                self.cpu.set(cell.plus(at), word);
+            }
+        }
+    }
+
+    /// The area of that name.
+    fn area(&self, name: &str) -> Option<AreaId> {
+        let found = self.program.areas.iter().position(|area| area.name == name)?;
+        u16::try_from(found).ok().map(AreaId)
+    }
+
+    /// The cell of a device as users write it (`X1F`, `D100`); none if there is none of this name.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Option<Cell> {
+        let name = name.trim().to_ascii_uppercase();
+        let number = |area: &Area| {
+            let digits = name.strip_prefix(&*area.name).filter(|rest| !rest.is_empty())?;
+            let radix = match area.radix {
+                Radix::Decimal => 10,
+                Radix::Hexadecimal => 16,
+                Radix::Octal => 8,
+            };
+            let all = digits.chars().all(|digit| digit.is_digit(radix));
+            all.then(|| u32::from_str_radix(digits, radix).ok())?
+        };
+        let mut found = self.program.areas.iter().enumerate().filter_map(|(at, area)| {
+            let area_id = AreaId(u16::try_from(at).ok()?);
+            Some((area.name.len(), Cell { area: area_id, index: number(area)? }))
+        });
+        found.by_ref().max_by_key(|(length, _)| *length).map(|(_, cell)| cell)
+    }
+
+    /// Sets a device as users write it, or a bit of a word (`00001`, `HR0107`, `IR0.01`); false if there is none.
+    pub fn set_named(&mut self, name: &str, value: u16) -> bool {
+        if let Some((word, bit)) = self.bit_of_word(name) {
+            let rest = self.value(word) & !(1 << bit);
+            self.set(word, rest | (value & 1) << bit);
+            return true;
+        }
+        let cell = self.named(name);
+        if let Some(cell) = cell {
+            self.set(cell, value);
+        }
+        cell.is_some()
+    }
+
+    /// What a device as users write it holds, or a bit of a word.
+    #[must_use]
+    pub fn value_named(&self, name: &str) -> Option<u16> {
+        match self.bit_of_word(name) {
+            Some((word, bit)) => Some(self.value(word) >> bit & 1),
+            None => self.named(name).map(|cell| self.value(cell)),
+        }
+    }
+
+    /// A bit of a word, written behind a point or as the last two of four or five digits.
+    fn bit_of_word(&self, name: &str) -> Option<(Cell, u8)> {
+        let name = name.trim().to_ascii_uppercase();
+        let (word, bit) = match name.split_once('.') {
+            Some(parts) => parts,
+            None => {
+                let digits =
+                    name.len() - name.trim_start_matches(|c: char| !c.is_ascii_digit()).len();
+                // Only where words are so few that their numbers leave two digits.
+                let few = self.area("IR").is_some()
+                    && matches!(&name[..digits], "" | "IR" | "SR" | "HR" | "AR" | "LR");
+                let is_bit = few && matches!(name.len() - digits, 4 | 5);
+                if !is_bit {
+                    return None;
+                }
+                name.split_at(name.len() - 2)
+            }
+        };
+        let bit = bit.parse::<u8>().ok().filter(|bit| *bit < 16)?;
+        let begins_with_digit = word.starts_with(|c: char| c.is_ascii_digit());
+        let word = match (begins_with_digit, word.strip_prefix("SR")) {
+            (true, _) => format!("{}{word}", if self.area("IR").is_some() { "IR" } else { "CIO" }),
+            (_, Some(number)) => format!("IR{number}"),
+            _ => word.to_owned(),
+        };
+        let cell = self.named(&word)?;
+        (self.program.area(cell.area).kind == AreaKind::Word).then_some((cell, bit))
+    }
+
+    /// Sets a device from outside, until the program writes it.
+    pub fn set(&mut self, cell: Cell, value: u16) {
+        let bit = self.program.area(cell.area).kind == AreaKind::Bit;
+        self.cpu.set(cell, if bit { value & 1 } else { value });
+    }
+
+    /// What a cell holds.
+    #[must_use]
+    pub fn value(&self, cell: Cell) -> u16 {
+        self.cpu.value(cell)
+    }
+}
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod timer_tests;

@@ -1,0 +1,58 @@
+//! Writes what was emulated as CSV, a row a scan.
+
+use super::machine::Scan;
+use scanbound_front_minasec::{Device, Kind};
+use std::io::{self, Write};
+
+/// The column of scan times. Emulated times are nowhere called measured.
+pub const SCAN_TIME: &str = "emulated_us";
+
+/// Writes a trace: when each scan began and how long it took, the latched inputs, the output terminals after it,
+/// relays, timers' contacts, whether the count equals its setting, and the count.
+#[derive(Debug)]
+pub struct Trace<W> {
+    out: W,
+    scans: u64,
+}
+
+impl<W: Write> Trace<W> {
+    /// Begins a trace with its heads.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn new(mut out: W) -> io::Result<Trace<W>> {
+        write!(out, "scan,start_us,{SCAN_TIME}")?;
+        for device in shown() {
+            write!(out, ",{device}")?;
+        }
+        writeln!(out, ",count")?;
+        Ok(Trace { out, scans: 0 })
+    }
+
+    /// Writes a scan.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn scan(&mut self, scan: &Scan) -> io::Result<()> {
+        self.scans += 1;
+        write!(self.out, "{},{},{}", self.scans, scan.start.us_text(), scan.time.us_text())?;
+        let devices = scan.view.devices & !0xFF00 | u32::from(scan.view.outputs) << 8;
+        for device in shown() {
+            write!(self.out, ",{}", devices >> device.address() & 1)?;
+        }
+        writeln!(self.out, ",{}", scan.view.count)
+    }
+
+    /// Writes out what is held back.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// The devices that have something to show.
+fn shown() -> impl Iterator<Item = Device> {
+    Device::all().filter(|device| device.kind() != Kind::Clear)
+}

@@ -1,0 +1,347 @@
+//! Exact choices: operations on operands that are carried out, and what is learned from it.
+
+use super::Free;
+use super::operation::run;
+use super::state::{Doubt, State, Truth};
+use super::words::{bcd, number};
+use scanbound_ir::meaning::{
+    Address, ChoiceKind, Count, Digits, Fact, Learned, Meaning, Operand, Read, Shape, Target, Term,
+};
+use scanbound_ir::{
+    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Settling, WordTarget, Write,
+};
+use std::collections::BTreeMap;
+
+/// Which bits of a cell an operation writes, and their values.
+type Written = BTreeMap<Cell, (u16, u16)>;
+
+impl<F: Free> State<'_, F> {
+    /// The value of a choice that is read; `None` where it is not settled, and so not known.
+    pub(super) fn value_of(&mut self, choice: ChoiceId, meaning: &Meaning) -> Option<u16> {
+        let moment = (self.frames().clone(), choice);
+        if let Some(&(value, doubt)) = self.known.get(&moment) {
+            self.doubt = self.doubt.or(doubt);
+            return Some(value);
+        }
+        let (reads, doubt, results) = self.carried_out(meaning);
+        let value = results.and_then(|results| results.first()?.first().copied());
+        match value {
+            Some(value) => {
+                self.learn(choice, reads, Learned::Value(value));
+                self.known.insert(moment, (value, doubt));
+                self.doubt = self.doubt.or(doubt);
+            }
+            None => self.doubt = self.doubt.or(Some(self.at)),
+        }
+        value
+    }
+
+    /// Writes what an operation gives; false where that is not settled.
+    pub(super) fn write_exactly(
+        &mut self,
+        choice: ChoiceId,
+        meaning: &Meaning,
+        fired: Truth,
+    ) -> bool {
+        let (reads, doubt, results) = self.carried_out(meaning);
+        let Some(results) = results else { return false };
+        // Where the results go may depend on what is read, too.
+        let (more, place_doubt, written) = self.placed(meaning, &results);
+        let Some(written) = written else { return false };
+        if place_doubt.is_some() {
+            return false;
+        }
+        let allowed = self.allowed(choice);
+        for &cell in written.keys() {
+            if !allowed.iter().any(|region| region.holds(cell)) {
+                self.beyond.push((self.at, cell));
+            }
+        }
+        let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
+        self.learn(choice, [reads, more].concat(), Learned::Writes(writes));
+        for (cell, (mask, value)) in written {
+            self.put(cell, mask, value, doubt, fired);
+        }
+        true
+    }
+
+    /// In a run of the model: the value that was learned of a choice that is read.
+    pub(super) fn learned_value(&mut self, choice: ChoiceId) -> Option<u16> {
+        let moment = (self.frames().clone(), choice);
+        if let Some(&(value, _)) = self.known.get(&moment) {
+            return Some(value);
+        }
+        if let (Some(Settling::Exact), Some(ChoiceKind::Exact(meaning))) =
+            (self.settling(choice), self.program().kinds.get(&choice))
+        {
+            return self.value_of(choice, meaning);
+        }
+        match self.learned_now(choice)?.learned {
+            Learned::Value(value) => {
+                self.known.insert(moment, (value, None));
+                Some(value)
+            }
+            Learned::Writes(_) => None,
+        }
+    }
+
+    /// In a run of the model: writes what was learned of a choice that is havocked to, if something was.
+    pub(super) fn write_learned(&mut self, choice: ChoiceId) -> bool {
+        let Some(Fact { learned: Learned::Writes(writes), .. }) = self.learned_now(choice) else {
+            return false;
+        };
+        for (cell, mask, value) in writes {
+            self.put(cell, mask, value, None, Truth::TRUE);
+        }
+        true
+    }
+
+    /// The fact about a choice whose condition holds now.
+    fn learned_now(&mut self, choice: ChoiceId) -> Option<Fact> {
+        if self.learned.is_empty() {
+            return None;
+        }
+        let facts = self.learned.get(&(self.frames().to_vec(), choice))?.clone();
+        facts.into_iter().find(|fact| {
+            fact.reads.iter().all(|read| match read {
+                Read::Cell(cell, mask, value) => self.read(*cell) & mask == *value,
+                Read::Condition(value) => self.condition.value == *value,
+                Read::Choice(key, value) => {
+                    key.frames == **self.frames()
+                        && key.cell.is_none()
+                        && self.choose(key.choice, AreaKind::Word) == *value
+                }
+            })
+        })
+    }
+
+    /// The regions of the instruction's effects with this choice.
+    fn allowed(&self, choice: ChoiceId) -> Vec<Region> {
+        let effects = self.program().instructions[self.at].effects.iter();
+        effects
+            .filter_map(|effect| match effect.write {
+                Write::Havoc(region, own) if own == choice => Some(region),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn learn(&mut self, choice: ChoiceId, mut reads: Vec<Read>, learned: Learned) {
+        // That the inputs are not known does not matter: the fact says what comes of them, whatever they are.
+        reads.sort();
+        reads.dedup();
+        let fact = Fact { reads, learned };
+        let facts = self.learned.entry((self.frames().to_vec(), choice)).or_default();
+        if !facts.contains(&fact) {
+            facts.push(fact);
+        }
+    }
+
+    /// What the operation reads, whether that is known, and its results.
+    fn carried_out(&mut self, meaning: &Meaning) -> (Vec<Read>, Doubt, Option<Vec<Vec<u16>>>) {
+        self.watched(|state| {
+            let inputs: Option<Vec<Vec<u16>>> =
+                meaning.inputs.iter().map(|operand| state.operand(operand)).collect();
+            run(&meaning.operation, &inputs?)
+        })
+    }
+
+    /// Works something out, and tells what it read and whether that is known.
+    fn watched<T>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Option<T>,
+    ) -> (Vec<Read>, Doubt, Option<T>) {
+        let outer = (self.reading.replace(Vec::new()), self.doubt.take(), self.changing);
+        self.changing = false;
+        let done = work(self).filter(|_| !self.changing);
+        let reads = self.reading.take().unwrap_or_default();
+        let doubt = self.doubt;
+        (self.reading, self.doubt, self.changing) = outer;
+        (reads, doubt, done)
+    }
+
+    fn operand(&mut self, operand: &Operand) -> Option<Vec<u16>> {
+        match operand {
+            Operand::Words(sources) => {
+                Some(sources.iter().map(|&source| self.word(source)).collect())
+            }
+            Operand::Number(number) => Some(self.number(number)),
+            Operand::Truth(logic) => {
+                let condition = self.condition;
+                if reads_condition(logic)
+                    && let Some(reads) = &mut self.reading
+                {
+                    reads.push(Read::Condition(condition.value));
+                }
+                let truth = self.logic(logic, condition);
+                self.doubt = self.doubt.or(truth.doubt);
+                Some(vec![u16::from(truth.value)])
+            }
+            Operand::Bits(sources) => {
+                Some(sources.iter().map(|&source| u16::from(self.bit(source))).collect())
+            }
+            Operand::Run(address, shape, count) => {
+                let from = self.address(address)?;
+                let most = match count {
+                    Count::Exactly(count) | Count::Text(count) => *count,
+                    Count::Of { term, least, most } => {
+                        let count = u32::try_from(self.term(term)?).ok()?;
+                        (*least..=*most).contains(&count).then_some(count)?
+                    }
+                };
+                let is_text = matches!(count, Count::Text(_));
+                let mut list = Vec::new();
+                for n in 0..most {
+                    let word = self.element(address, from, *shape, n, most)?;
+                    list.push(word);
+                    if is_text && (word & 0xFF == 0 || word >> 8 == 0) {
+                        return Some(list);
+                    }
+                }
+                (!is_text).then_some(list)
+            }
+        }
+    }
+
+    /// The sum of an address.
+    fn address(&mut self, address: &Address) -> Option<i64> {
+        let mut sum = address.base;
+        for term in &address.terms {
+            sum = sum.checked_add(self.term(term)?)?;
+        }
+        Some(sum)
+    }
+
+    fn term(&mut self, term: &Term) -> Option<i64> {
+        let words: Vec<u16> = term.words.iter().map(|&word| self.word(word)).collect();
+        let value = match term.reading {
+            Digits::Signed => number(&words, true)?,
+            Digits::Unsigned => number(&words, false)?,
+            Digits::Bcd => bcd(&words)?,
+        };
+        i64::try_from(value).ok()?.checked_mul(term.times)
+    }
+
+    /// The word of this number in a list of `count` words from an address on.
+    fn element(
+        &mut self,
+        address: &Address,
+        from: i64,
+        shape: Shape,
+        n: u32,
+        count: u32,
+    ) -> Option<u16> {
+        let cells = cells_of(shape, n, count);
+        let mut word = 0;
+        for (place, (offset, bit)) in cells.into_iter().enumerate() {
+            let cell = cell_at(address, from.checked_add(offset)?)?;
+            word |= match bit {
+                None => self.read(cell),
+                Some(bit) => (self.read_masked(cell, 1 << bit) >> bit & 1) << place,
+            };
+        }
+        Some(word)
+    }
+
+    /// The cells that results go to.
+    fn placed(
+        &mut self,
+        meaning: &Meaning,
+        results: &[Vec<u16>],
+    ) -> (Vec<Read>, Doubt, Option<Written>) {
+        self.watched(|state| {
+            let mut written = Written::new();
+            for (target, result) in meaning.outputs.iter().zip(results) {
+                state.place(target, result, &mut written)?;
+            }
+            Some(written)
+        })
+    }
+
+    fn place(&mut self, target: &Target, result: &[u16], written: &mut Written) -> Option<()> {
+        match target {
+            Target::Nowhere => {}
+            Target::Words(targets) => {
+                for (target, &word) in targets.iter().zip(result) {
+                    match *target {
+                        WordTarget::Cell(cell) => put(written, cell, u16::MAX, word),
+                        WordTarget::Bits { first, count } => {
+                            for n in 0..count {
+                                let cell = first.plus(u32::from(n));
+                                put(written, cell, u16::MAX, word >> n & 1);
+                            }
+                        }
+                        WordTarget::Discard => {}
+                    }
+                }
+            }
+            Target::Bits(targets) => {
+                for (target, &bit) in targets.iter().zip(result) {
+                    match *target {
+                        BitTarget::Cell(cell) => put(written, cell, u16::MAX, bit & 1),
+                        BitTarget::WordBit(cell, n) => put(written, cell, 1 << n, (bit & 1) << n),
+                    }
+                }
+            }
+            Target::Run(address, shape) => {
+                let from = self.address(address)?;
+                let count = u32::try_from(result.len()).ok()?;
+                for (n, &word) in result.iter().enumerate() {
+                    let cells = cells_of(*shape, n as u32, count);
+                    for (place, (offset, bit)) in cells.into_iter().enumerate() {
+                        let cell = cell_at(address, from.checked_add(offset)?)?;
+                        match bit {
+                            None => put(written, cell, u16::MAX, word),
+                            Some(_) if self.is_bit(cell) => {
+                                put(written, cell, u16::MAX, word >> place & 1);
+                            }
+                            Some(bit) => put(written, cell, 1 << bit, (word >> place & 1) << bit),
+                        }
+                    }
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn is_bit(&self, cell: Cell) -> bool {
+        self.program().areas[usize::from(cell.area.0)].kind == AreaKind::Bit
+    }
+}
+
+/// Where the word `n` of a list of `count` stands: how far behind the address, and which bit of that cell; for a word
+/// that is packed, bit by bit.
+fn cells_of(shape: Shape, n: u32, count: u32) -> Vec<(i64, Option<u8>)> {
+    match shape {
+        Shape::Cells => vec![(i64::from(n), None)],
+        Shape::WordBits(first) => {
+            let bit = u32::from(first) + n;
+            vec![(i64::from(bit / 16), Some((bit % 16) as u8))]
+        }
+        Shape::Packed(last) => {
+            let bits = if n + 1 == count { u32::from(last) } else { 16 };
+            (0..bits).map(|bit| (i64::from(16 * n + bit), Some(0))).collect()
+        }
+    }
+}
+
+fn reads_condition(logic: &Logic) -> bool {
+    match logic {
+        Logic::Condition => true,
+        Logic::Not(inner) => reads_condition(inner),
+        Logic::All(parts) | Logic::Any(parts) => parts.iter().any(reads_condition),
+        Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => false,
+    }
+}
+
+fn cell_at(address: &Address, at: i64) -> Option<Cell> {
+    address.stretches.iter().find_map(|stretch| {
+        let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
+        (offset < stretch.count).then(|| stretch.first.plus(offset))
+    })
+}
+
+fn put(written: &mut Written, cell: Cell, mask: u16, value: u16) {
+    let held = written.entry(cell).or_default();
+    *held = (held.0 | mask, held.1 & !mask | value & mask);
+}

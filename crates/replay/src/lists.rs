@@ -1,0 +1,273 @@
+//! How operations on blocks, bits, bytes, reals and times are carried out; `None` where no manual settles what comes
+//! of it.
+
+use super::words::{number, words_of};
+use scanbound_ir::meaning::{Arithmetic, Operation};
+
+/// No list is longer.
+const MOST: u16 = 0x7FFF;
+
+/// The operation's results on these inputs.
+pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
+    let first = inputs.first()?;
+    let signed = |at: usize| number(inputs.get(at)?, true);
+    let second_word = || inputs.get(1)?.first().copied();
+    let result = match *operation {
+        Operation::Limit | Operation::Band => {
+            let (low, high, value) = (signed(0)?, signed(1)?, signed(2)?);
+            if low > high {
+                return None;
+            }
+            let inside = value.clamp(low, high);
+            let value = if *operation == Operation::Limit { inside } else { value - inside };
+            fitting(value, inputs.get(2)?.len())?
+        }
+        Operation::Zone => {
+            let (below, above, value) = (signed(0)?, signed(1)?, signed(2)?);
+            let bias = match value {
+                ..0 => below,
+                0 => 0,
+                1.. => above,
+            };
+            fitting(value + bias, inputs.get(2)?.len())?
+        }
+        Operation::Resize(words) => fitting(signed(0)?, usize::from(words))?,
+        Operation::Repeat => {
+            let times = second_word().filter(|times| (1..=MOST).contains(times))?;
+            first.repeat(usize::from(times))
+        }
+        Operation::Total(words) => {
+            let sum = numbers(first, words)?.iter().sum();
+            fitting(sum, 2 * usize::from(words))?
+        }
+        Operation::Mean(words) => {
+            let numbers = numbers(first, words)?;
+            let (sum, count) = (numbers.iter().sum::<i128>(), numbers.len() as i128);
+            if count == 0 || sum % count != 0 {
+                return None;
+            }
+            fitting(sum / count, usize::from(words))?
+        }
+        Operation::Extreme { words, greatest } => {
+            let numbers = numbers(first, words)?;
+            let best = *if greatest { numbers.iter().max() } else { numbers.iter().min() }?;
+            let mut result = words_of(best, usize::from(words));
+            result.extend(places(&numbers, best)?);
+            result
+        }
+        Operation::Find { halving: true } => return None,
+        Operation::Find { halving: false } => {
+            let words = u8::try_from(first.len()).ok()?;
+            places(&numbers(inputs.get(1)?, words)?, signed(0)?)?
+        }
+        Operation::Split(bits) => {
+            let groups = 16 / usize::from(bits);
+            let group = |n: usize| {
+                let word = first.get(n / groups)?;
+                Some(word >> (usize::from(bits) * (n % groups)) & mask(bits))
+            };
+            (0..usize::from(second_word()?)).map(group).collect::<Option<_>>()?
+        }
+        Operation::Join(bits) => {
+            let joined = |words: &[u16]| {
+                words.iter().rev().fold(0, |word, part| word << bits | (part & mask(bits)))
+            };
+            first.chunks(16 / usize::from(bits)).map(joined).collect()
+        }
+        Operation::PickBit => {
+            let place = usize::from(second_word()?) % (16 * first.len());
+            vec![first[place / 16] >> (place % 16) & 1]
+        }
+        Operation::PutBit(value) => {
+            let place = usize::from(second_word()?) % (16 * first.len());
+            let mut words = first.clone();
+            let bit = 1 << (place % 16);
+            words[place / 16] =
+                if value { words[place / 16] | bit } else { words[place / 16] & !bit };
+            words
+        }
+        Operation::ToReal => {
+            let value = signed(0)?;
+            let real = value as f32;
+            (real as i128 == value).then(|| bits(real))?
+        }
+        Operation::FromReal(words) => {
+            let value = real(first)?;
+            (value.fract() == 0.0).then_some(())?;
+            fitting(value as i128, usize::from(words))?
+        }
+        Operation::Real(arithmetic) => {
+            bits(exactly(arithmetic, real(first)?, real(inputs.get(1)?)?)?)
+        }
+        Operation::ToSeconds => {
+            let &[hours, minutes, seconds] = &first[..] else { return None };
+            let is_time = hours < 24 && minutes < 60 && seconds < 60;
+            let sum = (i128::from(hours) * 60 + i128::from(minutes)) * 60 + i128::from(seconds);
+            is_time.then(|| words_of(sum, 2))?
+        }
+        Operation::FromSeconds => {
+            let all = signed(0).filter(|all| (0..86_400).contains(all))?;
+            vec![(all / 3600) as u16, (all / 60 % 60) as u16, (all % 60) as u16]
+        }
+        Operation::Elapsed => {
+            let (before, setting) = (signed(1)?, signed(2)?);
+            if first.first()? & 1 == 1 || setting < 1 || !(0..setting).contains(&before) {
+                return None;
+            }
+            words_of(signed(3)?.clamp(before, setting - 1), 1)
+        }
+        Operation::Counted => {
+            let was_on = first.first()? & 1 == 1;
+            let was_through = second_word()? & 1 == 1;
+            let (before, setting) = (signed(2)?, signed(3)?);
+            if setting < 1 || !(0..=setting).contains(&before) || was_through != (before == setting)
+            {
+                return None;
+            }
+            words_of(before + i128::from(!was_on && !was_through), 1)
+        }
+        _ => return None,
+    };
+    Some(vec![result])
+}
+
+/// A number in so many words, signed, if it fits.
+fn fitting(value: i128, words: usize) -> Option<Vec<u16>> {
+    let result = words_of(value, words);
+    (number(&result, true)? == value).then_some(result)
+}
+
+/// The numbers of so many words each that a list holds, signed.
+fn numbers(list: &[u16], words: u8) -> Option<Vec<i128>> {
+    list.chunks(usize::from(words)).map(|words| number(words, true)).collect()
+}
+
+/// Where a number stands first, from 1 on, and how often.
+fn places(numbers: &[i128], wanted: i128) -> Option<Vec<u16>> {
+    let first = numbers.iter().position(|&number| number == wanted).map_or(0, |at| at + 1);
+    let count = numbers.iter().filter(|&&number| number == wanted).count();
+    Some(vec![u16::try_from(first).ok()?, u16::try_from(count).ok()?])
+}
+
+fn mask(bits: u8) -> u16 {
+    (1 << bits) - 1
+}
+
+/// The single that two words make, if it is normal or +0.
+fn real(words: &[u16]) -> Option<f32> {
+    let &[low, high] = words else { return None };
+    settled(f32::from_bits(u32::from(low) | u32::from(high) << 16))
+}
+
+fn settled(value: f32) -> Option<f32> {
+    (value.is_normal() || value.to_bits() == 0).then_some(value)
+}
+
+fn bits(value: f32) -> Vec<u16> {
+    words_of(i128::from(value.to_bits()), 2)
+}
+
+/// The result, if it is exact: whatever way a PLC rounds.
+fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
+    let (x, y) = (f64::from(a), f64::from(b));
+    let result = match arithmetic {
+        Arithmetic::Add => a + b,
+        Arithmetic::Sub => a - b,
+        Arithmetic::Multiply => a * b,
+        Arithmetic::Divide => a / b,
+    };
+    let result = settled(result)?;
+    let wide = f64::from(result);
+    // Products of singles fit a double; a sum is exact if taking either number away again leaves the other.
+    let is_exact = match arithmetic {
+        Arithmetic::Multiply => x * y == wide,
+        Arithmetic::Divide => b != 0.0 && wide * y == x,
+        Arithmetic::Add => is_sum(x, y, wide),
+        Arithmetic::Sub => is_sum(x, -y, wide),
+    };
+    is_exact.then_some(result)
+}
+
+/// Whether the sum of two singles is exactly this: the double sum is, and what it lost is nothing.
+fn is_sum(x: f64, y: f64, sum: f64) -> bool {
+    let wide = x + y;
+    let (big, small) = if x.abs() >= y.abs() { (x, y) } else { (y, x) };
+    // What the double sum loses is itself a double.
+    wide == sum && small - (wide - big) == 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(operation: Operation, inputs: &[&[u16]]) -> Option<Vec<u16>> {
+        let inputs: Vec<Vec<u16>> = inputs.iter().map(|input| input.to_vec()).collect();
+        run(&operation, &inputs).map(|results| results.concat())
+    }
+
+    #[test]
+    fn limits_and_zones_end_where_numbers_do() {
+        let minus = |value: i16| value.cast_unsigned();
+        assert_eq!(one(Operation::Limit, &[&[3], &[9], &[minus(-4)]]), Some(vec![3]));
+        assert_eq!(one(Operation::Limit, &[&[9], &[3], &[5]]), None);
+        assert_eq!(one(Operation::Band, &[&[3], &[9], &[12]]), Some(vec![3]));
+        assert_eq!(one(Operation::Band, &[&[minus(-9)], &[minus(-3)], &[0x7FFF]]), None);
+        assert_eq!(
+            one(Operation::Zone, &[&[minus(-3)], &[9], &[minus(-4)]]),
+            Some(vec![minus(-7)])
+        );
+        assert_eq!(one(Operation::Zone, &[&[0], &[1], &[0x7FFF]]), None);
+        assert_eq!(one(Operation::Resize(1), &[&[0, 1]]), None);
+        assert_eq!(one(Operation::Resize(2), &[&[0x8000]]), Some(vec![0x8000, 0xFFFF]));
+    }
+
+    #[test]
+    fn lists_are_summed_searched_split_and_joined() {
+        assert_eq!(one(Operation::Total(1), &[&[0x8000, 0x8000]]), Some(vec![0, 0xFFFF]));
+        assert_eq!(one(Operation::Mean(1), &[&[3, 4]]), None);
+        let most = Operation::Extreme { words: 1, greatest: true };
+        assert_eq!(one(most, &[&[3, 0xFFFF, 7, 7]]), Some(vec![7, 3, 2]));
+        assert_eq!(one(Operation::Find { halving: false }, &[&[7], &[3, 7, 7]]), Some(vec![2, 2]));
+        assert_eq!(
+            one(Operation::Find { halving: false }, &[&[7, 0], &[3, 7, 7, 0]]),
+            Some(vec![2, 1])
+        );
+        assert_eq!(one(Operation::Split(4), &[&[0x4321], &[3]]), Some(vec![1, 2, 3]));
+        assert_eq!(one(Operation::Split(8), &[&[0x4321], &[3]]), None);
+        assert_eq!(one(Operation::Join(8), &[&[0x21, 0x143, 5]]), Some(vec![0x4321, 5]));
+        assert_eq!(one(Operation::Repeat, &[&[5, 6], &[2]]), Some(vec![5, 6, 5, 6]));
+        assert_eq!(one(Operation::Repeat, &[&[5], &[0]]), None);
+        assert_eq!(one(Operation::PickBit, &[&[0, 4], &[18]]), Some(vec![1]));
+        assert_eq!(one(Operation::PutBit(false), &[&[7], &[17]]), Some(vec![5]));
+    }
+
+    #[test]
+    fn reals_are_known_where_they_are_exact() {
+        let of = |value: f32| bits(value);
+        let real = |arithmetic, a: f32, b: f32| one(Operation::Real(arithmetic), &[&of(a), &of(b)]);
+        assert_eq!(real(Arithmetic::Add, 1.5, 2.25), Some(of(3.75)));
+        assert_eq!(real(Arithmetic::Add, 0.1, 0.2), None);
+        assert_eq!(real(Arithmetic::Add, 1e30, 1.0), None);
+        assert_eq!(real(Arithmetic::Sub, 1.0, 1e-30), None);
+        assert_eq!(real(Arithmetic::Sub, 3.0, 3.0), Some(of(0.0)));
+        assert_eq!(real(Arithmetic::Multiply, 0.1, 0.1), None);
+        assert_eq!(real(Arithmetic::Multiply, -0.5, 6.0), Some(of(-3.0)));
+        assert_eq!(real(Arithmetic::Multiply, 1e30, 1e30), None);
+        assert_eq!(real(Arithmetic::Multiply, -1.0, 0.0), None);
+        assert_eq!(real(Arithmetic::Divide, 1.0, 3.0), None);
+        assert_eq!(real(Arithmetic::Divide, 1.0, 0.0), None);
+        assert_eq!(real(Arithmetic::Divide, 7.0, 4.0), Some(of(1.75)));
+        assert_eq!(one(Operation::ToReal, &[&[1, 0x100]]), None);
+        assert_eq!(one(Operation::FromReal(1), &[&of(-32768.0)]), Some(vec![0x8000]));
+        assert_eq!(one(Operation::FromReal(1), &[&of(32768.0)]), None);
+        assert_eq!(one(Operation::FromReal(2), &[&of(0.5)]), None);
+    }
+
+    #[test]
+    fn times_of_day_end_at_midnight() {
+        assert_eq!(one(Operation::ToSeconds, &[&[23, 59, 59]]), Some(vec![0x517F, 1]));
+        assert_eq!(one(Operation::ToSeconds, &[&[24, 0, 0]]), None);
+        assert_eq!(one(Operation::FromSeconds, &[&[0x517F, 1]]), Some(vec![23, 59, 59]));
+        assert_eq!(one(Operation::FromSeconds, &[&[0x5180, 1]]), None);
+    }
+}

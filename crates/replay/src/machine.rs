@@ -1,0 +1,729 @@
+//! The control of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
+
+use super::state::{Doubt, State, Truth};
+use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::{ChoiceKind, Knowledge};
+use scanbound_ir::{
+    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Settling, Step, Summary,
+    When, WordSource, Write,
+};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// The most loops in a scan of which both cases are tried, one iteration and none.
+pub(super) const MOST_ASKED: usize = 4;
+
+/// A loop that is being run.
+struct Loop {
+    begin: usize,
+    end: usize,
+    iteration: u32,
+    iterations: u32,
+    /// Where only the sum of costs is asked for: how things stood when this iteration began.
+    begun: Option<Begun>,
+}
+
+/// How things stood when an iteration began.
+struct Begun {
+    total: Picos,
+    executed: u64,
+    changes: u64,
+    stack: Vec<Truth>,
+    slots: BTreeMap<u32, Truth>,
+    masters: usize,
+}
+
+/// What belongs to one routine while it runs.
+#[derive(Default)]
+struct Routine {
+    stack: Vec<Truth>,
+    slots: BTreeMap<u32, Truth>,
+    /// The open master control regions, each with its level, its condition, and those of all up to it.
+    masters: Vec<(u32, Truth, Truth)>,
+    loops: Vec<Loop>,
+    /// Where its caller goes on.
+    back: usize,
+}
+
+/// Where control goes from an instruction.
+enum Next {
+    Go(usize),
+    Return,
+    End,
+    Stop,
+}
+
+/// Why a main or interrupt routine ended.
+#[derive(PartialEq)]
+enum Ended {
+    Itself,
+    Scan,
+}
+
+pub(super) struct Machine<'p, F> {
+    program: &'p Program,
+    times: &'p [Times],
+    state: State<'p, F>,
+    routines: Vec<Routine>,
+    total: Picos,
+    events: Vec<Event>,
+    unbounded: Option<usize>,
+    /// Where a real run is followed no further, and why.
+    stopped: Option<Stopped>,
+    /// How many more instructions may be executed.
+    left: u64,
+    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met, and how
+    /// many were met.
+    once: Vec<bool>,
+    asked: usize,
+    /// Whether only the sum of costs is asked for.
+    sums: bool,
+    /// Parts of a timer's or counter's instruction that was executed as a whole.
+    executed: Range<usize>,
+}
+
+impl<'p, F: Free> Machine<'p, F> {
+    pub(super) fn new(program: &'p Program, times: &'p [Times], free: F, mode: Mode) -> Self {
+        assert_eq!(times.len(), program.instructions.len(), "a time for every instruction");
+        Machine {
+            program,
+            times,
+            state: State::new(program, free, mode),
+            routines: Vec::new(),
+            total: Picos::ZERO,
+            events: Vec::with_capacity(program.instructions.len()),
+            unbounded: None,
+            stopped: None,
+            left: u64::MAX,
+            once: Vec::new(),
+            asked: 0,
+            sums: false,
+            executed: 0..0,
+        }
+    }
+
+    /// The same where only the sum of costs is asked for: no events are kept, and iterations that are all alike are run
+    /// once.
+    pub(super) fn summing(mut self) -> Self {
+        self.sums = true;
+        self.events = Vec::new();
+        self
+    }
+
+    /// Makes a real run of at most `most` instructions, and gives what it takes, how many were executed, where it is
+    /// followed no further, and the state that it leaves.
+    pub(super) fn summed(
+        mut self,
+        most: u64,
+    ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
+        (self.left, self.asked) = (most, MOST_ASKED);
+        let replay = self.scan();
+        (replay.total, most - self.left, self.stopped, replay.unbounded, self.state)
+    }
+
+    /// The same with what was learned of exact choices.
+    pub(super) fn knowing(mut self, knowledge: &Knowledge) -> Self {
+        self.state.learned = knowledge.clone();
+        self
+    }
+
+    /// Makes a real run of at most so many instructions; `once` says of each loop that makes one iteration or none whether
+    /// it makes one.
+    pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (Real, usize) {
+        (self.left, self.once) = (most, once);
+        let replay = self.scan();
+        let beyond = std::mem::take(&mut self.state.beyond);
+        let learned = std::mem::take(&mut self.state.learned);
+        let (left, parted) = self.left(&replay);
+        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.asked)
+    }
+
+    /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
+    /// loop of which it is not known which it does ends the run.
+    pub(super) fn real_from(mut self, most: u64, asked: usize) -> (Real, State<'p, F>) {
+        (self.left, self.asked) = (most, asked);
+        let replay = self.scan();
+        let beyond = std::mem::take(&mut self.state.beyond);
+        let learned = std::mem::take(&mut self.state.learned);
+        let (left, parted) = self.left(&replay);
+        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.state)
+    }
+
+    /// What the scan's end does not keep of what is stated of starts: ranges and invariants.
+    fn left(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
+        if self.stopped.is_some() {
+            return (Vec::new(), Vec::new());
+        }
+        let mut parted = Vec::new();
+        for index in self.program.exclusive.clone() {
+            let holds = &self.program.invariants[index];
+            let end = self.state.logic(holds, Truth::TRUE);
+            if !end.value && end.doubt.is_none() && !replay.broken_invariants.contains(&index) {
+                parted.push(index);
+            }
+        }
+        (self.state.left_ranges(), parted)
+    }
+
+    pub(super) fn scan(&mut self) -> Replay {
+        let program = self.program;
+        let readings = match self.state.mode {
+            Mode::Real => &program.power_up.in_every_reading[..],
+            Mode::Model => &[],
+        };
+        let broken = program.invariants.iter().chain(readings).enumerate();
+        let broken = broken.filter(|(_, holds)| !self.state.logic(holds, Truth::TRUE).value);
+        let broken_invariants: Vec<usize> = broken.map(|(index, _)| index).collect();
+        for main in &program.mains {
+            if self.run(main.start, main.end) == Ended::Scan {
+                break;
+            }
+        }
+        self.state.interrupting = true;
+        for interrupt in &program.interrupts {
+            for iteration in 0..interrupt.times {
+                if self.stopped.is_some() {
+                    break;
+                }
+                self.state.enter(Frame { at: interrupt.entry, iteration });
+                self.run(interrupt.entry, program.instructions.len());
+                self.state.leave();
+            }
+        }
+        let broken_ranges = self.state.broken_ranges();
+        let unbounded = self.unbounded;
+        Replay {
+            total: self.total,
+            events: std::mem::take(&mut self.events),
+            broken_ranges,
+            broken_invariants,
+            unbounded,
+        }
+    }
+
+    /// Runs a routine that nobody called, `limit` being the instruction before which it ends by itself.
+    fn run(&mut self, entry: usize, limit: usize) -> Ended {
+        self.routines = vec![Routine::default()];
+        let mut at = entry;
+        let ended = loop {
+            let limit = if self.routines.len() > 1 { usize::MAX } else { limit };
+            if at >= limit.min(self.program.instructions.len()) {
+                break Ended::Itself;
+            }
+            match self.execute(at) {
+                Next::Go(target) => at = target,
+                Next::Return => {
+                    self.leave_loops(0);
+                    at = self.routine().back;
+                    self.routines.pop();
+                    if self.routines.is_empty() {
+                        break Ended::Itself;
+                    }
+                    self.state.leave();
+                }
+                Next::End => break Ended::Itself,
+                Next::Stop => break Ended::Scan,
+            }
+        };
+        while !self.routines.is_empty() {
+            self.leave_loops(0);
+            self.routines.pop();
+            if !self.routines.is_empty() {
+                self.state.leave();
+            }
+        }
+        ended
+    }
+
+    fn routine(&mut self) -> &mut Routine {
+        self.routines.last_mut().expect("a routine is running")
+    }
+
+    /// Ends the innermost loops of the routine until so many are open.
+    fn leave_loops(&mut self, open: usize) {
+        while self.routine().loops.len() > open {
+            self.routine().loops.pop();
+            self.state.leave();
+        }
+    }
+
+    fn execute(&mut self, at: usize) -> Next {
+        if self.left == 0 {
+            return self.stop(at, Why::TooLong);
+        }
+        self.left -= 1;
+        self.state.at = at;
+        self.state.now = self.total;
+        let instruction = &self.program.instructions[at];
+        let condition = self.condition(&instruction.step);
+        self.state.condition = condition;
+        let (expression, count) = match &instruction.step {
+            Step::Logic { value, .. } => (Some(value), None),
+            Step::Act { fires }
+            | Step::Jump { fires, .. }
+            | Step::Call { fires, .. }
+            | Step::Stop { fires }
+            | Step::MasterControlBegin { fires, .. } => (Some(fires), None),
+            Step::ForBegin { count, .. } => (None, Some(*count)),
+            Step::Summary(summary) if self.state.mode == Mode::Real => {
+                (None, summary.iterations.map(|(count, ..)| count))
+            }
+            _ => (None, None),
+        };
+        let iterations = count.map(|count| self.iterations(&instruction.step, count));
+        let fired = match expression {
+            Some(logic) => self.state.logic(logic, condition),
+            None => Truth::TRUE,
+        };
+        let times = self.times[at];
+        if fired == Truth::TRUE
+            && (self.breaks_count(instruction) || self.breaks_index(instruction))
+        {
+            return self.stop(at, Why::Excluded);
+        }
+        let is_contact = matches!(instruction.step, Step::Logic { .. });
+        let executed = if is_contact { Truth::TRUE } else { fired };
+        if let Some(why) = self.fails(condition, executed) {
+            return self.stop(at, why);
+        }
+        let cost = match (fired.doubt, fired.value) {
+            // It takes the lesser of the two at least.
+            (Some(_), _) => times.on.min(times.off),
+            (None, true) => times.with(self.units(instruction, times)),
+            (None, false) => times.off,
+        };
+        let has_fired = match fired.doubt {
+            None => fired.value,
+            Some(_) => self.program.scan_control.may_have_fired(at, fired.value),
+        };
+        self.charge(at, has_fired, cost);
+        self.change(instruction, condition, fired);
+        let decides =
+            matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });
+        if let (true, Some(cause)) = (decides, fired.doubt) {
+            return self.stop(at, Why::Unknown(cause));
+        }
+        match iterations {
+            Some(Err(why)) => self.stop(at, why),
+            Some(Ok(iterations)) => self.step(at, &instruction.step, fired, iterations),
+            None => self.step(at, &instruction.step, fired, 0),
+        }
+    }
+
+    /// Why the CPU does not go on from the instruction, or may not: an operation error.
+    fn fails(&mut self, condition: Truth, executed: Truth) -> Option<Why> {
+        if self.state.mode != Mode::Real {
+            return None;
+        }
+        let error = self.program.errors.get(&self.state.at)?;
+        let fails = self.state.logic(error, condition).and(executed);
+        match fails {
+            Truth { doubt: Some(cause), .. } => Some(Why::Unknown(cause)),
+            Truth { value: true, .. } => Some(Why::Error),
+            Truth { value: false, .. } => None,
+        }
+    }
+
+    /// Whether an instruction handles another number of units than is stated, as far as that is known.
+    fn breaks_count(&mut self, instruction: &Instruction) -> bool {
+        let stated = self.program.counts.get(&self.state.at).copied();
+        let (Some((low, high)), Some(counted), Mode::Real) =
+            (stated, instruction.counted(), self.state.mode)
+        else {
+            return false;
+        };
+        let (count, doubt) = self.number_of_units(counted);
+        doubt.is_none() && !(low..=high).contains(&i64::try_from(count).unwrap_or(i64::MAX))
+    }
+
+    /// Whether an instruction writes by an index that is not as stated, as far as that is known.
+    fn breaks_index(&mut self, instruction: &Instruction) -> bool {
+        if self.state.mode != Mode::Real {
+            return false;
+        }
+        let program = self.program;
+        instruction.effects.iter().any(|effect| {
+            let Write::Havoc(_, choice) = effect.write else { return false };
+            let Some(indexed) = program.indexed.get(&choice) else { return false };
+            let (Some((low, high)), [reading]) = (indexed.stated, &indexed.readings[..]) else {
+                return false;
+            };
+            let outer = self.state.doubt.take();
+            let words: Vec<u16> = reading.iter().map(|&word| self.state.word(word)).collect();
+            let doubt = std::mem::replace(&mut self.state.doubt, outer);
+            let index = match words[..] {
+                [word] => i64::from(word.cast_signed()),
+                [low, high] => i64::from((u32::from(high) << 16 | u32::from(low)).cast_signed()),
+                _ => return false,
+            };
+            doubt.is_none() && !(low..=high).contains(&index)
+        })
+    }
+
+    /// What the words say that count units, and why it is not known, if so.
+    fn number_of_units(&mut self, counted: &Counted) -> (u64, Doubt) {
+        let outer = self.state.doubt.take();
+        let number = counted.words.iter().rev();
+        let count = number.fold(0, |count, &word| count << 16 | u64::from(self.state.word(word)));
+        (count, std::mem::replace(&mut self.state.doubt, outer))
+    }
+
+    /// How many units an instruction handles that words count. Where a scan is run as on a PLC, units are charged only if
+    /// their count is known and the PLC is known to carry the instruction out with it.
+    fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
+        let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
+        let Some(counted) = counted else { return 0 };
+        if self.state.mode == Mode::Model
+            && !Counted::is_asked(self.state.frames())
+            && !self.state.was_counted()
+        {
+            return counted.most_units();
+        }
+        let (count, doubt) = self.number_of_units(counted);
+        if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.executes_up_to) {
+            return 0;
+        }
+        count.min(counted.most).saturating_mul(counted.each)
+    }
+
+    /// Follows the scan no further.
+    fn stop(&mut self, at: usize, why: Why) -> Next {
+        let frames = self.state.frames().clone();
+        self.stopped.get_or_insert(Stopped { at, frames, why });
+        Next::Stop
+    }
+
+    /// How many iterations a loop makes.
+    fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
+        let (least, most) = match step {
+            Step::ForBegin { least, most, .. } => (*least, *most),
+            Step::Summary(summary) => {
+                summary.iterations.map_or((0, u32::MAX), |(_, least, most)| (least, most))
+            }
+            _ => (0, u32::MAX),
+        };
+        let kind = match count {
+            WordSource::Free(choice) => self.program.kinds.get(&choice).map(|kind| (choice, kind)),
+            _ => None,
+        };
+        let (word, is_signed, doubtful) = match kind {
+            Some((choice, ChoiceKind::Iterations(word))) => (*word, true, Some(choice)),
+            Some((_, ChoiceKind::Unsigned(word))) => (*word, false, None),
+            _ => (count, true, None),
+        };
+        let number = |count: u16| match is_signed {
+            true => u32::try_from(count.cast_signed()).unwrap_or(0),
+            false => u32::from(count),
+        };
+        let limited = |count: u16| number(count).max(least).min(most);
+        let outer = self.state.doubt.take();
+        let value = self.state.word(word);
+        let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
+        match (doubtful, doubt) {
+            (_, Some(cause)) => Err(Why::Unknown(cause)),
+            // What the user stated of this count excludes the scan.
+            (_, None)
+                if self.state.mode == Mode::Real && !self.allows_iterations(value, is_signed) =>
+            {
+                Err(Why::Excluded)
+            }
+            (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
+                Err(Why::Excluded)
+            }
+            (None, None) => Ok(limited(value)),
+            (Some(_), None) if number(value) >= 1 => Ok(limited(value)),
+            (Some(choice), None) if self.state.mode == Mode::Model => {
+                Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
+            }
+            (Some(_), None) if self.asked >= MOST_ASKED => Err(Why::Unknown(self.state.at)),
+            (Some(_), None) => {
+                let once = self.once.get(self.asked).copied().unwrap_or(false);
+                self.asked += 1;
+                Ok(u32::from(once))
+            }
+        }
+    }
+
+    /// Whether a loop may have this count, by what is stated of it.
+    fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
+        let stated = self.program.counts.get(&self.state.at);
+        let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
+        stated.is_none_or(|&(low, high)| (low..=high).contains(&count))
+    }
+
+    fn condition(&mut self, step: &Step) -> Truth {
+        let routine = self.routine();
+        let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
+        if !step.acts() {
+            return top;
+        }
+        routine.masters.last().map_or(top, |&(_, _, all)| top.and(all))
+    }
+
+    fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
+        self.total += cost;
+        if self.sums {
+            return;
+        }
+        let frames = self.state.frames().clone();
+        self.events.push(Event { instruction, frames, fired, cost });
+    }
+
+    fn change(&mut self, instruction: &Instruction, condition: Truth, fired: Truth) {
+        let program = self.program;
+        if self.executed.contains(&self.state.at) {
+            return;
+        }
+        let timed = self.timed(instruction, condition);
+        // The exact choices of this instruction that were carried out, and whether that gave anything.
+        let mut exact: Vec<(ChoiceId, bool)> = Vec::new();
+        for effect in &instruction.effects {
+            let fired = if effect.when == When::Always { Truth::TRUE } else { fired };
+            if let Write::Havoc(_, choice) = &effect.write
+                && let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice)
+            {
+                if !fired.value && fired.doubt.is_none() {
+                    continue;
+                }
+                let known = exact.iter().find(|(done, _)| done == choice).map(|(_, gave)| *gave);
+                let gave = match known {
+                    Some(gave) => gave,
+                    None => {
+                        let gave = match self.state.mode {
+                            Mode::Model
+                                if self.state.settling(*choice) == Some(&Settling::Exact) =>
+                            {
+                                self.state.write_exactly(*choice, meaning, fired)
+                            }
+                            Mode::Model => self.state.write_learned(*choice),
+                            Mode::Real => self.state.write_exactly(*choice, meaning, fired),
+                        };
+                        exact.push((*choice, gave));
+                        gave
+                    }
+                };
+                if gave {
+                    continue;
+                }
+            }
+            self.state.write(&effect.write, condition, fired);
+        }
+        if let Some((flag, present)) = timed
+            && let Some(timed) = program.timekeeping.coils.get(&self.state.at)
+        {
+            self.state.put(timed.flag, u16::MAX, u16::from(flag), None, Truth::TRUE);
+            self.state.put(timed.present, u16::MAX, present, None, Truth::TRUE);
+            self.executed = timed.parts.clone();
+        }
+    }
+
+    /// What a timer's or counter's execution leaves, where time goes by, this instruction is one, and all of it is known.
+    fn timed(&mut self, instruction: &Instruction, condition: Truth) -> Option<(bool, u16)> {
+        if self.state.mode != Mode::Real || instruction.effects.is_empty() {
+            return None;
+        }
+        let timed = self.program.timekeeping.coils.get(&self.state.at)?;
+        let slots = &self.routine().slots;
+        let saved = |slot| slots.get(slot).copied().unwrap_or(Truth::TRUE);
+        let inputs: Vec<Truth> = timed.inputs.iter().map(saved).collect();
+        if condition.doubt.is_some() || inputs.iter().any(|input| input.doubt.is_some()) {
+            return None;
+        }
+        let inputs = inputs.iter().map(|input| input.value).collect();
+        self.state.executed(timed, self.total, condition.value, inputs)
+    }
+
+    fn step(&mut self, at: usize, step: &Step, fired: Truth, iterations: u32) -> Next {
+        match step {
+            Step::Logic { join, .. } => self.join(*join, fired),
+            Step::AndBlock => self.block(Truth::and),
+            Step::OrBlock => self.block(Truth::or),
+            Step::Save(slot) => {
+                let routine = self.routine();
+                let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
+                routine.slots.insert(*slot, top);
+            }
+            Step::Fetch(slot) => {
+                let saved = self.routine().slots.get(slot).copied().unwrap_or(Truth::TRUE);
+                self.join(Join::Replace, saved);
+            }
+            Step::Jump { target, .. } if fired.value => return self.go(*target),
+            Step::Call { target, .. } if fired.value => {
+                self.routines.push(Routine { back: at + 1, ..Routine::default() });
+                self.state.enter(Frame { at, iteration: 0 });
+                return Next::Go(*target);
+            }
+            Step::Return => return Next::Return,
+            Step::End => return Next::End,
+            Step::Unbounded { .. } => {
+                self.unbounded = Some(at);
+                return Next::Stop;
+            }
+            Step::Stop { .. } if fired.value => return Next::Stop,
+            Step::ForBegin { end, .. } => {
+                if iterations == 0 {
+                    return Next::Go(end + 1);
+                }
+                self.begin_loop(at, *end, iterations);
+            }
+            Step::Summary(summary)
+                if summary.iterations.is_some() && self.state.mode == Mode::Real =>
+            {
+                if iterations == 0 {
+                    return Next::Go(summary.end + 1);
+                }
+                self.begin_loop(at, summary.end, iterations);
+            }
+            Step::Summary(_) if self.state.mode == Mode::Real => {
+                return self.stop(at, Why::Unknown(at));
+            }
+            Step::ForEnd => return self.end_iteration(at),
+            Step::Summary(summary) => {
+                let Summary { end, charges, havocs, choice, exits, .. } = &**summary;
+                return self.summary(*end, charges, havocs, *choice, exits);
+            }
+            Step::MasterControlBegin { level, .. } => {
+                let masters = &mut self.routine().masters;
+                let before = masters.last().map_or(Truth::TRUE, |master| master.2);
+                masters.push((*level, fired, before.and(fired)));
+            }
+            Step::MasterControlEnd { level } => {
+                let masters = &mut self.routine().masters;
+                masters.retain(|(open, ..)| open < level);
+                let mut all = Truth::TRUE;
+                for master in masters {
+                    all = all.and(master.1);
+                    master.2 = all;
+                }
+            }
+            Step::Act { .. }
+            | Step::Jump { .. }
+            | Step::Call { .. }
+            | Step::Stop { .. }
+            | Step::Nothing => {}
+        }
+        Next::Go(at + 1)
+    }
+
+    fn join(&mut self, join: Join, value: Truth) {
+        let stack = &mut self.routine().stack;
+        let top = match join {
+            Join::Start => {
+                stack.clear();
+                value
+            }
+            Join::Load => value,
+            Join::And => stack.pop().unwrap_or(Truth::TRUE).and(value),
+            Join::Or => stack.pop().unwrap_or(Truth::TRUE).or(value),
+            Join::Replace => {
+                stack.pop();
+                value
+            }
+        };
+        stack.push(top);
+    }
+
+    fn block(&mut self, join: fn(Truth, Truth) -> Truth) {
+        let stack = &mut self.routine().stack;
+        let upper = stack.pop().unwrap_or(Truth::TRUE);
+        let lower = stack.pop().unwrap_or(Truth::TRUE);
+        stack.push(join(lower, upper));
+    }
+
+    /// Goes on elsewhere in the same routine; loops in which the target does not stand end.
+    fn go(&mut self, target: usize) -> Next {
+        let loops = &self.routine().loops;
+        let open = loops.iter().take_while(|l| l.begin < target && target <= l.end).count();
+        self.leave_loops(open);
+        Next::Go(target)
+    }
+
+    fn begin_loop(&mut self, at: usize, end: usize, iterations: u32) {
+        let begun = self.stands();
+        let one = Loop { begin: at, end, iteration: 0, iterations, begun };
+        self.routine().loops.push(one);
+        self.state.enter(Frame { at, iteration: 0 });
+    }
+
+    /// How things stand, where only the sum of costs is asked for.
+    fn stands(&mut self) -> Option<Begun> {
+        if !self.sums {
+            return None;
+        }
+        let (total, executed, changes) = (self.total, self.left, self.state.changes);
+        let Routine { stack, slots, masters, .. } = self.routine();
+        let (stack, slots, masters) = (stack.clone(), slots.clone(), masters.len());
+        Some(Begun { total, executed, changes, stack, slots, masters })
+    }
+
+    /// Where an iteration has changed nothing at all, the others are like it: they are charged, and the loop is at its last.
+    fn skip_alike(&mut self) {
+        let now = self.stands();
+        let (total, left) = (self.total, self.left);
+        let Some(current) = self.routine().loops.last_mut() else { return };
+        let (Some(begun), Some(now)) = (current.begun.take(), now) else { return };
+        let alike = begun.changes == now.changes
+            && begun.masters == now.masters
+            && begun.stack == now.stack
+            && begun.slots == now.slots;
+        let more = u64::from(current.iterations - current.iteration - 1);
+        let each = Picos(total.0 - begun.total.0);
+        let took = (begun.executed - left).saturating_mul(more);
+        if alike && took < left {
+            current.iteration = current.iterations - 1;
+            self.total += each.times(more);
+            self.left -= took;
+        } else {
+            current.begun = Some(now);
+        }
+    }
+
+    fn end_iteration(&mut self, at: usize) -> Next {
+        if self.routine().loops.last().is_none_or(|current| current.end != at) {
+            return Next::Go(at + 1);
+        }
+        self.skip_alike();
+        let Some(current) = self.routine().loops.last_mut() else { return Next::Go(at + 1) };
+        current.iteration += 1;
+        let (begin, iteration, iterations) = (current.begin, current.iteration, current.iterations);
+        if iteration == iterations {
+            let open = self.routine().loops.len() - 1;
+            self.leave_loops(open);
+            return Next::Go(at + 1);
+        }
+        self.state.leave();
+        self.state.enter(Frame { at: begin, iteration });
+        Next::Go(begin + 1)
+    }
+
+    /// Charges what is summarised and says where control goes on.
+    fn summary(
+        &mut self,
+        end: usize,
+        charges: &[(usize, u64)],
+        havocs: &[Region],
+        choice: ChoiceId,
+        exits: &[(ChoiceId, Exit)],
+    ) -> Next {
+        for &(instruction, repetitions) in charges {
+            let times = self.times[instruction];
+            let most = self.program.instructions[instruction].counted();
+            let on = times.with(most.map_or(0, Counted::most_units));
+            self.charge(instruction, on >= times.off, on.max(times.off).times(repetitions));
+        }
+        for &region in havocs {
+            self.state.havoc(region, choice, Truth::TRUE);
+        }
+        let routine = self.routine();
+        routine.stack.clear();
+        routine.slots.clear();
+        match exits.iter().find(|(exit, _)| self.state.choose_bit(*exit)) {
+            None => self.go(end + 1),
+            Some((_, Exit::To(target))) => self.go(*target),
+            Some((_, Exit::Return)) => Next::Return,
+            Some((_, Exit::End)) => Next::End,
+            Some((_, Exit::Stop)) => Next::Stop,
+        }
+    }
+}

@@ -1,0 +1,697 @@
+//! The memory of one scan and the values worked out from it, and which of these a real run does not know.
+
+use super::clockwork::Found;
+use super::words::bcd;
+use super::{Free, Mode};
+use rustc_hash::FxHashMap;
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
+use scanbound_ir::timed::{Expiry, Timed};
+use scanbound_ir::{
+    AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
+    Program, Reading, Region, Relation, Settling, StartRange, WordSource, WordTarget, Write,
+};
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// The instruction because of which a value is not known; `None` for a value that is.
+pub(super) type Doubt = Option<usize>;
+
+/// A truth value, and whether it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Truth {
+    pub(super) value: bool,
+    pub(super) doubt: Doubt,
+}
+
+impl Truth {
+    /// What is known to be true.
+    pub(super) const TRUE: Truth = Truth { value: true, doubt: None };
+
+    /// Both together: one that is known to be false decides.
+    pub(super) fn and(self, other: Truth) -> Truth {
+        let decides = |one: Truth| !one.value && one.doubt.is_none();
+        if decides(self) {
+            return self;
+        }
+        if decides(other) {
+            return other;
+        }
+        Truth { value: self.value && other.value, doubt: self.doubt.or(other.doubt) }
+    }
+
+    pub(super) fn or(self, other: Truth) -> Truth {
+        self.not().and(other.not()).not()
+    }
+
+    pub(super) fn not(self) -> Truth {
+        Truth { value: !self.value, doubt: self.doubt }
+    }
+}
+
+/// A region that was havocked, at one moment.
+#[derive(Clone)]
+struct Havoc {
+    region: Region,
+    choice: ChoiceId,
+    frames: Arc<[Frame]>,
+    doubt: Doubt,
+}
+
+/// A cell's value and how much of its area had been havocked when it got it. Large programs have very many of these.
+#[derive(Clone, Copy)]
+struct Held {
+    value: u16,
+    /// Which of its bits are not known; none where there is no doubt.
+    unknown: u16,
+    havocs: u32,
+    /// The instruction because of which these are not known; [`KNOWN`] where all are.
+    because: u32,
+}
+
+const KNOWN: u32 = u32::MAX;
+
+impl Held {
+    fn doubt(self) -> Doubt {
+        (self.because != KNOWN).then_some(self.because as usize)
+    }
+}
+
+/// Values of exact choices, by the moment.
+type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
+
+/// The cells, and the frames that say which moment it is.
+pub(super) struct State<'p, F> {
+    program: &'p Program,
+    free: F,
+    cells: FxHashMap<Cell, Held>,
+    /// By area, in order.
+    havocs: Vec<Vec<Havoc>>,
+    /// What cells that the user states ranges of had at the scan's start.
+    started: BTreeMap<Cell, Option<u16>>,
+    frames: Arc<[Frame]>,
+    pub(super) mode: Mode,
+    /// The instruction that is being executed.
+    pub(super) at: usize,
+    /// Its condition.
+    pub(super) condition: Truth,
+    /// Why what is being worked out is not known, if something of it is not.
+    pub(super) doubt: Doubt,
+    /// Whether an interrupt routine runs.
+    pub(super) interrupting: bool,
+    /// What the operation that is being carried out reads.
+    pub(super) reading: Option<Vec<Read>>,
+    /// Whether some of that may change at any moment.
+    pub(super) changing: bool,
+    /// The exact choices worked out so far, by the moment.
+    pub(super) known: Known,
+    /// What was learned: on the way of a real run, before a run of the model.
+    pub(super) learned: Knowledge,
+    /// Writes of operations beyond what their effects allow.
+    pub(super) beyond: Vec<(usize, Cell)>,
+    /// How long the scan has been running.
+    pub(super) now: Picos,
+    /// The memories of timers, and the value of each while its timer is at rest.
+    memories: FxHashMap<Cell, u16>,
+    /// Those of them whose timer was at rest at some moment of this scan.
+    pub(super) rested: BTreeSet<Cell>,
+    /// How often a cell was changed, or something asked that need not be the same the next time.
+    pub(super) changes: u64,
+}
+
+impl<'p, F: Free> State<'p, F> {
+    pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
+        let ranged = program.ranges.iter().flat_map(|range| &range.cells);
+        let expiries = program.timekeeping.expiries.values();
+        State {
+            program,
+            free,
+            cells: FxHashMap::default(),
+            havocs: vec![Vec::new(); program.areas.len()],
+            started: ranged.map(|&cell| (cell, None)).collect(),
+            frames: Arc::from([]),
+            mode,
+            at: 0,
+            condition: Truth::TRUE,
+            doubt: None,
+            interrupting: false,
+            reading: None,
+            changing: false,
+            known: Known::new(),
+            learned: Knowledge::new(),
+            beyond: Vec::new(),
+            now: Picos::ZERO,
+            memories: expiries.map(|one| (one.memory, one.rest)).collect(),
+            rested: BTreeSet::new(),
+            changes: 0,
+        }
+    }
+
+    pub(super) fn program(&self) -> &'p Program {
+        self.program
+    }
+
+    /// The calls and iterations that are open, outermost first.
+    pub(super) fn frames(&self) -> &Arc<[Frame]> {
+        &self.frames
+    }
+
+    pub(super) fn enter(&mut self, frame: Frame) {
+        self.frames = self.frames.iter().copied().chain([frame]).collect();
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.frames = self.frames[..self.frames.len() - 1].into();
+    }
+
+    pub(super) fn choose(&mut self, choice: ChoiceId, kind: AreaKind) -> u16 {
+        if let Some(value) = self.free.register(choice) {
+            return value;
+        }
+        if self.mode == Mode::Real
+            && self.free.keeps_time()
+            && let Some(present) = self.program.timekeeping.between.get(&choice)
+        {
+            return present.map_or(0, |cell| self.read(cell));
+        }
+        self.changes += 1;
+        let key = ChoiceKey { frames: self.frames.to_vec(), choice, cell: None };
+        if self.mode == Mode::Model {
+            return match self.learned_value(choice) {
+                Some(value) => value,
+                None => self.free.choice(&key, kind),
+            };
+        }
+        let value = match self.program.kinds.get(&choice) {
+            Some(ChoiceKind::World) => {
+                let given = self.given(&key, kind);
+                if self.is_uncounted(choice) {
+                    self.doubt = self.doubt.or(Some(self.at));
+                }
+                self.expiry(choice, given)
+            }
+            Some(&ChoiceKind::Steady(cell)) => self.read(cell),
+            Some(&ChoiceKind::Present { contact, setting }) => {
+                if self.read(contact) & 1 == 1 {
+                    setting
+                } else {
+                    Some(self.given(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
+                }
+            }
+            // A timer that starts in this scan is not over in it, unless its setting is 0.
+            Some(ChoiceKind::ScanTicks { .. }) => 0,
+            // It is asked only as a loop's count.
+            None | Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => {
+                self.doubt = self.doubt.or(Some(self.at));
+                self.free.choice(&key, kind)
+            }
+            Some(ChoiceKind::Exact(meaning)) => match self.value_of(choice, meaning) {
+                Some(value) => value,
+                None => self.free.choice(&key, kind),
+            },
+        };
+        if let Some(reads) = &mut self.reading {
+            reads.push(Read::Choice(key, value));
+        }
+        value
+    }
+
+    /// What the outside gives.
+    fn given(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
+        if self.free.is_unseen() {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        self.free.choice(key, kind)
+    }
+
+    /// A choice of the outside's that tells how far a timer has run, which can be no more than time has passed.
+    fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
+        let timekeeping = &self.program.timekeeping;
+        if let Some(over) = timekeeping.elapsed.get(&choice) {
+            // A timer that starts in this scan has not run yet.
+            let expiry = timekeeping.expiries.get(over);
+            let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
+            return if starts { 0 } else { given };
+        }
+        let Some(expiry) = timekeeping.expiries.get(&choice) else { return given };
+        let Some(setting) = self.setting(expiry) else {
+            self.doubt = self.doubt.or(Some(self.at));
+            return given;
+        };
+        let given = self.by_time(expiry, setting).unwrap_or(given);
+        let is_open = |state: &mut Self, stood: Cell| {
+            let stood = state.read(stood).cast_signed();
+            let setting = i64::from((setting as u16).cast_signed());
+            setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
+        };
+        if expiry.stood.is_some_and(|stood| is_open(self, stood)) {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        given
+    }
+
+    /// Whether a choice tells of time that is not counted where time passes from scan to scan.
+    fn is_uncounted(&self, choice: ChoiceId) -> bool {
+        self.free.counts_time() && self.program.timekeeping.uncounted.contains(&choice)
+    }
+
+    /// A timer's setting; `None` if it is not known.
+    fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
+        let program = self.program;
+        let changes = |word: &WordSource| match *word {
+            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.holds(cell)),
+            _ => false,
+        };
+        let outer = self.doubt.take();
+        let words: Vec<u16> = expiry.setting.iter().map(|&word| self.word(word)).collect();
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let is_known = doubt.is_none() && !expiry.setting.iter().any(changes);
+        let setting = match expiry.is_decimal {
+            true => bcd(&words).and_then(|value| u64::try_from(value).ok()),
+            false => Some(words.iter().rev().fold(0, |all, &word| all << 16 | u64::from(word))),
+        };
+        setting.filter(|_| is_known)
+    }
+
+    /// What tells whether a timer is over that cannot have run for its setting, or has run for longer.
+    fn by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
+        let (least, most) = match self.has_rested(expiry.memory) {
+            true => (Picos::ZERO, self.now),
+            false => {
+                let (least, most) = self.free.ran_for(expiry.memory)?;
+                (least + self.now, most + self.now)
+            }
+        };
+        let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
+        if u128::from(most.0) < time(setting.saturating_sub(1)) {
+            return Some(u16::from(expiry.running));
+        }
+        let is_over = u128::from(least.0) > time(setting.saturating_add(1));
+        is_over.then_some(u16::from(!expiry.running))
+    }
+
+    /// Whether a timer was at rest at some moment of this scan, by its memory.
+    fn has_rested(&mut self, memory: Cell) -> bool {
+        let started = self.free.start(memory, AreaKind::Word);
+        self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
+    }
+
+    pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
+        self.choose(choice, AreaKind::Bit) & 1 == 1
+    }
+
+    /// What a timer's or counter's execution leaves, where time goes by and its cells are known.
+    pub(super) fn executed(
+        &mut self,
+        timed: &Timed,
+        now: Picos,
+        condition: bool,
+        inputs: Vec<bool>,
+    ) -> Option<(bool, u16)> {
+        if !self.free.keeps_time() {
+            return None;
+        }
+        let outer = self.doubt.take();
+        let setting = self.word(timed.setting);
+        let setting_doubt = self.doubt.take();
+        let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let is_known = doubt.is_none();
+        let found = Found { now, condition, inputs, setting, flag, present, is_known };
+        if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
+    }
+
+    /// How the analysis settled a choice in this call context.
+    pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Settling> {
+        self.free.settled()?.choice(&self.frames, choice)
+    }
+
+    /// Whether the analysis counted this instruction's units in this call context.
+    pub(super) fn was_counted(&self) -> bool {
+        self.free.settled().is_some_and(|settled| settled.counted(&self.frames, self.at))
+    }
+
+    /// The cell's value now. A value that comes from outside is kept, so that it is asked for once.
+    pub(super) fn read(&mut self, cell: Cell) -> u16 {
+        self.read_masked(cell, u16::MAX)
+    }
+
+    /// The same where only these bits of it matter.
+    pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
+        let held = self.held(cell);
+        self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
+        if self.reading.is_some() {
+            let changes = self.program.volatile.iter().any(|region| region.holds(cell));
+            self.changing |= changes || self.interrupting;
+        }
+        if let Some(reads) = &mut self.reading {
+            reads.push(Read::Cell(cell, mask, held.value & mask));
+        }
+        held.value
+    }
+
+    /// What the cell holds now; what comes from outside is asked for here.
+    fn held(&mut self, cell: Cell) -> Held {
+        let held = self.cells.get(&cell).copied();
+        let since = held.map_or(0, |held| held.havocs as usize);
+        let havocs = &self.havocs[usize::from(cell.area.0)];
+        let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.holds(cell));
+        let kind = self.program.areas[usize::from(cell.area.0)].kind;
+        let (value, doubt, unknown) = match (havoc, held) {
+            (Some(havoc), _) => {
+                let unseen = self.free.is_unseen().then_some(self.at);
+                let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt.or(unseen));
+                let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
+                (self.free.choice(&key, kind), doubt, u16::MAX)
+            }
+            (None, Some(held)) => (held.value, held.doubt(), held.unknown),
+            (None, None) => {
+                let value = self.free.start(cell, kind);
+                if let Some(started) = self.started.get_mut(&cell) {
+                    *started = Some(value);
+                }
+                let unknown = self.free.unknown(cell);
+                (value, (unknown != 0).then_some(self.at), unknown)
+            }
+        };
+        let value = if kind == AreaKind::Bit { value & 1 } else { value };
+        self.hold(cell, value, doubt, unknown)
+    }
+
+    /// What the cell holds once the scan is over, and which of its bits are not known.
+    pub(super) fn after(&mut self, cell: Cell) -> (u16, u16) {
+        let held = self.held(cell);
+        (held.value, held.unknown)
+    }
+
+    /// What the scan leaves in each cell that it touched, and which of its bits are not known.
+    pub(super) fn touched(&mut self) -> Vec<(Cell, u16, u16)> {
+        let cells: Vec<Cell> = self.cells.keys().copied().collect();
+        let left = |cell| {
+            let (value, unknown) = self.after(cell);
+            (cell, value, unknown)
+        };
+        cells.into_iter().map(left).collect()
+    }
+
+    /// The regions that took any value.
+    pub(super) fn lost(&self) -> Vec<Region> {
+        self.havocs.iter().flatten().map(|one| one.region).collect()
+    }
+
+    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
+        let havocs = self.havocs[usize::from(cell.area.0)].len();
+        let unknown = if doubt.is_some() { unknown } else { 0 };
+        // No program that fits into memory has as many instructions as that.
+        let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
+        let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
+        let held = Held { value, unknown, havocs: number(havocs), because };
+        if self.memories.get(&cell) == Some(&value) {
+            self.rested.insert(cell);
+        }
+        let before = self.cells.insert(cell, held);
+        let same = |before: Held| {
+            (before.value, before.unknown, before.because) == (value, unknown, because)
+        };
+        if !before.is_some_and(same) {
+            self.changes += 1;
+        }
+        held
+    }
+
+    /// These bits of the cell take a value if `fired`, which may not be known; nor may the value.
+    pub(super) fn put(&mut self, cell: Cell, mask: u16, value: u16, doubt: Doubt, fired: Truth) {
+        if fired.doubt.is_none() && !fired.value {
+            return;
+        }
+        if fired.doubt.is_none() && mask == u16::MAX {
+            self.hold(cell, value, doubt, u16::MAX);
+            return;
+        }
+        let old = self.held(cell);
+        let (kept, written) = (old.value & !mask, value & mask);
+        if fired.doubt.is_none() {
+            let unknown = old.unknown & !mask | if doubt.is_some() { mask } else { 0 };
+            self.hold(cell, kept | written, doubt.or(old.doubt()), unknown);
+            return;
+        }
+        // Where it takes the value that it has, it does not matter.
+        if old.value & mask == written && old.unknown & mask == 0 && doubt.is_none() {
+            return;
+        }
+        let value = if fired.value { kept | written } else { old.value };
+        self.hold(cell, value, fired.doubt, old.unknown | mask);
+    }
+
+    fn read_bit(&mut self, cell: Cell) -> bool {
+        self.read(cell) & 1 == 1
+    }
+
+    pub(super) fn bit(&mut self, source: BitSource) -> bool {
+        match source {
+            BitSource::Const(value) => value,
+            BitSource::Cell(cell) => self.read_bit(cell),
+            BitSource::WordBit(cell, bit) => self.read_masked(cell, 1 << bit) >> bit & 1 == 1,
+            BitSource::Free(choice) => self.choose_bit(choice),
+        }
+    }
+
+    pub(super) fn word(&mut self, source: WordSource) -> u16 {
+        match source {
+            WordSource::Const(value) => value,
+            WordSource::Cell(cell) => self.read(cell),
+            WordSource::Bits { first, count } => (0..count)
+                .map(|n| u16::from(self.read_bit(first.plus(u32::from(n)))) << n)
+                .fold(0, |word, bit| word | bit),
+            WordSource::Free(choice) => self.choose(choice, AreaKind::Word),
+        }
+    }
+
+    /// The number's words, least first.
+    pub(super) fn number(&mut self, number: &Number) -> Vec<u16> {
+        match number {
+            Number::Words(sources) => sources.iter().map(|&source| self.word(source)).collect(),
+            Number::Add(a, b) => add(&self.number(a), &self.number(b), false),
+            Number::Sub(a, b) => {
+                let (a, b) = (self.number(a), self.number(b));
+                // Two's complement: the difference is the sum with the inverse and one.
+                add(&a, &b.iter().map(|word| !word).collect::<Vec<_>>(), true)
+            }
+            Number::And(a, b) => zip(&self.number(a), &self.number(b), |a, b| a & b),
+            Number::Or(a, b) => zip(&self.number(a), &self.number(b), |a, b| a | b),
+            Number::Xor(a, b) => zip(&self.number(a), &self.number(b), |a, b| a ^ b),
+        }
+    }
+
+    fn compare(&mut self, compare: &Compare) -> bool {
+        let (left, right) = (self.number(&compare.left), self.number(&compare.right));
+        let order = match compare.reading {
+            Reading::Signed => signed(&left).cmp(&signed(&right)),
+            Reading::Unsigned => left.iter().rev().cmp(right.iter().rev()),
+            Reading::Real(choice) => match real(&left).zip(real(&right)) {
+                Some((left, right)) => {
+                    left.partial_cmp(&right).expect("numbers that are ordinary have an order")
+                }
+                None => return self.choose_bit(choice),
+            },
+        };
+        match compare.relation {
+            Relation::Equal => order == Ordering::Equal,
+            Relation::NotEqual => order != Ordering::Equal,
+            Relation::Less => order == Ordering::Less,
+            Relation::LessOrEqual => order != Ordering::Greater,
+            Relation::Greater => order == Ordering::Greater,
+            Relation::GreaterOrEqual => order != Ordering::Less,
+        }
+    }
+
+    /// The truth value in this state, `condition` being the instruction's.
+    pub(super) fn logic(&mut self, logic: &Logic, condition: Truth) -> Truth {
+        match logic {
+            Logic::Condition => condition,
+            Logic::Not(inner) => self.logic(inner, condition).not(),
+            // In a real run all parts are looked at, so that what is learned does not depend on their order.
+            Logic::All(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Truth::TRUE, Truth::and)
+            }
+            Logic::Any(parts) => {
+                let parts = parts.iter().map(|part| self.logic(part, condition));
+                parts.fold(Truth::TRUE.not(), Truth::or)
+            }
+            Logic::Const(value) => Truth { value: *value, doubt: None },
+            Logic::Bit(source) => self.doubted(|state| state.bit(*source)),
+            Logic::Compare(compare) => self.doubted(|state| state.compare(compare)),
+        }
+    }
+
+    /// What is worked out, and whether it is known.
+    fn doubted(&mut self, work: impl FnOnce(&mut Self) -> bool) -> Truth {
+        let outer = self.doubt.take();
+        let value = work(self);
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        Truth { value, doubt }
+    }
+
+    /// Carries out a write if `fired`.
+    pub(super) fn write(&mut self, write: &Write, condition: Truth, fired: Truth) {
+        if !fired.value && fired.doubt.is_none() {
+            return;
+        }
+        match write {
+            Write::Bit(target, value) => {
+                let value = self.logic(value, condition);
+                self.put_bit(*target, value, fired);
+            }
+            Write::Words(targets, number) => {
+                let outer = self.doubt.take();
+                let words = self.number(number);
+                let doubt = std::mem::replace(&mut self.doubt, outer);
+                for (target, word) in targets.iter().zip(words) {
+                    self.put_word(*target, word, doubt, fired);
+                }
+            }
+            Write::Havoc(region, choice) => self.havoc(*region, *choice, fired),
+        }
+    }
+
+    pub(super) fn put_bit(&mut self, target: BitTarget, value: Truth, fired: Truth) {
+        let bit = u16::from(value.value);
+        match target {
+            BitTarget::Cell(cell) => self.put(cell, u16::MAX, bit, value.doubt, fired),
+            BitTarget::WordBit(cell, at) => self.put(cell, 1 << at, bit << at, value.doubt, fired),
+        }
+    }
+
+    pub(super) fn put_word(&mut self, target: WordTarget, word: u16, doubt: Doubt, fired: Truth) {
+        match target {
+            WordTarget::Cell(cell) => self.put(cell, u16::MAX, word, doubt, fired),
+            WordTarget::Bits { first, count } => {
+                for n in 0..count {
+                    self.put(first.plus(u32::from(n)), u16::MAX, word >> n & 1, doubt, fired);
+                }
+            }
+            WordTarget::Discard => {}
+        }
+    }
+
+    /// Havocs a region if `fired`; what it holds then is known only where the outside gives it.
+    pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
+        self.changes += 1;
+        let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
+        let doubt = match self.mode {
+            Mode::Model => None,
+            Mode::Real if world && !self.is_uncounted(choice) => fired.doubt,
+            Mode::Real => fired.doubt.or(Some(self.at)),
+        };
+        let regions = match self.settling(choice) {
+            Some(Settling::Within(closer))
+                if self.mode == Mode::Model
+                    && self
+                        .program
+                        .indexed
+                        .get(&choice)
+                        .is_some_and(|one| one.shares_area(region)) =>
+            {
+                region.parts(closer)
+            }
+            _ => vec![region],
+        };
+        for region in regions {
+            let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
+            match region {
+                Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
+                Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
+                Region::Everything => {
+                    self.havocs.iter_mut().for_each(|area| area.push(havoc.clone()));
+                }
+            }
+        }
+    }
+
+    /// The stated ranges that no values of the cells not read could meet.
+    pub(super) fn broken_ranges(&self) -> Vec<usize> {
+        let ranges = self.program.ranges.iter().enumerate();
+        ranges.filter(|(_, range)| !self.meets(range)).map(|(index, _)| index).collect()
+    }
+
+    /// The ranges that the scan's start keeps and its end does not, where both are known, and what the words hold then.
+    pub(super) fn left_ranges(&mut self) -> Vec<(usize, i64)> {
+        let number = |words: &[u16]| match *words {
+            [word] => Some(i64::from(word.cast_signed())),
+            [low, high] => Some(double(low, high)),
+            _ => None,
+        };
+        let mut left = Vec::new();
+        for (index, range) in self.program.ranges.iter().enumerate() {
+            let cells = range.cells.iter();
+            let mut is_known = true;
+            let (mut start, mut end) = (Vec::new(), Vec::new());
+            for &cell in cells {
+                start.push(self.free.start(cell, AreaKind::Word));
+                let (value, unknown) = self.after(cell);
+                is_known &= unknown == 0 && self.free.unknown(cell) == 0;
+                end.push(value);
+            }
+            let within = |value: i64| range.has(value);
+            if let (true, Some(start), Some(end)) = (is_known, number(&start), number(&end))
+                && within(start)
+                && !within(end)
+            {
+                left.push((index, end));
+            }
+        }
+        left
+    }
+
+    fn meets(&self, range: &StartRange) -> bool {
+        let read: Vec<Option<u16>> =
+            range.cells.iter().map(|cell| self.started.get(cell).copied().flatten()).collect();
+        let within = |value: i64| range.has(value);
+        match read[..] {
+            [Some(word)] => within(i64::from(word.cast_signed())),
+            [Some(low), Some(high)] => within(double(low, high)),
+            [Some(low), None] => (0..=u16::MAX).any(|high| within(double(low, high))),
+            [None, Some(high)] => {
+                range.low <= double(u16::MAX, high) && double(0, high) <= range.high
+            }
+            _ => true,
+        }
+    }
+}
+
+fn double(low: u16, high: u16) -> i64 {
+    i64::from((u32::from(high) << 16 | u32::from(low)).cast_signed())
+}
+
+fn zip(a: &[u16], b: &[u16], mut join: impl FnMut(u16, u16) -> u16) -> Vec<u16> {
+    a.iter().zip(b).map(|(&a, &b)| join(a, b)).collect()
+}
+
+/// The sum, wrapped around, with a carry into the least word.
+fn add(a: &[u16], b: &[u16], carry: bool) -> Vec<u16> {
+    let mut carry = u32::from(carry);
+    zip(a, b, |a, b| {
+        let sum = u32::from(a) + u32::from(b) + carry;
+        carry = sum >> 16;
+        (sum & 0xFFFF) as u16
+    })
+}
+
+/// The words, most significant first, such that their order is the order of the signed numbers.
+fn signed(words: &[u16]) -> Vec<u16> {
+    let mut ordered: Vec<u16> = words.iter().rev().copied().collect();
+    if let Some(top) = ordered.first_mut() {
+        *top ^= 0x8000;
+    }
+    ordered
+}
+
+/// The IEEE 754 single if it is a normal number or plain +0.
+fn real(words: &[u16]) -> Option<f32> {
+    let &[low, high] = words else { return None };
+    let bits = u32::from(high) << 16 | u32::from(low);
+    let value = f32::from_bits(bits);
+    (bits == 0 || value.is_normal()).then_some(value)
+}

@@ -1,0 +1,146 @@
+//! What executions are charged: by their times, by the units that words count, and as a summary.
+
+use super::word::Word;
+use super::{Purpose, Run, ScanError, number};
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{Counted, Relation, WordSource};
+use scanbound_model::{ByUnits, Charge, Lit};
+use std::sync::Arc;
+
+impl Run<'_> {
+    /// Charges the instruction's times, unless both are zero.
+    pub(super) fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
+        let times = self.times[at];
+        if times == Times::default() {
+            return;
+        }
+        let (on, counted) = self.by_units(at, fires);
+        let frames = self.frames.clone();
+        self.memory.model.charges.push(Charge {
+            instruction: at,
+            frames,
+            reached,
+            fires,
+            on,
+            off: times.off,
+            counted,
+        });
+    }
+
+    /// What an instruction takes when it fires: at most, and by the units that it handles, where words say how many.
+    fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
+        let times = self.times[at];
+        let counted = self.program.instructions[at].counted();
+        let Some(counted) = counted.filter(|_| times.per_unit > Picos::ZERO) else {
+            return (times.on, None);
+        };
+        let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
+        if !Counted::is_asked(&self.frames) {
+            if number.iter().any(|&word| self.memory.words.as_constant(word).is_none()) {
+                self.note_units(at, fires);
+                let most = times.with(counted.most_units());
+                return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
+            }
+            Arc::make_mut(&mut self.memory.model.settled).count(&self.frames, at);
+        }
+        if let Some(&(low, high)) = self.program.counts.get(&at) {
+            let within = self.within(&number, false, low, high);
+            self.hold(fires, within);
+        }
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let mut above = |most: u64| {
+            let places = number.iter().enumerate();
+            let most = u32::try_from(most).unwrap_or(u32::MAX);
+            let most: Vec<Word> =
+                places.map(|(place, _)| words.constant((most >> (16 * place)) as u16)).collect();
+            number::compare(words, circuit, Relation::Greater, false, &number, &most)
+        };
+        let largest = (1u64 << (16 * number.len())) - 1;
+        let over = if counted.most < largest { above(counted.most) } else { Lit::FALSE };
+        let sure = match self.purpose {
+            Purpose::UpperBound => Lit::TRUE,
+            Purpose::LowerBound if counted.executes_up_to < largest => {
+                !above(counted.executes_up_to)
+            }
+            Purpose::LowerBound => Lit::TRUE,
+        };
+        let handled = circuit.and(fires, sure);
+        let bits: Vec<Lit> = number.iter().flat_map(|&word| words.bits(circuit, word)).collect();
+        let (mut base, mut units) = (times.on, Vec::new());
+        for (holds, count) in number::in_parts(circuit, &bits, over, counted.most) {
+            let more = times.per_unit.times(counted.each).times(count);
+            match circuit.and(handled, holds) {
+                Lit::FALSE => {}
+                here if here == fires => base += more,
+                here => units.push((here, more)),
+            }
+        }
+        let beyond = circuit.and(fires, over);
+        self.note_units(at, beyond);
+        if units.is_empty() {
+            return (base, None);
+        }
+        (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
+    }
+
+    /// The most that an instruction takes once.
+    fn dearest(&self, at: usize) -> Picos {
+        let times = self.times[at];
+        let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
+        times.with(units).max(times.off)
+    }
+
+    /// Charges a summarised loop by what its count says, every iteration at its dearest.
+    pub(super) fn charge_by_count(
+        &mut self,
+        active: Lit,
+        at: usize,
+        charges: &[(usize, u64)],
+        (count, _, most): (WordSource, u32, u32),
+    ) -> Result<(), ScanError> {
+        let mut iteration = Picos::ZERO;
+        for &(instruction, times) in charges {
+            iteration += self.dearest(instruction).times(times / u64::from(most.max(1)));
+        }
+        let (count, is_signed) = self.count(count);
+        let word = self.word(count, at);
+        let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
+        for (place, &bit) in bits.iter().enumerate().take(if is_signed { 15 } else { 16 }) {
+            let fires = self.memory.circuit().and(active, bit);
+            let cost = iteration.0.checked_mul(1 << place).map(Picos);
+            let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
+            self.charge_where(at, fires, cost);
+        }
+        Ok(())
+    }
+
+    /// Charges a loop as a summary.
+    pub(super) fn charge_summary(
+        &mut self,
+        active: Lit,
+        charges: &[(usize, u64)],
+    ) -> Result<(), ScanError> {
+        for &(instruction, times) in charges {
+            let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
+            let cost = cost.ok_or(ScanError::TooOften { instruction })?;
+            self.charge_where(instruction, active, cost);
+        }
+        Ok(())
+    }
+
+    /// Charges a time wherever this holds.
+    fn charge_where(&mut self, instruction: usize, holds: Lit, cost: Picos) {
+        if holds == Lit::FALSE || cost == Picos::ZERO {
+            return;
+        }
+        self.memory.model.charges.push(Charge {
+            instruction,
+            frames: self.frames.clone(),
+            reached: holds,
+            fires: holds,
+            on: cost,
+            off: cost,
+            counted: None,
+        });
+    }
+}

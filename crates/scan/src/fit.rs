@@ -1,0 +1,119 @@
+//! Keeps the model of a scan within limits of size: where single instructions make it too large, what they read is
+//! taken as any value.
+
+use super::{ScanError, scan_model_within};
+use scanbound_base::time::Times;
+use scanbound_ir::{
+    Approximated, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
+    Write,
+};
+use scanbound_model::ScanModel;
+use std::collections::BTreeSet;
+
+/// How large the model of a scan may get: nodes of its circuit, and steps of the questions to words (which values can
+/// this word have?), which take time but leave no nodes.
+pub struct SizeLimits<'a> {
+    /// What one execution of one instruction may add; those that would add more are told in [`ScanError::Grown`].
+    pub per_execution: usize,
+    /// What the whole model may take.
+    pub in_all: usize,
+    /// Asked every few hundred instructions; true ends the execution.
+    pub is_over: &'a dyn Fn() -> bool,
+}
+
+impl Default for SizeLimits<'_> {
+    /// No limit.
+    fn default() -> Self {
+        SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
+    }
+}
+
+/// Limits on one execution of an instruction, tried one after the other until the model fits.
+const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
+
+/// How often one limit is tried: taking costly instructions' reads as any value makes others cheaper or costlier.
+const ROUNDS: usize = 3;
+
+/// Executes one scan symbolically into a model of at most `in_all`. Where single instructions add too much to it, what
+/// they read is taken as any value, and that is listed as an approximation. `None` if the model is too large even so.
+///
+/// # Errors
+/// If `is_over` ended it, or the program is not well formed.
+pub fn scan_model_fitted(
+    program: &mut Program,
+    times: &[Times],
+    in_all: usize,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Option<ScanModel>, ScanError> {
+    for per_execution in PER_EXECUTION {
+        for _ in 0..ROUNDS {
+            match scan_model_within(program, times, &SizeLimits { per_execution, in_all, is_over })
+            {
+                Ok(model) => return Ok(Some(model)),
+                Err(ScanError::Grown { costly, .. }) => {
+                    if !widen(program, &costly) {
+                        break;
+                    }
+                }
+                Err(other) => return Err(other),
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// Takes all that these instructions read, and words of which they write a bit, as any value. Whether any of them
+/// read anything.
+fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
+    let mut choices = program.choices;
+    let mut choice = || {
+        choices += 1;
+        ChoiceId(choices - 1)
+    };
+    let mut wide = Vec::new();
+    for &at in costly {
+        let instruction = &mut program.instructions[at];
+        let mut read = false;
+        instruction.each_read_mut(&mut |source| match source {
+            SourceMut::Bit(source @ (BitSource::Cell(_) | BitSource::WordBit(..))) => {
+                (*source, read) = (BitSource::Free(choice()), true);
+            }
+            SourceMut::Word(source @ (WordSource::Cell(_) | WordSource::Bits { .. })) => {
+                (*source, read) = (WordSource::Free(choice()), true);
+            }
+            SourceMut::Bit(_) | SourceMut::Word(_) => {}
+        });
+        for effect in &mut instruction.effects {
+            if let Write::Bit(BitTarget::WordBit(first, _), _) = effect.write {
+                effect.write = Write::Havoc(Region::Range { first, count: 1 }, choice());
+                read = true;
+            }
+        }
+        if read {
+            wide.push((
+                at,
+                match instruction.step {
+                    Step::ForBegin { .. } => Approximated::CostlyCount,
+                    _ => Approximated::CostlyRead,
+                },
+            ));
+        }
+    }
+    program.choices = choices;
+    // What an operation gives takes as much, too, where it is followed.
+    for &at in costly {
+        let havocked = program.instructions[at].effects.iter().filter_map(|effect| {
+            let Write::Havoc(_, choice) = effect.write else { return None };
+            Some(choice)
+        });
+        let followed: Vec<ChoiceId> =
+            havocked.filter(|choice| program.followed.contains(choice)).collect();
+        for choice in followed {
+            program.followed.remove(&choice);
+            wide.push((at, Approximated::CostlyRead));
+        }
+    }
+    let any = !wide.is_empty();
+    wide.into_iter().for_each(|(at, what)| program.approximate(at, what));
+    any
+}

@@ -1,0 +1,592 @@
+//! What a condition implies, as far as its form shows.
+
+use super::spans::Spans;
+use super::term::{Carry, Gate, Node, Range, Word};
+use super::word::Words;
+use rustc_hash::{FxHashMap, FxHashSet};
+use scanbound_base::ring::Ring;
+use scanbound_model::{Atom, Circuit, Lit, VarId};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// So many parts of a condition are looked at.
+const MOST_PARTS: usize = 2048;
+/// To find what a word may hold, so many of its parts are looked at.
+const MOST_LOOKED: usize = 256;
+/// So deep is looked into what may be implied.
+const DEEPEST: u32 = 5;
+/// So deep choices between two values lie in each other.
+const MOST_CHOICES: usize = 64;
+/// So many choices that a word is made of are looked at, to leave out what is not taken.
+const MOST_REMOVED: u32 = 16;
+/// Of a word's parts that lie deeper only what they hold in any scan is taken.
+const DEEPEST_PART: u32 = 8;
+
+/// A condition's parts, all of which hold where it does.
+#[derive(Debug, Default, Clone)]
+pub struct Implied {
+    parts: FxHashSet<Lit>,
+    /// Between which values free words lie, unsigned.
+    ranges: FxHashMap<VarId, (u16, u16)>,
+    /// What words hold that were asked for.
+    words: FxHashMap<Word, Ring>,
+    /// What holds in every scan.
+    always: Option<Rc<Implied>>,
+    /// What literals were found to be surely, or not.
+    asked: RefCell<FxHashMap<Lit, Option<bool>>>,
+}
+
+impl Implied {
+    /// Those of what holds in every scan.
+    pub fn always(circuit: &Circuit, words: &Words, constraints: &[Lit]) -> Implied {
+        let mut given = Implied::default();
+        given.take(circuit, words, constraints.to_vec(), MOST_PARTS + 8 * constraints.len());
+        given
+    }
+
+    /// Those of a condition.
+    pub fn by(circuit: &Circuit, words: &Words, always: &Rc<Implied>, condition: Lit) -> Implied {
+        let mut given = Implied { always: Some(always.clone()), ..Implied::default() };
+        given.take(circuit, words, vec![condition], MOST_PARTS);
+        given
+    }
+
+    fn take(&mut self, circuit: &Circuit, words: &Words, mut open: Vec<Lit>, most: usize) {
+        while let Some(part) = open.pop() {
+            if part == Lit::TRUE || self.parts.len() >= most || !self.parts.insert(part) {
+                continue;
+            }
+            self.keep(words, part);
+            match (circuit.node(part), part.is_negated()) {
+                (scanbound_model::Node::And(a, b), false) => open.extend([a, b]),
+                (scanbound_model::Node::Atom(Atom::AtLeast(word, least)), is_below) => {
+                    let (low, high) = self.ranges.entry(word).or_insert((0, u16::MAX));
+                    match is_below {
+                        false => *low = least.max(*low),
+                        true => *high = least.saturating_sub(1).min(*high),
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn has(&self, part: Lit) -> bool {
+        self.parts.contains(&part) || self.always.as_ref().is_some_and(|always| always.has(part))
+    }
+
+    /// The same as a word wherever the condition holds, of a shorter form if one is seen.
+    pub fn word_within(&self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
+        let single = |(low, high): (u16, u16)| (low == high).then_some(low);
+        if let Some(value) = self.word(word).as_constant() {
+            return words.constant(value);
+        }
+        let mut word = word;
+        while let Node::Either(condition, then, other) = words.node(word) {
+            word = match () {
+                () if self.holds(circuit, words, condition) => then,
+                () if self.holds(circuit, words, !condition) => other,
+                () => break,
+            };
+        }
+        match words.node(word) {
+            Node::Free(variable) => match single(self.range(variable)) {
+                Some(value) => words.constant(value),
+                None => word,
+            },
+            _ => word,
+        }
+    }
+
+    /// The same as a word wherever the condition holds, without the choices that are not taken there, as far as they are
+    /// looked at. `known` has what was found so for this condition before.
+    pub fn without_others(
+        &self,
+        circuit: &Circuit,
+        words: &mut Words,
+        word: Word,
+        known: &mut FxHashMap<Word, Word>,
+    ) -> Word {
+        let word = self.word_within(circuit, words, word);
+        self.fewer(circuit, words, word, known, &mut { MOST_REMOVED }).0
+    }
+
+    /// The word without them, and whether all of it was looked at.
+    fn fewer(
+        &self,
+        circuit: &Circuit,
+        words: &mut Words,
+        word: Word,
+        known: &mut FxHashMap<Word, Word>,
+        left: &mut u32,
+    ) -> (Word, bool) {
+        let Node::Either(condition, then, other) = words.node(word) else { return (word, true) };
+        if let Some(&known) = known.get(&word) {
+            return (known, true);
+        }
+        if *left == 0 {
+            return (word, false);
+        }
+        *left -= 1;
+        let (found, whole) = match self.within(circuit, words, condition) {
+            Lit::TRUE => self.fewer(circuit, words, then, known, left),
+            Lit::FALSE => self.fewer(circuit, words, other, known, left),
+            condition => {
+                let (other, all) = self.fewer(circuit, words, other, known, left);
+                let (then, both) = self.fewer(circuit, words, then, known, left);
+                (words.either(condition, then, other), all && both)
+            }
+        };
+        if whole {
+            known.insert(word, found);
+        }
+        (found, whole)
+    }
+
+    /// The values that a word may have where the condition holds, each with the condition under which it has it, if all its
+    /// parts are known and there are no more than so many.
+    pub fn cases(
+        &self,
+        circuit: &mut Circuit,
+        words: &mut Words,
+        word: Word,
+        most: usize,
+    ) -> Option<Vec<(Lit, u16)>> {
+        let mut found: Vec<(Lit, u16)> = Vec::new();
+        let mut open = vec![(Lit::TRUE, self.word_within(circuit, words, word), 0u16)];
+        let mut looked = 0;
+        while let Some((holds, word, addend)) = open.pop() {
+            looked += 1;
+            if looked > 4 * most {
+                return None;
+            }
+            match words.node(word) {
+                Node::Const(value) => {
+                    add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
+                }
+                Node::Plus(inner, more) => {
+                    let inner = self.word_within(circuit, words, inner);
+                    open.push((holds, inner, addend.wrapping_add(more)));
+                }
+                Node::Either(condition, then, other) => {
+                    for (condition, word) in [(condition, then), (!condition, other)] {
+                        let holds = circuit.and(holds, condition);
+                        if holds != Lit::FALSE {
+                            open.push((holds, self.word_within(circuit, words, word), addend));
+                        }
+                    }
+                }
+                Node::Free(variable) => {
+                    let (low, high) = self.range(variable);
+                    if low > high || usize::from(high - low) >= most {
+                        return None;
+                    }
+                    for value in low..=high {
+                        let from = circuit.atom(Atom::AtLeast(variable, value));
+                        let beyond = match value.checked_add(1) {
+                            Some(next) => circuit.atom(Atom::AtLeast(variable, next)),
+                            None => Lit::FALSE,
+                        };
+                        let here = circuit.and(from, !beyond);
+                        let holds = circuit.and(holds, here);
+                        add_case(circuit, &mut found, most, (holds, value.wrapping_add(addend)))?;
+                    }
+                }
+                Node::Sum(a, b, Carry::NONE) => {
+                    let few = most.min(8);
+                    let (first, second) =
+                        (self.cases(circuit, words, a, few)?, self.cases(circuit, words, b, few)?);
+                    for &(one, a) in &first {
+                        for &(other, b) in &second {
+                            let both = circuit.and(one, other);
+                            let holds = circuit.and(holds, both);
+                            let value = a.wrapping_add(b).wrapping_add(addend);
+                            add_case(circuit, &mut found, most, (holds, value))?;
+                        }
+                    }
+                }
+                _ => return None,
+            }
+        }
+        Some(found)
+    }
+
+    /// Notes what a part says of a word.
+    fn keep(&mut self, words: &Words, part: Lit) {
+        if let Some((word, ring)) = said(words, part) {
+            let known = self.words.entry(word).or_insert(Ring::TOP);
+            *known = known.closer(ring);
+        }
+    }
+
+    /// Takes what is known of words as known of what they were before they were brought into a short form, too.
+    /// `before` has that, and where both are the same.
+    pub fn keep_also(
+        &mut self,
+        before: &FxHashMap<Word, (Word, Lit)>,
+        circuit: &Circuit,
+        words: &Words,
+    ) {
+        let known: Vec<(Word, Ring)> =
+            self.words.iter().map(|(&word, &ring)| (word, ring)).collect();
+        for (short, ring) in known {
+            self.asked.get_mut().clear();
+            if let Some(&(word, under)) = before.get(&short)
+                && self.holds(circuit, words, under)
+            {
+                let known = self.words.entry(word).or_insert(Ring::TOP);
+                *known = known.closer(ring);
+            }
+        }
+    }
+
+    /// What a word holds that was asked for.
+    pub fn word(&self, word: Word) -> Ring {
+        let known = self.words.get(&word).copied().unwrap_or(Ring::TOP);
+        self.always.as_ref().map_or(known, |always| known.closer(always.word(word)))
+    }
+
+    /// Works out what a word may hold, and all that it is made of, each once.
+    pub fn work_out(&self, circuit: &Circuit, words: &Words, spans: &mut Spans, word: Word) {
+        let mut open = vec![word];
+        while let Some(&word) = open.last() {
+            let parts: [Option<Word>; 2] = match words.node(word) {
+                _ if !spans.is_open(word) => [None, None],
+                Node::Plus(inner, _) => [Some(inner), None],
+                Node::Sum(a, b, Carry::NONE) | Node::Either(_, a, b) => [Some(a), Some(b)],
+                _ => [None, None],
+            };
+            let before = open.len();
+            open.extend(parts.into_iter().flatten().filter(|&part| spans.is_open(part)));
+            if open.len() > before {
+                continue;
+            }
+            open.pop();
+            if spans.is_open(word) {
+                let found = self.span(circuit, words, spans, word);
+                spans.found(word, found);
+            }
+        }
+    }
+
+    /// What a word may hold. `spans` has what its parts hold in any scan.
+    pub fn span(&self, circuit: &Circuit, words: &Words, spans: &Spans, word: Word) -> Ring {
+        let mut looking = Looking { circuit, words, spans, said_more: Vec::new(), looked: 0 };
+        self.span_where(&mut looking, word, 0)
+    }
+
+    /// The same where more is said of words than is given.
+    fn span_where(&self, looking: &mut Looking<'_>, word: Word, depth: u32) -> Ring {
+        let Looking { circuit, words, .. } = *looking;
+        let more = looking.said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
+        let known = more.fold(self.word(word), Ring::closer).closer(looking.spans.known(word));
+        looking.looked += 1;
+        if looking.looked > MOST_LOOKED
+            || depth > DEEPEST_PART
+            || looking.said_more.len() > MOST_CHOICES
+        {
+            return known;
+        }
+        let found = match words.node(word) {
+            Node::Const(value) => Ring::constant(value),
+            Node::Free(variable) => {
+                let (low, high) = self.range(variable);
+                Ring::of(low.into(), high.into())
+            }
+            Node::Plus(inner, addend) => {
+                self.span_where(looking, inner, depth + 1).plus(Ring::constant(addend))
+            }
+            Node::Sum(a, b, Carry::NONE) => {
+                let a = self.span_where(looking, a, depth + 1);
+                a.plus(self.span_where(looking, b, depth + 1))
+            }
+            Node::Either(condition, then, other) => {
+                let mut both: Option<Ring> = None;
+                for (condition, word) in [(condition, then), (!condition, other)] {
+                    let condition = self.within(circuit, words, condition);
+                    if condition == Lit::FALSE {
+                        continue;
+                    }
+                    let before = looking.said_more.len();
+                    conjuncts(circuit, condition, 3, &mut |part| {
+                        looking.said_more.extend(said(words, part));
+                    });
+                    let one = self.span_where(looking, word, depth + 1);
+                    looking.said_more.truncate(before);
+                    both = Some(both.map_or(one, |both| both.join(one)));
+                }
+                both.unwrap_or(Ring::TOP)
+            }
+            Node::Bitwise(Gate::And, a, b) => {
+                let [a, b] = [a, b].map(|word| words.as_constant(word));
+                a.or(b).map_or(Ring::TOP, |mask| Ring::of(0, mask.into()))
+            }
+            Node::Bits(number) => {
+                let bits = words.bits_of_number(number);
+                let most = bits.iter().enumerate().filter(|(_, bit)| **bit != Lit::FALSE);
+                Ring::of(0, most.map(|(place, _)| 1 << place).sum())
+            }
+            Node::Bitwise(..) | Node::Sum(..) | Node::Carried(..) | Node::Derived(..) => Ring::TOP,
+        };
+        found.closer(known)
+    }
+
+    /// Between which values a free word lies.
+    pub fn range(&self, word: VarId) -> (u16, u16) {
+        let (low, high) = self.ranges.get(&word).copied().unwrap_or((0, u16::MAX));
+        let always = self.always.as_ref().map_or((0, u16::MAX), |always| always.range(word));
+        (low.max(always.0), high.min(always.1))
+    }
+
+    /// Whether this surely holds.
+    pub fn holds(&self, circuit: &Circuit, words: &Words, lit: Lit) -> bool {
+        self.surely(circuit, words, lit) == Some(true)
+    }
+
+    /// What a literal surely is, each worked out once.
+    fn surely(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Option<bool> {
+        if let Some(&known) = self.asked.borrow().get(&lit) {
+            return known;
+        }
+        let value = self.value(circuit, words, lit, DEEPEST);
+        self.asked.borrow_mut().insert(lit, value);
+        value
+    }
+
+    /// What a literal surely is.
+    fn value(&self, circuit: &Circuit, words: &Words, lit: Lit, depth: u32) -> Option<bool> {
+        if lit.is_constant() {
+            return Some(lit == Lit::TRUE);
+        }
+        if self.has(lit) {
+            return Some(true);
+        }
+        if self.has(!lit) {
+            return Some(false);
+        }
+        for (asked, is) in [(lit, true), (!lit, false)] {
+            let Some(Range(word, low, high)) = words.asked(asked) else { continue };
+            let (known, asked) = (self.word(word), Ring::of(low.into(), high.into()));
+            if asked.holds(known) {
+                return Some(is);
+            }
+            if asked.is_apart(known) {
+                return Some(!is);
+            }
+        }
+        let value = match circuit.node(lit) {
+            scanbound_model::Node::And(a, b) if depth > 0 => {
+                match self.value(circuit, words, a, depth - 1) {
+                    Some(false) => Some(false),
+                    first => match (first, self.value(circuit, words, b, depth - 1)) {
+                        (_, Some(false)) => Some(false),
+                        (Some(true), Some(true)) => Some(true),
+                        _ => None,
+                    },
+                }
+            }
+            scanbound_model::Node::Atom(Atom::AtLeast(word, least)) => {
+                let (low, high) = self.range(word);
+                match () {
+                    () if low >= least => Some(true),
+                    () if high < least => Some(false),
+                    () => None,
+                }
+            }
+            _ => None,
+        };
+        value.map(|value| value != lit.is_negated())
+    }
+
+    /// The same as a literal wherever the condition holds, of a shorter form if one is seen.
+    pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
+        let mut lit = lit;
+        for _ in 0..MOST_CHOICES {
+            if let Some(value) = self.surely(circuit, words, lit) {
+                return Lit::constant(value);
+            }
+            let scanbound_model::Node::And(a, b) = circuit.node(lit) else { return lit };
+            let rest = match (self.holds(circuit, words, a), self.holds(circuit, words, b)) {
+                (true, _) => b,
+                (_, true) => a,
+                _ => return lit,
+            };
+            lit = if lit.is_negated() { !rest } else { rest };
+        }
+        lit
+    }
+}
+
+/// A look at what a word may hold.
+struct Looking<'a> {
+    circuit: &'a Circuit,
+    words: &'a Words,
+    /// What words hold in any scan.
+    spans: &'a Spans,
+    /// What the choices on the way down say of words.
+    said_more: Vec<(Word, Ring)>,
+    /// How many parts were looked at.
+    looked: usize,
+}
+
+/// Adds a value to those that a word may have, if that does not make too many.
+fn add_case(
+    circuit: &mut Circuit,
+    cases: &mut Vec<(Lit, u16)>,
+    most: usize,
+    (holds, value): (Lit, u16),
+) -> Option<()> {
+    match cases.iter().position(|&(_, known)| known == value) {
+        Some(place) => cases[place].0 = circuit.or(cases[place].0, holds),
+        None if cases.len() < most => cases.push((holds, value)),
+        None => return None,
+    }
+    Some(())
+}
+
+/// What a literal says of a word, if it says that it lies in a range or does not.
+fn said(words: &Words, part: Lit) -> Option<(Word, Ring)> {
+    if let Some(Range(word, low, high)) = words.asked(part) {
+        return Some((word, Ring::of(low.into(), high.into())));
+    }
+    let Range(word, low, high) = words.asked(!part)?;
+    Some((word, Ring::but(low, high)))
+}
+
+/// Shows the parts of a condition, to some depth.
+fn conjuncts(circuit: &Circuit, condition: Lit, depth: u32, see: &mut dyn FnMut(Lit)) {
+    see(condition);
+    if let (false, scanbound_model::Node::And(a, b), 1..) =
+        (condition.is_negated(), circuit.node(condition), depth)
+    {
+        conjuncts(circuit, a, depth - 1, see);
+        conjuncts(circuit, b, depth - 1, see);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_model::Assignment;
+
+    /// The next number of a simple sequence, below `most`.
+    fn next(seed: &mut u64, most: u64) -> u64 {
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) % most
+    }
+
+    const VALUES: [u16; 10] = [0, 1, 3, 4, 5, 7, 100, 0x7FFF, 0x8000, 0xFFFF];
+
+    fn value(seed: &mut u64) -> u16 {
+        VALUES[next(seed, 10) as usize]
+    }
+
+    /// Words and literals worked out from two free words and three bits, some from others.
+    fn grown(seed: &mut u64) -> (Words, Circuit, Vec<Word>, Vec<Lit>) {
+        let (mut words, mut circuit) = (Words::default(), Circuit::default());
+        let mut all: Vec<Word> = (0..2).map(|variable| words.free(VarId(variable))).collect();
+        let mut lits: Vec<Lit> =
+            (2..5).map(|variable| circuit.atom(Atom::Bit(VarId(variable)))).collect();
+        for _ in 0..24 {
+            let lit = |seed: &mut u64| {
+                let lit = lits[next(seed, lits.len() as u64) as usize];
+                if next(seed, 2) == 0 { lit } else { !lit }
+            };
+            let word = |seed: &mut u64| all[next(seed, all.len() as u64) as usize];
+            match next(seed, 8) {
+                0 | 1 => {
+                    let (a, b) = (lit(seed), lit(seed));
+                    let lit = circuit.and(a, b);
+                    lits.push(lit);
+                }
+                2..=4 => {
+                    let (a, b) = (value(seed), value(seed));
+                    let asked = word(seed);
+                    let lit = words.in_range(&mut circuit, asked, a.min(b), a.max(b));
+                    lits.push(lit);
+                }
+                5 | 6 => {
+                    let (condition, then) = (lit(seed), word(seed));
+                    let other =
+                        if next(seed, 2) == 0 { words.constant(value(seed)) } else { word(seed) };
+                    all.push(words.either(condition, other, then));
+                }
+                _ => {
+                    let (a, b) = (word(seed), word(seed));
+                    let sum = match next(seed, 3) {
+                        0 => words.sum(a, b, Carry::NONE).0,
+                        1 => words.bitwise(Gate::And, a, b),
+                        _ => words.plus(a, value(seed)),
+                    };
+                    all.push(sum);
+                }
+            }
+        }
+        (words, circuit, all, lits)
+    }
+
+    /// What is said to hold where a condition does holds in every such assignment.
+    #[test]
+    fn what_a_condition_implies_holds_wherever_it_does() {
+        let mut seed = 7;
+        let (mut met, mut closer, mut shorter, mut told) = (0, 0, 0, 0);
+        for _ in 0..800 {
+            let (mut words, mut circuit, all, lits) = grown(&mut seed);
+            let condition = lits[next(&mut seed, lits.len() as u64) as usize];
+            let other = lits[next(&mut seed, lits.len() as u64) as usize];
+            let condition = circuit.and(condition, other);
+            let constraint = lits[next(&mut seed, lits.len() as u64) as usize];
+            let always = Rc::new(Implied::always(&circuit, &words, &[constraint]));
+            let given = Implied::by(&circuit, &words, &always, condition);
+            let mut spans = Spans::default();
+            let lits: Vec<(Lit, Lit)> =
+                lits.iter().map(|&lit| (lit, given.within(&circuit, &words, lit))).collect();
+            shorter += lits.iter().filter(|(lit, within)| lit != within).count();
+            let mut asked = Vec::new();
+            for &word in &all {
+                let within = given.word_within(&circuit, &mut words, word);
+                let cases = given.cases(&mut circuit, &mut words, word, 8);
+                always.work_out(&circuit, &words, &mut spans, word);
+                let span = given.span(&circuit, &words, &spans, word);
+                closer += usize::from(span != Ring::TOP);
+                told += usize::from(cases.is_some());
+                let [bits, same] = [word, within].map(|word| words.bits(&mut circuit, word));
+                asked.push((bits, same, cases, span));
+            }
+            for _ in 0..60 {
+                let bit = |seed: &mut u64| next(seed, 2) as u16;
+                let assignment = Assignment(vec![
+                    value(&mut seed),
+                    value(&mut seed),
+                    bit(&mut seed),
+                    bit(&mut seed),
+                    bit(&mut seed),
+                ]);
+                let values = circuit.evaluate(&assignment);
+                if !values.get(condition) || !values.get(constraint) {
+                    continue;
+                }
+                met += 1;
+                for &(lit, within) in &lits {
+                    assert_eq!(values.get(lit), values.get(within));
+                }
+                let number = |bits: &[Lit; 16]| {
+                    (0..16).fold(0, |n, i| n | u16::from(values.get(bits[i])) << i)
+                };
+                for (bits, same, cases, span) in &asked {
+                    let value = number(bits);
+                    assert_eq!(value, number(same));
+                    assert!(span.holds(Ring::constant(value)), "{value} is not in {span:?}");
+                    let Some(cases) = cases else { continue };
+                    let holding = cases.iter().filter(|(holds, _)| values.get(*holds));
+                    assert_eq!(holding.map(|case| case.1).collect::<Vec<u16>>(), [value]);
+                }
+            }
+        }
+        assert!(
+            met > 2_000 && closer > 1_000 && shorter > 500 && told > 500,
+            "{met} {closer} {shorter} {told}"
+        );
+    }
+}

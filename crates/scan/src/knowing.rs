@@ -1,0 +1,390 @@
+//! Choices of which something is known: what was learned by carrying operations out, and the iterations of loops.
+
+use super::expression::describe;
+use super::implied::Implied;
+use super::spans::Spans;
+use super::word::{Word, Words};
+use super::{Purpose, Run};
+use rustc_hash::FxHashMap;
+use scanbound_base::ring::Ring;
+use scanbound_ir::meaning::{ChoiceKind, Fact, Learned, Read};
+use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, Frame, WordTarget};
+use scanbound_model::{Circuit, Lit};
+use std::rc::Rc;
+
+/// The short forms of words are kept for so many conditions.
+const MOST_SHORT: usize = 4096;
+
+/// Stretches of an area's cells: the first, and how many.
+pub(super) type Stretches = Vec<(u32, u32)>;
+
+/// What choices of which something is known were found to be so far, so that each is worked out once.
+#[derive(Debug)]
+pub(super) struct Known {
+    /// Values of choices that were read, by the moment.
+    bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
+    words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
+    /// Those that were worked out here, and where that holds.
+    settled: FxHashMap<(Vec<Frame>, ChoiceId), (Lit, Word)>,
+    /// Choices with which the current instruction havocs: the choice, under which guard, and the part of that guard
+    /// under which nothing was learned, so that the havoc stays.
+    written: Vec<(ChoiceId, Lit, Lit)>,
+    /// A choice with which it writes by an index, and the stretches of cells that it may reach so.
+    pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
+    /// The current instruction's condition.
+    condition: Lit,
+    /// Where what is read now matters.
+    reached: Lit,
+    /// What that implies, once it was asked.
+    implied: Option<(Lit, Implied)>,
+    /// What holds in every scan.
+    always: Rc<Implied>,
+    /// What words hold there.
+    spans: Spans,
+    /// Of words in their short form, where something was known: what they were before, and where they are the same.
+    /// Conditions speak of the short form.
+    before: FxHashMap<Word, (Word, Lit)>,
+    /// The short forms of words, by where they are the same.
+    fewer: FxHashMap<Lit, FxHashMap<Word, Word>>,
+}
+
+impl Default for Known {
+    fn default() -> Known {
+        Known {
+            bits: FxHashMap::default(),
+            words: FxHashMap::default(),
+            settled: FxHashMap::default(),
+            written: Vec::new(),
+            reach: None,
+            condition: Lit::TRUE,
+            reached: Lit::TRUE,
+            implied: None,
+            always: Rc::default(),
+            spans: Spans::default(),
+            before: FxHashMap::default(),
+            fewer: FxHashMap::default(),
+        }
+    }
+}
+
+impl Known {
+    /// The next instruction begins, with this condition.
+    pub(super) fn begin(&mut self, condition: Lit) {
+        self.written.clear();
+        self.reach = None;
+        self.condition = condition;
+    }
+
+    /// The constraints on the scan's start are all there.
+    pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
+        self.always = Rc::new(Implied::always(circuit, words, constraints));
+        self.implied = None;
+        self.spans = Spans::default();
+    }
+
+    /// The current instruction's condition.
+    pub(super) fn condition(&self) -> Lit {
+        self.condition
+    }
+
+    /// From now on what is read matters only where this holds.
+    pub(super) fn reach(&mut self, reached: Lit) {
+        self.reached = reached;
+    }
+
+    /// What is given wherever what is read now matters.
+    pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implied {
+        let Known { reached, ref always, ref before, ref mut implied, .. } = *self;
+        let known = implied.take().filter(|(by, _)| *by == reached);
+        let known = known.unwrap_or_else(|| {
+            let mut given = Implied::by(circuit, words, always, reached);
+            given.keep_also(before, circuit, words);
+            (reached, given)
+        });
+        &implied.insert(known).1
+    }
+
+    /// A word's short form where what is read now matters.
+    fn short(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
+        let reached = self.reached;
+        if self.fewer.len() > MOST_SHORT {
+            self.fewer.clear();
+        }
+        let mut known = self.fewer.remove(&reached).unwrap_or_default();
+        let short = self.given(circuit, words).without_others(circuit, words, word, &mut known);
+        self.fewer.insert(reached, known);
+        short
+    }
+
+    /// What a word may hold wherever what is read now matters.
+    pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
+        self.always.work_out(circuit, words, &mut self.spans, word);
+        let spans = std::mem::take(&mut self.spans);
+        let found = self.given(circuit, words).span(circuit, words, &spans, word);
+        self.spans = spans;
+        found
+    }
+}
+
+impl Run<'_> {
+    fn facts(&self, choice: ChoiceId) -> &[Fact] {
+        if self.knowledge.is_empty() {
+            return &[];
+        }
+        self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
+    }
+
+    /// What a choice that is read is worked out to be, if it can be. Its value is that of the moment when it is first
+    /// read, where it is.
+    fn settled(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+        let moment = (self.frames.clone(), choice);
+        let before = self.known.settled.get(&moment).copied();
+        if let Some((under, word)) = before {
+            let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+            if self.known.given(circuit, words).holds(circuit, words, under) {
+                return Some(word);
+            }
+        }
+        let mut word = self.settled_word(choice, at)?;
+        let mut under = self.known.reached;
+        if let Some((first, value)) = before {
+            word = self.memory.words.either(first, value, word);
+            under = self.memory.circuit().or(first, under);
+        }
+        self.known.settled.insert(moment, (under, word));
+        Some(word)
+    }
+
+    /// A bit's value where it matters now.
+    pub(super) fn known_bit(&mut self, cell: Cell) -> Lit {
+        let bit = self.memory.read_bit(cell);
+        let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+        self.known.given(circuit, words).within(circuit, words, bit)
+    }
+
+    /// A word's value where it matters now.
+    pub(super) fn known_word(&mut self, cell: Cell) -> Word {
+        let word = self.memory.read_word(cell);
+        let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
+        let short = self.known.short(circuit, words, word);
+        if short != word && words.as_constant(short).is_none() {
+            self.known.before.insert(short, (word, self.known.reached));
+        }
+        short
+    }
+
+    /// A choice read as a bit.
+    pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
+        let program = self.program;
+        if let Some(word) = self.settled(choice, at) {
+            return self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
+        }
+        if let (Some(&ChoiceKind::Steady(cell)), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+        {
+            return self.memory.read_bit(cell);
+        }
+        let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
+        if self.facts(choice).is_empty() {
+            return free;
+        }
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.bits.get(&moment) {
+            return known;
+        }
+        let mut bit = free;
+        for fact in self.facts(choice).to_vec() {
+            let Learned::Value(value) = fact.learned else { continue };
+            let matches = self.matches(&fact.reads, at);
+            bit = self.memory.circuit().ite(matches, Lit::constant(value & 1 == 1), bit);
+        }
+        self.known.bits.insert(moment, bit);
+        bit
+    }
+
+    /// A choice read as a word.
+    pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
+        let program = self.program;
+        let iterations = match program.kinds.get(&choice) {
+            Some(ChoiceKind::Iterations(word)) => Some(*word),
+            _ => None,
+        };
+        if let (Some(&ChoiceKind::Present { contact, setting }), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+        {
+            return self.present(choice, contact, setting, at);
+        }
+        if let (Some(ChoiceKind::ScanTicks { .. }), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+        {
+            return self.memory.words.constant(0);
+        }
+        if let Some(word) = self.settled(choice, at) {
+            return word;
+        }
+        let learned = !self.facts(choice).is_empty();
+        let free = match iterations {
+            None => self.memory.word_choice(&self.frames, choice, &|| describe(program, at)),
+            Some(_) => self.once(choice, at),
+        };
+        if iterations.is_none() && !learned {
+            return free;
+        }
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.words.get(&moment) {
+            return known;
+        }
+        let mut word = free;
+        if let Some(count) = iterations {
+            let count = self.word(count, at);
+            let circuit = &mut self.memory.model.circuit;
+            let some = self.memory.words.in_range(circuit, count, 1, 0x7FFF);
+            word = self.memory.words.either(some, count, word);
+        }
+        for fact in self.facts(choice).to_vec() {
+            let Learned::Value(value) = fact.learned else { continue };
+            let matches = self.matches(&fact.reads, at);
+            let value = self.memory.words.constant(value);
+            word = self.memory.words.either(matches, value, word);
+        }
+        self.known.words.insert(moment, word);
+        word
+    }
+
+    /// A timer's present value: its setting where its contact is on, else less.
+    fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
+        let program = self.program;
+        let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
+        let contact = self.memory.read_bit(contact);
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let (zero, full) = (words.constant(0), words.constant(setting));
+        let below = match setting.checked_sub(1) {
+            Some(most) => words.in_range(circuit, free, 0, most),
+            None => Lit::FALSE,
+        };
+        let below = words.either(below, free, zero);
+        words.either(contact, full, below)
+    }
+
+    /// One iteration or none.
+    fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
+        if self.purpose == Purpose::LowerBound {
+            return self.memory.words.constant(0);
+        }
+        let program = self.program;
+        let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
+        let circuit = &mut self.memory.model.circuit;
+        let bit = self.memory.words.bits(circuit, free)[0];
+        let mut bits = [Lit::FALSE; 16];
+        bits[0] = bit;
+        self.memory.words.of_bits(&self.memory.model.circuit, bits)
+    }
+
+    /// Writes what is known of an operation's results in place of its havoc; the guard under which nothing is known, so
+    /// that the havoc is still due.
+    pub(super) fn write_known_of(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
+        if guard == Lit::FALSE {
+            return guard;
+        }
+        let same = |&&(own, under, _): &&(ChoiceId, Lit, Lit)| own == choice && under == guard;
+        if let Some(&(_, _, rest)) = self.known.written.iter().find(same) {
+            return rest;
+        }
+        if self.known.written.iter().any(|&(own, ..)| own == choice) {
+            return guard;
+        }
+        if let Some(rest) = self.write_settled(choice, guard, at) {
+            self.known.written.push((choice, guard, rest));
+            return rest;
+        }
+        if self.facts(choice).is_empty() {
+            return guard;
+        }
+        let facts = self.facts(choice).to_vec();
+        let known: Vec<Lit> = facts.iter().map(|fact| self.matches(&fact.reads, at)).collect();
+        // All are asked before any is written.
+        let mut rest = guard;
+        for (fact, matches) in facts.iter().zip(known) {
+            let Learned::Writes(writes) = &fact.learned else { continue };
+            let circuit = self.memory.circuit();
+            let happens = circuit.and(rest, matches);
+            rest = circuit.and(rest, !matches);
+            for &(cell, mask, value) in writes {
+                self.write_known(cell, mask, value, happens);
+            }
+        }
+        self.known.written.push((choice, guard, rest));
+        rest
+    }
+
+    fn write_known(&mut self, cell: Cell, mask: u16, value: u16, guard: Lit) {
+        if self.is_bit(cell) {
+            let value = Lit::constant(value & 1 == 1);
+            self.memory.write_bit(BitTarget::Cell(cell), guard, value);
+        } else if mask == u16::MAX {
+            let value = self.memory.words.constant(value);
+            self.memory.write_word(WordTarget::Cell(cell), guard, value);
+        } else {
+            for bit in (0..16).filter(|bit| mask >> bit & 1 == 1) {
+                let value = Lit::constant(value >> bit & 1 == 1);
+                self.memory.write_bit(BitTarget::WordBit(cell, bit), guard, value);
+            }
+        }
+    }
+
+    pub(super) fn is_bit(&self, cell: Cell) -> bool {
+        self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
+    }
+
+    /// Whether the scan is now in the moment in which something was learned: all was read then as it is now.
+    fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
+        let mut all = Lit::TRUE;
+        for read in reads {
+            let one = match read {
+                Read::Cell(cell, _, value) if self.is_bit(*cell) => {
+                    let bit = self.memory.read_bit(*cell);
+                    if value & 1 == 1 { bit } else { !bit }
+                }
+                Read::Cell(cell, mask, value) => {
+                    let word = self.memory.read_word(*cell);
+                    self.equals(word, *mask, *value)
+                }
+                Read::Condition(value) => {
+                    if *value {
+                        self.known.condition
+                    } else {
+                        !self.known.condition
+                    }
+                }
+                Read::Choice(key, _) if key.frames != self.frames || key.cell.is_some() => {
+                    Lit::FALSE
+                }
+                Read::Choice(key, value) => {
+                    if self.memory.is_word_choice(key.choice) {
+                        let word = self.word_choice(key.choice, at);
+                        self.equals(word, u16::MAX, *value)
+                    } else {
+                        let bit = self.bit_choice(key.choice, at);
+                        if value & 1 == 1 { bit } else { !bit }
+                    }
+                }
+            };
+            all = self.memory.circuit().and(all, one);
+            if all == Lit::FALSE {
+                break;
+            }
+        }
+        all
+    }
+
+    fn equals(&mut self, word: Word, mask: u16, value: u16) -> Lit {
+        let circuit = &mut self.memory.model.circuit;
+        if mask == u16::MAX {
+            return self.memory.words.in_range(circuit, word, value, value);
+        }
+        let bits = self.memory.words.bits(circuit, word);
+        let asked = (0..16).filter(|bit| mask >> bit & 1 == 1);
+        let bits = asked.map(|bit| if value >> bit & 1 == 1 { bits[bit] } else { !bits[bit] });
+        circuit.all(bits.collect::<Vec<Lit>>())
+    }
+}

@@ -1,0 +1,683 @@
+//! Executes one scan symbolically: every instruction once for all scans, with a guard for each of its charges.
+//!
+//! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
+//! nothing, so one memory serves all paths.
+
+mod answer;
+mod charge;
+#[cfg(test)]
+mod choice_tests;
+mod derived;
+mod expression;
+mod far;
+pub mod fit;
+mod implied;
+pub mod keeping;
+mod knowing;
+mod loops;
+mod memory;
+mod number;
+mod operation;
+mod settling;
+mod spans;
+mod term;
+mod watch;
+mod word;
+
+use fit::SizeLimits;
+use loops::ForLoop;
+use memory::Memory;
+use scanbound_base::time::Times;
+use scanbound_ir::meaning::Knowledge;
+use scanbound_ir::{
+    BitTarget, Cell, Effect, Frame, Join, Logic, Program, Source, Step, When, WordSource, Write,
+};
+use scanbound_model::{Lit, ScanModel, Unbounded};
+use std::collections::{BTreeMap, BTreeSet};
+use watch::Watch;
+use word::Word;
+
+/// Why a program has no scan model.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ScanError {
+    /// Calls and loops multiply to more executions than can be followed.
+    #[error("calls and loops make more than {most} executed instructions in one scan")]
+    TooLong {
+        /// The limit.
+        most: usize,
+        /// The instruction at which it was passed.
+        instruction: usize,
+    },
+    /// Calls and loops multiply so that no number can tell how long an instruction runs.
+    #[error("calls and loops make this run more often than can be counted")]
+    TooOften {
+        /// The instruction.
+        instruction: usize,
+    },
+    /// The model grows beyond its limits of size. It may fit if the values that costly instructions read are not
+    /// followed.
+    #[error("the values that the program works out take too much to follow")]
+    Grown {
+        /// The instruction at which the model passed its limit; the first of the costly ones if only these did.
+        instruction: usize,
+        /// The instructions of which one execution passed the limit for one.
+        costly: BTreeSet<usize>,
+    },
+    /// It was ended from outside.
+    #[error("ended before the scan was followed to its end")]
+    Ended {
+        /// The instruction at which it was.
+        instruction: usize,
+    },
+    /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
+    #[error("the rung's result depends on the path by which control came here")]
+    NoResult {
+        /// The instruction.
+        instruction: usize,
+    },
+}
+
+/// More executed instructions in one scan than this are refused (calls and loops unrolled).
+const MOST_EXECUTED: usize = 10_000_000;
+
+/// Executes one scan of the program symbolically, however much that takes.
+///
+/// # Errors
+/// If calls and loops multiply beyond what can be followed, or the program is not well formed.
+pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
+    scan_model_within(program, times, &SizeLimits::default())
+}
+
+/// What a model is for. Where it is not known whether something can happen, the two differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To bound scans from above: the model has all that may happen.
+    UpperBound,
+    /// To find scans that a PLC makes: the model has only what is known to happen.
+    LowerBound,
+}
+
+/// The same within limits of size.
+///
+/// # Errors
+/// If it grows beyond the limits, calls and loops multiply beyond what can be followed, or the program is not well
+/// formed.
+pub fn scan_model_within(
+    program: &Program,
+    times: &[Times],
+    limits: &SizeLimits<'_>,
+) -> Result<ScanModel, ScanError> {
+    scan_model_knowing(program, times, &Knowledge::new(), Purpose::UpperBound, limits)
+}
+
+/// The same for a purpose, where something is known of exact choices: where the moment matches they have the values
+/// that were learned.
+///
+/// # Errors
+/// The same.
+pub fn scan_model_knowing(
+    program: &Program,
+    times: &[Times],
+    knowledge: &Knowledge,
+    purpose: Purpose,
+    limits: &SizeLimits<'_>,
+) -> Result<ScanModel, ScanError> {
+    let settings = Settings { times, knowledge, purpose, limits };
+    Ok(run(program, settings, None, |_| ())?.0)
+}
+
+/// The model of upper bounds, and what these bits hold when the scan ends.
+///
+/// # Errors
+/// The same.
+pub fn scan_model_to_end(
+    program: &Program,
+    times: &[Times],
+    limits: &SizeLimits<'_>,
+    bits: &[BitTarget],
+) -> Result<(ScanModel, Vec<Lit>), ScanError> {
+    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| held(memory, bit)).collect();
+    run(program, Settings::of_upper_bounds(times, limits), None, ends)
+}
+
+/// What a bit holds by now.
+fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
+    match bit {
+        BitTarget::Cell(cell) => memory.read_bit(cell),
+        BitTarget::WordBit(cell, bit) => {
+            let word = memory.read_word(cell);
+            memory.words.bits(&mut memory.model.circuit, word)[usize::from(bit)]
+        }
+    }
+}
+
+/// By what a scan is followed.
+#[derive(Clone, Copy)]
+struct Settings<'p> {
+    /// What each instruction costs.
+    times: &'p [Times],
+    /// What was learned of exact choices.
+    knowledge: &'p Knowledge,
+    purpose: Purpose,
+    /// How large the model may get.
+    limits: &'p SizeLimits<'p>,
+}
+
+impl<'p> Settings<'p> {
+    /// Those of a model of upper bounds, without anything learned.
+    fn of_upper_bounds(times: &'p [Times], limits: &'p SizeLimits<'p>) -> Settings<'p> {
+        static NOTHING: Knowledge = Knowledge::new();
+        Settings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }
+    }
+}
+
+/// The model, and what is asked of memory when the scan ends.
+fn run<T>(
+    program: &Program,
+    settings: Settings<'_>,
+    watch: Option<Box<Watch>>,
+    end: impl FnOnce(&mut Memory<'_>) -> T,
+) -> Result<(ScanModel, T), ScanError> {
+    let Settings { times, knowledge, purpose, limits } = settings;
+    let mut run = Run {
+        program,
+        times,
+        knowledge,
+        purpose,
+        known: knowing::Known::default(),
+        memory: Memory::new(program, word_choices(program)),
+        frames: Vec::new(),
+        stopped: Lit::FALSE,
+        executed: 0,
+        limits,
+        costly: BTreeSet::new(),
+    };
+    run.memory.watch = watch;
+    for range in &program.ranges {
+        run.constrain(&range.cells, range.low, range.high);
+        run.constrain_to(&range.cells, &range.values);
+    }
+    let readings = match purpose {
+        Purpose::LowerBound => &program.power_up.in_every_reading[..],
+        Purpose::UpperBound => &[],
+    };
+    for invariant in program.invariants.iter().chain(readings) {
+        let holds = run.logic(invariant, Lit::TRUE, 0);
+        if holds != Lit::TRUE {
+            run.memory.model.constraints.push(holds);
+        }
+    }
+    let model = &run.memory.model;
+    run.known.start(&model.circuit, &run.memory.words, &model.constraints);
+    for main in &program.mains {
+        let alive = !run.stopped;
+        run.routine(main.start, main.end, alive)?;
+    }
+    for interrupt in &program.interrupts {
+        for iteration in 0..interrupt.times {
+            run.frames.push(Frame { at: interrupt.entry, iteration });
+            run.routine(interrupt.entry, program.instructions.len(), Lit::TRUE)?;
+            run.frames.pop();
+        }
+    }
+    let found = end(&mut run.memory);
+    // Costly instructions do no harm if the model has become whole in spite of them.
+    if run.memory.words.given_up == 0 {
+        return Ok((run.memory.model, found));
+    }
+    let instruction = run.costly.first().copied().unwrap_or(0);
+    Err(ScanError::Grown { instruction, costly: run.costly })
+}
+
+/// Which choices are read as a word somewhere; the others are single bits.
+fn word_choices(program: &Program) -> Vec<bool> {
+    let mut words = vec![false; program.choices as usize];
+    for kind in program.kinds.values() {
+        kind.each_word(&mut |source| {
+            if let WordSource::Free(choice) = source {
+                words[choice.0 as usize] = true;
+            }
+        });
+    }
+    let mut see = |source| {
+        if let Source::Word(WordSource::Free(choice)) = source {
+            words[choice.0 as usize] = true;
+        }
+    };
+    program.instructions.iter().for_each(|instruction| instruction.each_read(&mut see));
+    program.errors.values().for_each(|error| error.each_read(&mut see));
+    words
+}
+
+/// The results of a routine's rungs: stack and save slots.
+#[derive(Debug, Clone, Default)]
+struct Results {
+    /// `None` where paths of different depth met: nothing may be read until a rung starts.
+    stack: Option<Vec<Lit>>,
+    slots: BTreeMap<u32, Lit>,
+}
+
+/// A jump that has not reached its target yet: whether it was taken, and the results it carries.
+#[derive(Debug, Clone)]
+struct Landing {
+    taken: Lit,
+    results: Results,
+}
+
+/// An open master control region.
+#[derive(Debug, Clone, Copy)]
+struct Master {
+    level: u32,
+    condition: Lit,
+    /// The conditions of this master control region and of all that were opened before it.
+    all: Lit,
+    /// The highest level of these.
+    highest: u32,
+}
+
+/// One activation of a routine.
+struct Activation {
+    /// Whether control is here.
+    active: Lit,
+    results: Results,
+    /// The open master control regions: there may be thousands.
+    masters: Vec<Master>,
+    /// Jumps that were taken and whose target is not reached yet, by their target.
+    landings: BTreeMap<usize, Landing>,
+    /// Whether a `Return` was reached.
+    returned: Lit,
+}
+
+/// The state of the execution.
+struct Run<'p> {
+    program: &'p Program,
+    times: &'p [Times],
+    /// What was learned of exact choices.
+    knowledge: &'p Knowledge,
+    purpose: Purpose,
+    /// What the choices of which something is known were found to be so far.
+    known: knowing::Known,
+    memory: Memory<'p>,
+    /// The calls, loop iterations and interrupts that lead here, outermost first.
+    frames: Vec<Frame>,
+    /// Whether a `Stop` ended the scan.
+    stopped: Lit,
+    /// How many instructions were executed.
+    executed: usize,
+    /// How large the model may get.
+    limits: &'p SizeLimits<'p>,
+    /// The instructions of which one execution passed the limit for one.
+    costly: BTreeSet<usize>,
+}
+
+impl Run<'_> {
+    /// Runs a routine from `from`, to `to` at most; whether control comes back from it.
+    fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
+        let mut act = Activation {
+            active,
+            results: Results { stack: Some(Vec::new()), ..Results::default() },
+            masters: Vec::new(),
+            landings: BTreeMap::new(),
+            returned: Lit::FALSE,
+        };
+        self.span(&mut act, from, to)?;
+        Ok(self.memory.circuit().or(act.returned, act.active))
+    }
+
+    /// Runs the instructions from `from` up to, not including, `to`.
+    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), ScanError> {
+        let mut at = from;
+        while at < to {
+            if let Some(landing) = act.landings.remove(&at) {
+                self.land(act, landing);
+            }
+            if act.active == Lit::FALSE {
+                // Nothing is reached before the next landing.
+                match act.landings.range(at..to).next() {
+                    Some((&next, _)) => at = next,
+                    None => return Ok(()),
+                }
+                continue;
+            }
+            let before = self.size();
+            self.memory.words.allowance = self.limits.per_execution;
+            let next = self.instruction(act, at)?;
+            self.check_size(at, before)?;
+            at = next;
+        }
+        Ok(())
+    }
+
+    /// Joins a jump that lands here with what came here otherwise.
+    fn land(&mut self, act: &mut Activation, landing: Landing) {
+        let here = Landing { taken: act.active, results: std::mem::take(&mut act.results) };
+        let Landing { taken, results } = self.meet(here, landing);
+        (act.active, act.results) = (taken, results);
+    }
+
+    /// Two paths to one instruction, of which at most one is taken.
+    fn meet(&mut self, here: Landing, there: Landing) -> Landing {
+        if here.taken == Lit::FALSE {
+            return there;
+        }
+        let circuit = self.memory.circuit();
+        let Landing { taken, results } = there;
+        let mut met = here;
+        met.results.stack = match (met.results.stack, results.stack) {
+            (Some(here), Some(there)) if here.len() == there.len() => {
+                Some(here.iter().zip(&there).map(|(&h, &t)| circuit.ite(taken, t, h)).collect())
+            }
+            _ => None,
+        };
+        // What one of the paths did not save is not what the other did: it may not be asked for.
+        met.results.slots.retain(|slot, _| results.slots.contains_key(slot));
+        for (slot, here) in &mut met.results.slots {
+            *here = circuit.ite(taken, results.slots[slot], *here);
+        }
+        met.taken = circuit.or(met.taken, taken);
+        met
+    }
+
+    /// The model's size so far, as [`SizeLimits`] count it.
+    fn size(&self) -> usize {
+        self.memory.model.circuit.nodes().len() + self.memory.words.spent
+    }
+
+    /// Holds the model's size, and what an instruction added to it, against the limits.
+    fn check_size(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
+        /// Whether the time is over is asked once in so many instructions.
+        const EVERY: usize = 256;
+        let size = self.size();
+        let runs_others =
+            matches!(self.program.instructions[at].step, Step::ForBegin { .. } | Step::Call { .. });
+        if size - before > self.limits.per_execution && !runs_others {
+            self.costly.insert(at);
+        }
+        if size > self.limits.in_all {
+            let costly = std::mem::take(&mut self.costly);
+            return Err(ScanError::Grown { instruction: at, costly });
+        }
+        if self.executed.is_multiple_of(EVERY) && (self.limits.is_over)() {
+            return Err(ScanError::Ended { instruction: at });
+        }
+        Ok(())
+    }
+
+    /// Runs one instruction; where to go on.
+    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, ScanError> {
+        self.executed += 1;
+        if self.executed > MOST_EXECUTED {
+            return Err(ScanError::TooLong { most: MOST_EXECUTED, instruction: at });
+        }
+        let program = self.program;
+        let instruction = &program.instructions[at];
+        let top = match &act.results.stack {
+            Some(stack) => stack.last().copied().unwrap_or(Lit::TRUE),
+            // Unknown, and not needed by what stands between rungs.
+            None if needs_no_result(&instruction.step) => Lit::TRUE,
+            None => return Err(ScanError::NoResult { instruction: at }),
+        };
+        let condition = if instruction.step.acts() {
+            let masters = act.masters.last().map_or(Lit::TRUE, |master| master.all);
+            self.memory.circuit().and(top, masters)
+        } else {
+            top
+        };
+        self.known.begin(condition);
+        self.known.reach(act.active);
+        let fires =
+            instruction.step.fires().map_or(Lit::TRUE, |fires| self.logic(fires, condition, at));
+        let fired = self.memory.circuit().and(act.active, fires);
+        self.known.reach(fired);
+        let executed =
+            if matches!(instruction.step, Step::Logic { .. }) { act.active } else { fired };
+        self.fail(at, executed, condition);
+        self.charge(at, act.active, fired);
+        for effect in &instruction.effects {
+            self.effect(effect, act.active, fired, condition, at);
+        }
+        self.known.reach(act.active);
+        self.step(act, at, &instruction.step, fires, fired)
+    }
+
+    /// Notes where an operation error ends the scan.
+    fn fail(&mut self, at: usize, executed: Lit, condition: Lit) {
+        if self.purpose == Purpose::LowerBound
+            && let Some(error) = self.program.errors.get(&at)
+        {
+            let error = self.logic(error, condition, at);
+            let error = self.memory.circuit().and(executed, error);
+            if error != Lit::FALSE {
+                self.memory.model.errors.push(error);
+            }
+        }
+    }
+
+    /// Carries out one effect.
+    fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
+        let guard = match effect.when {
+            When::Always => active,
+            When::Fired => fired,
+        };
+        self.known.reach(guard);
+        match &effect.write {
+            Write::Bit(target, value) => {
+                let value = self.logic(value, condition, at);
+                self.memory.write_bit(*target, guard, value);
+            }
+            Write::Words(targets, number) => {
+                let words = self.number(number, at);
+                for (&target, &word) in targets.iter().zip(&words) {
+                    self.memory.write_word(target, guard, word);
+                }
+            }
+            Write::Havoc(region, choice) => {
+                let guard = self.write_known_of(*choice, guard, at);
+                if guard != Lit::FALSE {
+                    self.note_far(*choice, *region, at);
+                    self.note_reach(guard, *choice, at);
+                    for region in self.reached(*choice, *region, at) {
+                        self.memory.havoc(region, guard, &self.frames, *choice);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries out the step itself; where to go on.
+    fn step(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        step: &Step,
+        fires: Lit,
+        fired: Lit,
+    ) -> Result<usize, ScanError> {
+        let next = at + 1;
+        match step {
+            Step::Act { .. } | Step::Nothing => {}
+            Step::Logic { join, .. } => self.join(&mut act.results, *join, fires, at)?,
+            Step::AndBlock | Step::OrBlock => {
+                let stack = act.results.stack.as_mut().filter(|stack| stack.len() >= 2);
+                let stack = stack.ok_or(ScanError::NoResult { instruction: at })?;
+                let (b, a) = (stack.pop().unwrap_or(Lit::TRUE), stack.pop().unwrap_or(Lit::TRUE));
+                let circuit = self.memory.circuit();
+                stack.push(if *step == Step::AndBlock {
+                    circuit.and(a, b)
+                } else {
+                    circuit.or(a, b)
+                });
+            }
+            Step::Save(slot) => {
+                let top = act
+                    .results
+                    .stack
+                    .as_ref()
+                    .and_then(|stack| stack.last().copied())
+                    .unwrap_or(Lit::TRUE);
+                act.results.slots.insert(*slot, top);
+            }
+            Step::Fetch(slot) => {
+                let saved =
+                    *act.results.slots.get(slot).ok_or(ScanError::NoResult { instruction: at })?;
+                self.join(&mut act.results, Join::Replace, saved, at)?;
+            }
+            Step::Jump { target, .. } => self.jump(act, *target, fires, fired),
+            Step::Call { target, .. } => {
+                self.frames.push(Frame { at, iteration: 0 });
+                let back = self.routine(*target, self.program.instructions.len(), fired)?;
+                self.frames.pop();
+                let circuit = self.memory.circuit();
+                let passed = circuit.and(act.active, !fires);
+                act.active = circuit.or(passed, back);
+            }
+            Step::Return => {
+                act.returned = self.memory.circuit().or(act.returned, act.active);
+                act.active = Lit::FALSE;
+            }
+            Step::End => act.active = Lit::FALSE,
+            Step::Stop { .. } => {
+                let circuit = self.memory.circuit();
+                act.active = circuit.and(act.active, !fires);
+                self.stopped = circuit.or(self.stopped, fired);
+            }
+            Step::Unbounded { .. } => {
+                let (frames, reached) = (self.frames.clone(), act.active);
+                self.memory.model.unbounded.push(Unbounded { instruction: at, frames, reached });
+                self.stopped = self.memory.circuit().or(self.stopped, reached);
+                act.active = Lit::FALSE;
+            }
+            Step::ForBegin { count, least, most, end } => {
+                let (count, least, most, end) = (*count, *least, *most, *end);
+                return self.for_loop(act, ForLoop { at, count, least, most, end });
+            }
+            Step::ForEnd => {}
+            Step::Summary(summary) => return self.summary(act, at, summary),
+            Step::MasterControlBegin { level, .. } => self.open(&mut act.masters, *level, fires),
+            Step::MasterControlEnd { level } => self.close(&mut act.masters, *level),
+        }
+        Ok(next)
+    }
+
+    /// Opens a master control region.
+    fn open(&mut self, masters: &mut Vec<Master>, level: u32, condition: Lit) {
+        let (all, highest) =
+            masters.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
+        let all = self.memory.circuit().and(all, condition);
+        masters.push(Master { level, condition, all, highest: highest.max(level) });
+    }
+
+    /// Closes all master control regions of a level or a higher one.
+    fn close(&mut self, masters: &mut Vec<Master>, level: u32) {
+        while masters.last().is_some_and(|master| master.level >= level) {
+            masters.pop();
+        }
+        // Seldom: a master control region of a higher level was opened before one of a lower.
+        if masters.last().is_some_and(|master| master.highest >= level) {
+            for master in std::mem::take(masters).into_iter().filter(|master| master.level < level)
+            {
+                self.open(masters, master.level, master.condition);
+            }
+        }
+    }
+
+    /// Puts a value on the stack as a contact does.
+    fn join(
+        &mut self,
+        results: &mut Results,
+        join: Join,
+        value: Lit,
+        at: usize,
+    ) -> Result<(), ScanError> {
+        if join == Join::Start {
+            results.stack = Some(vec![value]);
+            return Ok(());
+        }
+        let stack = results.stack.as_mut().ok_or(ScanError::NoResult { instruction: at })?;
+        let circuit = self.memory.circuit();
+        let value = match join {
+            Join::Start | Join::Load => value,
+            Join::Replace => {
+                stack.pop();
+                value
+            }
+            Join::And | Join::Or => {
+                let top = stack.pop().unwrap_or(Lit::TRUE);
+                if join == Join::And { circuit.and(top, value) } else { circuit.or(top, value) }
+            }
+        };
+        stack.push(value);
+        Ok(())
+    }
+
+    /// Takes control off to a later instruction where `fires` holds.
+    fn jump(&mut self, act: &mut Activation, target: usize, fires: Lit, fired: Lit) {
+        let circuit = self.memory.circuit();
+        act.active = circuit.and(act.active, !fires);
+        if fired == Lit::FALSE {
+            return;
+        }
+        let mut landing = Landing { taken: fired, results: act.results.clone() };
+        if let Some(earlier) = act.landings.remove(&target) {
+            landing = self.meet(earlier, landing);
+        }
+        act.landings.insert(target, landing);
+    }
+
+    /// Holds the start value of one or two words within a signed range.
+    fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
+        let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
+        let within = self.within(&value, true, low, high);
+        self.hold(Lit::TRUE, within);
+    }
+
+    /// Holds the start value of a word to some values, if there are any.
+    fn constrain_to(&mut self, cells: &[Cell], values: &[u16]) {
+        let ([cell], false) = (cells, values.is_empty()) else { return };
+        let word = self.memory.read_word(*cell);
+        let Memory { words, model, .. } = &mut self.memory;
+        let mut is_one = Lit::FALSE;
+        for &value in values {
+            let one = words.in_range(&mut model.circuit, word, value, value);
+            is_one = model.circuit.or(is_one, one);
+        }
+        self.hold(Lit::TRUE, is_one);
+    }
+
+    /// Whether a number of these words, least first, lies in a range.
+    fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
+        let Memory { words, model, .. } = &mut self.memory;
+        number::within(words, &mut model.circuit, value, signed, low, high)
+    }
+
+    /// Leaves out all scans in which this does not hold where that does.
+    fn hold(&mut self, reached: Lit, holds: Lit) {
+        let holds = self.memory.circuit().or(!reached, holds);
+        if holds != Lit::TRUE {
+            self.memory.model.constraints.push(holds);
+        }
+    }
+}
+
+/// Whether the step can stand between rungs, where there is no result.
+fn needs_no_result(step: &Step) -> bool {
+    match step {
+        Step::Logic { join, .. } => *join == Join::Start,
+        Step::Act { fires }
+        | Step::Jump { fires, .. }
+        | Step::Call { fires, .. }
+        | Step::Stop { fires }
+        | Step::MasterControlBegin { fires, .. } => !mentions_condition(fires),
+        Step::AndBlock | Step::OrBlock | Step::Save(_) | Step::Fetch(_) => false,
+        _ => true,
+    }
+}
+
+fn mentions_condition(logic: &Logic) -> bool {
+    match logic {
+        Logic::Condition => true,
+        Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => false,
+        Logic::Not(inner) => mentions_condition(inner),
+        Logic::All(parts) | Logic::Any(parts) => parts.iter().any(mentions_condition),
+    }
+}

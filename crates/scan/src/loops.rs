@@ -1,0 +1,179 @@
+//! Loops: followed iteration by iteration, or charged as a summary.
+
+use super::{Activation, Purpose, Results, Run, ScanError, far};
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{BitSource, Exit, Frame, Logic, Summary, WordSource};
+use scanbound_model::{Iterations, Lit};
+
+/// A loop that is followed, as [`Step::ForBegin`](scanbound_ir::Step::ForBegin) says.
+#[derive(Clone, Copy)]
+pub(super) struct ForLoop {
+    /// Where it begins.
+    pub at: usize,
+    pub count: WordSource,
+    pub least: u32,
+    pub most: u32,
+    /// Where it ends.
+    pub end: usize,
+}
+
+impl Run<'_> {
+    /// Carries out a loop; where to go on.
+    pub(super) fn for_loop(
+        &mut self,
+        act: &mut Activation,
+        own: ForLoop,
+    ) -> Result<usize, ScanError> {
+        self.hold_iterations(act.active, own.at, own.count);
+        self.note_iterations(act.active, own.at, own.count, own.most);
+        self.iterations(act, own)?;
+        Ok(own.end + 1)
+    }
+
+    /// Charges what is not followed and takes what it writes as any value; where to go on.
+    pub(super) fn summary(
+        &mut self,
+        act: &mut Activation,
+        at: usize,
+        summary: &Summary,
+    ) -> Result<usize, ScanError> {
+        let Summary { end, charges, havocs, choice, exits, iterations } = summary;
+        if let Some((count, _, most)) = *iterations {
+            self.hold_iterations(act.active, at, count);
+            self.note_iterations(act.active, at, count, most);
+        }
+        match *iterations {
+            Some(iterations) if self.purpose == Purpose::LowerBound => {
+                self.charge_by_count(act.active, at, charges, iterations)?;
+            }
+            Some(iterations) => {
+                self.note_most_iterations(act.active, at, iterations);
+                self.charge_summary(act.active, charges)?;
+            }
+            None => self.charge_summary(act.active, charges)?,
+        }
+        for &region in havocs {
+            self.memory.havoc(region, act.active, &self.frames, *choice);
+        }
+        act.results = Results::default();
+        for &(choice, exit) in exits {
+            let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
+            let fired = self.memory.circuit().and(act.active, taken);
+            self.leave(act, exit, taken, fired);
+        }
+        Ok(end + 1)
+    }
+
+    /// Takes control out of what was summarised where `fires` holds.
+    fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
+        if let Exit::To(target) = exit {
+            return self.jump(act, target, fires, fired);
+        }
+        let circuit = self.memory.circuit();
+        act.active = circuit.and(act.active, !fires);
+        match exit {
+            Exit::Return => act.returned = circuit.or(act.returned, fired),
+            Exit::Stop => self.stopped = circuit.or(self.stopped, fired),
+            Exit::End | Exit::To(_) => {}
+        }
+    }
+
+    /// The word that says how many iterations a loop makes, and whether it is read as a signed number.
+    pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
+        let kind = match count {
+            WordSource::Free(choice) => self.program.kinds.get(&choice),
+            _ => None,
+        };
+        match kind {
+            Some(ChoiceKind::Unsigned(word)) => (*word, false),
+            _ => (count, true),
+        }
+    }
+
+    /// Runs a loop iteration by iteration, each where the count reaches it.
+    fn iterations(&mut self, act: &mut Activation, own: ForLoop) -> Result<(), ScanError> {
+        let ForLoop { at, count, least, most, end } = own;
+        let given_up = self.memory.words.given_up;
+        let (count, is_signed) = self.count(count);
+        let count = self.word(count, at);
+        let largest = if is_signed { 0x7FFF } else { 0xFFFF };
+        let mut done = Lit::FALSE;
+        for iteration in 0..most {
+            if act.active == Lit::FALSE {
+                break;
+            }
+            if iteration >= least {
+                // One iteration more: the count is above the iterations made.
+                let first = u16::try_from(iteration + 1).ok().filter(|&first| first <= largest);
+                let circuit = &mut self.memory.model.circuit;
+                let more = first.map_or(Lit::FALSE, |first| {
+                    self.memory.words.in_range(circuit, count, first, largest)
+                });
+                if self.memory.words.given_up > given_up {
+                    self.costly.insert(at);
+                    break;
+                }
+                let circuit = self.memory.circuit();
+                let finished = circuit.and(act.active, !more);
+                done = circuit.or(done, finished);
+                act.active = circuit.and(act.active, more);
+            }
+            self.frames.push(Frame { at, iteration });
+            let result = self.span(act, at + 1, end + 1);
+            self.frames.pop();
+            result?;
+        }
+        if done != Lit::FALSE {
+            // What the last iteration left holds only where it was made.
+            act.results = Results::default();
+        }
+        act.active = self.memory.circuit().or(act.active, done);
+        Ok(())
+    }
+
+    /// Notes how many iterations a summarised loop can make here.
+    fn note_most_iterations(
+        &mut self,
+        reached: Lit,
+        at: usize,
+        (count, least, most): (WordSource, u32, u32),
+    ) {
+        let (word, once) = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Iterations(word)) => (*word, 1),
+                // What is asked below is asked of signed numbers.
+                _ => (count, u32::MAX),
+            },
+            word => (word, 0),
+        };
+        let word = self.word(word, at);
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        self.memory.model.counting.extend(far::parts(words, &[word]));
+        let known = words.most(circuit, word);
+        let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
+        if !self.knowledge.is_empty() {
+            // A solver bounds it by what was learned, where the form of the word alone does not.
+            let bits = words.bits(circuit, word);
+            let least = once.max(least);
+            self.memory.model.counts.push(Iterations { instruction: at, reached, bits, least });
+        }
+        let all = self.memory.model.iterations.entry(at).or_default();
+        *all = iterations.clamp(least, most).max(*all);
+    }
+
+    /// Leaves out scans in which a loop's count is not as stated.
+    fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
+        let Some(&(low, high)) = self.program.counts.get(&at) else { return };
+        let (word, is_signed) = match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice) {
+                Some(ChoiceKind::Iterations(word)) => (*word, true),
+                Some(ChoiceKind::Unsigned(word)) => (*word, false),
+                _ => return,
+            },
+            word => (word, true),
+        };
+        let word = self.word(word, at);
+        let within = self.within(&[word], is_signed, low, high);
+        self.hold(reached, within);
+    }
+}

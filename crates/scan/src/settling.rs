@@ -1,0 +1,648 @@
+//! Choices that an operation gives, carried out where what they read is known well enough: above all indexed devices
+//! whose index is known in this call and iteration.
+
+use super::word::{Word, Words};
+use super::{Run, operation};
+use scanbound_base::ring::{Ring, stretches};
+use scanbound_ir::meaning::{
+    Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+};
+use scanbound_ir::{
+    BitSource, BitTarget, Cell, ChoiceId, Indexed, Length, Logic, Number, Region, Settling,
+    WordSource, WordTarget,
+};
+use scanbound_model::Lit;
+use std::sync::Arc;
+
+/// An address may be one of so many cells.
+const MOST_CASES: usize = 8;
+/// Numbers are put together from so many cases of their words.
+const MOST_PAIRS: usize = 64;
+/// An element of an array is followed where it may be one of so many.
+const MOST_ELEMENTS: usize = 256;
+/// Lists of more words are not followed word by word.
+const MOST_WORDS: usize = 64;
+
+/// Values, each with the condition under which it is the one; of those that can be, exactly one holds.
+type Cases<T> = Vec<(Lit, T)>;
+
+/// Where results go: an operation's target with its addresses worked out.
+enum Placed<'p> {
+    At(&'p Target),
+    Cells(Vec<(Lit, Vec<Spot>)>),
+}
+
+/// Where a word of a list stands: a cell, a bit of a word, or bits, the least first.
+enum Spot {
+    Cell(Cell),
+    WordBit(Cell, u8),
+    Bits(Vec<Cell>),
+}
+
+impl<'p> Run<'p> {
+    /// The word that an operation gives where this choice is read now.
+    pub(super) fn settled_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+        let program = self.program;
+        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
+        let (results, settled) = self.carried_out(choice, meaning, at)?;
+        let word = *results.first()?.first().filter(|_| settled == Lit::TRUE)?;
+        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        Some(word)
+    }
+
+    /// Writes what an operation gives where `guard` holds. The guard under which that is not known, if it is known
+    /// anywhere.
+    pub(super) fn write_settled(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Option<Lit> {
+        let program = self.program;
+        let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
+        if meaning.outputs.is_empty() {
+            return None;
+        }
+        let (results, mut settled) = self.carried_out(choice, meaning, at)?;
+        let mut places: Vec<Placed<'p>> = Vec::with_capacity(results.len());
+        for (target, result) in meaning.outputs.iter().zip(&results) {
+            let (place, known) = self.placed(target, result.len(), self.follows(choice), at)?;
+            settled = self.memory.circuit().and(settled, known);
+            places.push(place);
+        }
+        let rest = self.memory.circuit().and(guard, !settled);
+        let guard = self.memory.circuit().and(guard, settled);
+        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        for (place, result) in places.into_iter().zip(results) {
+            match place {
+                Placed::At(target) => self.put(target, guard, &result),
+                Placed::Cells(cases) => {
+                    for (holds, spots) in cases {
+                        let guard = self.memory.circuit().and(guard, holds);
+                        for (spot, &word) in spots.iter().zip(&result) {
+                            self.put_spot(spot, guard, word);
+                        }
+                    }
+                }
+            }
+        }
+        Some(rest)
+    }
+
+    /// Whether a choice is to be followed even where what it reads is not known.
+    fn follows(&self, choice: ChoiceId) -> bool {
+        self.program.followed.contains(&choice)
+    }
+
+    /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`. Beyond
+    /// the end of its area it reaches nothing, as README says of what is not modelled.
+    pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Vec<Region> {
+        let program = self.program;
+        let indexed = program.indexed.get(&choice).filter(|indexed| indexed.shares_area(region));
+        let Some(indexed) = indexed else { return vec![region] };
+        // All regions are written by the index as it is before any of them is.
+        let before = self.known.reach.take().filter(|(own, _)| *own == choice);
+        let (_, stretches) = before.unwrap_or_else(|| (choice, self.reach(indexed, at)));
+        self.known.reach = Some((choice, stretches.clone()));
+        let Some(stretches) = stretches else { return vec![region] };
+        let area = indexed.first.area;
+        let closer: Vec<Region> = stretches
+            .into_iter()
+            .map(|(index, count)| Region::Range { first: Cell { area, index }, count })
+            .collect();
+        let parts = region.parts(&closer);
+        let cells = |part: &Region| match part {
+            Region::Range { count, .. } => u64::from(*count),
+            Region::Area(_) | Region::Everything => u64::MAX,
+        };
+        if parts.iter().map(cells).fold(0, u64::saturating_add) >= cells(&region) {
+            return vec![region];
+        }
+        Arc::make_mut(&mut self.memory.model.settled).settle(
+            &self.frames,
+            choice,
+            Settling::Within(closer),
+        );
+        parts
+    }
+
+    /// The stretches of its area's cells that a write by an index may reach: the first, and how many.
+    fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<Vec<(u32, u32)>> {
+        if self.interrupts() {
+            return None;
+        }
+        let mut may_be = Vec::new();
+        for reading in &indexed.readings {
+            let index = self.may_hold(reading, at)?;
+            let found = stretches(&index);
+            if found.is_empty() {
+                return None;
+            }
+            may_be.extend(found);
+        }
+        // Where it is not known how the index is read, all from the least to the largest.
+        if let [_, _, ..] = indexed.readings[..] {
+            let low = may_be.iter().map(|&(low, _)| low).min()?;
+            let high = may_be.iter().map(|&(_, high)| high).max()?;
+            may_be = vec![(low, high)];
+        }
+        if let Some((least, largest)) = indexed.stated {
+            let within = |(low, high): (i64, i64)| (low.max(least), high.min(largest));
+            may_be = may_be.into_iter().map(within).filter(|(low, high)| low <= high).collect();
+            if may_be.is_empty() {
+                // Here no scan comes with an index that keeps to what is stated.
+                may_be.push((least, largest));
+            }
+        }
+        let more = match indexed.length {
+            Length::Exactly(count) => i64::from(count),
+            Length::Counted(word, unit) => {
+                self.may_hold(&[word], at)?[0].unsigned().1.checked_mul(unit.into())?
+            }
+            Length::Unknown => return None,
+        };
+        let first = i64::from(indexed.first.index);
+        let cells = |(low, high): (i64, i64)| {
+            let from = u32::try_from(first.checked_add(low)?).ok()?;
+            let count = u32::try_from((high - low).checked_add(more.max(1))?).ok()?;
+            from.checked_add(count)?;
+            Some((from, count))
+        };
+        (!may_be.is_empty()).then(|| may_be.into_iter().map(cells).collect())?
+    }
+
+    /// Whether an interrupt routine runs: at which moment is not known, nor what it finds then.
+    fn interrupts(&self) -> bool {
+        self.frames.first().is_some_and(|frame| {
+            self.program.interrupts.iter().any(|interrupt| interrupt.entry == frame.at)
+        })
+    }
+
+    /// The results of an operation, each a list of words, where its inputs are known well enough; and where these results
+    /// are settled.
+    fn carried_out(
+        &mut self,
+        choice: ChoiceId,
+        meaning: &Meaning,
+        at: usize,
+    ) -> Option<(Vec<Vec<Word>>, Lit)> {
+        let follows = self.follows(choice);
+        if self.interrupts() || !(follows || can_be_carried_out(&meaning.operation)) {
+            return None;
+        }
+        let mut inputs: Vec<Vec<Word>> = Vec::with_capacity(meaning.inputs.len());
+        let mut settled = Lit::TRUE;
+        for operand in &meaning.inputs {
+            let (words, known) = self.operand(operand, follows, at)?;
+            settled = self.memory.circuit().and(settled, known);
+            inputs.push(words);
+        }
+        if !follows || meaning.operation == Operation::Copy {
+            return Some((self.operate(&meaning.operation, inputs)?, settled));
+        }
+        if let Some(results) = self.operate(&meaning.operation, inputs.clone()) {
+            return Some((results, settled));
+        }
+        let wanted = match meaning.outputs.first() {
+            Some(Target::Words(targets)) => {
+                targets.iter().rposition(|target| *target != WordTarget::Discard)? + 1
+            }
+            _ => inputs.first()?.len(),
+        };
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let (result, known) =
+            operation::results(words, circuit, &meaning.operation, &inputs, wanted)?;
+        settled = circuit.and(settled, known);
+        Some((vec![result], settled))
+    }
+
+    fn operate(&mut self, operation: &Operation, inputs: Vec<Vec<Word>>) -> Option<Vec<Vec<Word>>> {
+        let numbers = |words: &Words, input: &[Word]| -> Option<i64> {
+            let known = input.iter().map(|&word| words.as_constant(word));
+            signed(&known.collect::<Option<Vec<u16>>>()?)
+        };
+        let words = &mut self.memory.words;
+        match (operation, &inputs[..]) {
+            (Operation::Copy, _) => Some(inputs),
+            (Operation::Repeat, [list, count]) => {
+                let count = usize::try_from(numbers(words, count)?).ok().filter(|&n| n > 0)?;
+                let all = count.checked_mul(list.len()).filter(|&all| all <= MOST_WORDS)?;
+                Some(vec![list.iter().copied().cycle().take(all).collect()])
+            }
+            (Operation::Multiply { signed: true }, [a, b])
+                if a.len() == b.len() && a.len() <= 2 =>
+            {
+                let product = i128::from(numbers(words, a)?) * i128::from(numbers(words, b)?);
+                let word = |place| words.constant((product >> (16 * place)) as u16);
+                Some(vec![(0..2 * a.len()).map(word).collect()])
+            }
+            (Operation::Divide { signed: true }, [a, b]) if a.len() == b.len() && a.len() <= 2 => {
+                let (of, by) = (numbers(words, a)?, numbers(words, b)?);
+                let least = -(1i64 << (16 * a.len() - 1));
+                if by == 0 || (of == least && by == -1) {
+                    return None;
+                }
+                let mut split = |number: i64| -> Vec<Word> {
+                    (0..a.len()).map(|n| words.constant((number >> (16 * n)) as u16)).collect()
+                };
+                Some(vec![split(of / by), split(of % by)])
+            }
+            (Operation::Resize(to), [from]) => {
+                let (number, bits) = (numbers(words, from)?, 16 * u32::from(*to));
+                let fits =
+                    bits >= 64 || (-(1i64 << (bits - 1))..1i64 << (bits - 1)).contains(&number);
+                let word = |n: u8| words.constant((number >> (16 * n.min(3))) as u16);
+                fits.then(|| vec![(0..*to).map(word).collect()])
+            }
+            (Operation::Each(Unary::Negate), [a]) if a.len() <= 2 => {
+                let number = numbers(words, a)?.wrapping_neg();
+                let word = |n| words.constant((number >> (16 * n)) as u16);
+                Some(vec![(0..a.len()).map(word).collect()])
+            }
+            _ => None,
+        }
+    }
+
+    /// The words of an operand, and where they are those.
+    fn operand(&mut self, operand: &Operand, follows: bool, at: usize) -> Option<(Vec<Word>, Lit)> {
+        let words = match operand {
+            Operand::Words(sources) => {
+                if sources.len() > MOST_WORDS
+                    || !sources.iter().all(|&one| self.is_steady_word(one))
+                {
+                    return None;
+                }
+                sources.iter().map(|&source| self.word(source, at)).collect()
+            }
+            Operand::Bits(sources) => {
+                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
+                {
+                    return None;
+                }
+                let bit = |run: &mut Self, source| run.logic(&Logic::Bit(source), Lit::TRUE, at);
+                sources
+                    .iter()
+                    .map(|&source| {
+                        let lit = bit(self, source);
+                        self.bit_word(lit)
+                    })
+                    .collect()
+            }
+            Operand::Number(number) => {
+                self.is_steady_number(number).then(|| self.number(number, at))?
+            }
+            Operand::Truth(logic) => {
+                if !self.program.volatile.is_empty() {
+                    return None;
+                }
+                let condition = self.known.condition();
+                let truth = self.logic(logic, condition, at);
+                vec![self.bit_word(truth)]
+            }
+            Operand::Run(address, shape, count) => {
+                let count = match count {
+                    Count::Exactly(count) => *count,
+                    Count::Of { term, least, most } => match self.term(term, MOST_CASES, at)?[..] {
+                        [(_, count)] => u32::try_from(count)
+                            .ok()
+                            .filter(|count| (*least..=*most).contains(count))?,
+                        _ => return None,
+                    },
+                    Count::Text(_) => return None,
+                };
+                let mut found: Option<Vec<Word>> = None;
+                let (cases, known) = self.spots(address, *shape, count as usize, follows, at)?;
+                for (holds, spots) in cases {
+                    let words: Option<Vec<Word>> =
+                        spots.iter().map(|spot| self.read_spot(spot)).collect();
+                    let words = words?;
+                    found = Some(match found {
+                        None => words,
+                        Some(before) => {
+                            let both = words.into_iter().zip(before);
+                            both.map(|(now, before)| self.memory.words.either(holds, now, before))
+                                .collect()
+                        }
+                    });
+                }
+                return Some((found?, known));
+            }
+        };
+        Some((words, Lit::TRUE))
+    }
+
+    /// The places that a list of words from an address on may have, and where it has one of them.
+    fn spots(
+        &mut self,
+        address: &Address,
+        shape: Shape,
+        count: usize,
+        follows: bool,
+        at: usize,
+    ) -> Option<(Cases<Vec<Spot>>, Lit)> {
+        if count > MOST_WORDS {
+            return None;
+        }
+        let sums = self.address(address, at);
+        let is_partial = sums.is_none();
+        let sums = match sums {
+            Some(sums) => sums,
+            None if follows && shape == Shape::Cells => self.elements(address, count, at)?,
+            None => return None,
+        };
+        let place = |(holds, from): (Lit, i64)| {
+            let cell = |offset: usize| {
+                let at = from.checked_add(i64::try_from(offset).ok()?)?;
+                address.stretches.iter().find_map(|stretch| {
+                    let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
+                    (offset < stretch.count).then(|| stretch.first.plus(offset))
+                })
+            };
+            let spot = |n: usize| match shape {
+                Shape::Cells => cell(n).map(Spot::Cell),
+                Shape::WordBits(first) => {
+                    let bit = usize::from(first) + n;
+                    Some(Spot::WordBit(cell(bit / 16)?, (bit % 16) as u8))
+                }
+                Shape::Packed(last) => {
+                    let bits = if n + 1 == count { usize::from(last) } else { 16 };
+                    let cells: Option<Vec<Cell>> =
+                        (0..bits).map(|bit| cell(16 * n + bit)).collect();
+                    Some(Spot::Bits(cells?))
+                }
+            };
+            Some((holds, (0..count).map(spot).collect::<Option<Vec<Spot>>>()?))
+        };
+        let found: Option<Cases<Vec<Spot>>> = sums.into_iter().map(place).collect();
+        let found = found?;
+        let known = match is_partial {
+            true => self.memory.circuit().any(found.iter().map(|(holds, _)| *holds)),
+            false => Lit::TRUE,
+        };
+        Some((found, known))
+    }
+
+    /// The addresses at which an element of so many cells lies within the stretches, each with the condition that it is the
+    /// one that is meant.
+    fn elements(&mut self, address: &Address, count: usize, at: usize) -> Option<Cases<i64>> {
+        let [term] = &address.terms[..] else { return None };
+        if term.reading != Digits::Signed
+            || term.times <= 0
+            || !term.words.iter().all(|&word| self.is_steady_word(word))
+        {
+            return None;
+        }
+        let index: Vec<Word> = term.words.iter().map(|&word| self.word(word, at)).collect();
+        let mut found = Vec::new();
+        for stretch in &address.stretches {
+            let last = i64::from(stretch.count).checked_sub(i64::try_from(count).ok()?)?;
+            for from in stretch.from..=stretch.from.checked_add(last)? {
+                let above = from.checked_sub(address.base)?;
+                if above % term.times != 0 {
+                    continue;
+                }
+                if found.len() >= MOST_ELEMENTS {
+                    return None;
+                }
+                let number = above / term.times;
+                let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+                let parts: Vec<Lit> = index
+                    .iter()
+                    .enumerate()
+                    .map(|(place, &word)| {
+                        let value = (number >> (16 * place)) as u16;
+                        words.in_range(circuit, word, value, value)
+                    })
+                    .collect();
+                let fits = index.len() > 1 || i16::try_from(number).is_ok();
+                if fits {
+                    found.push((circuit.all(parts), from));
+                }
+            }
+        }
+        Some(found)
+    }
+
+    fn address(&mut self, address: &Address, at: usize) -> Option<Cases<i64>> {
+        let mut sums = vec![(Lit::TRUE, address.base)];
+        for term in &address.terms {
+            let more = self.term(term, MOST_CASES, at)?;
+            sums = self.all_pairs(&sums, &more, |sum, more| sum.checked_add(more))?;
+        }
+        Some(sums)
+    }
+
+    fn all_pairs(
+        &mut self,
+        first: &Cases<i64>,
+        second: &Cases<i64>,
+        join: impl Fn(i64, i64) -> Option<i64>,
+    ) -> Option<Cases<i64>> {
+        if first.len() * second.len() > MOST_PAIRS {
+            return None;
+        }
+        let mut all = Vec::with_capacity(first.len() * second.len());
+        for &(one, a) in first {
+            for &(other, b) in second {
+                all.push((self.memory.circuit().and(one, other), join(a, b)?));
+            }
+        }
+        Some(all)
+    }
+
+    fn term(&mut self, term: &Term, most: usize, at: usize) -> Option<Cases<i64>> {
+        let is_signed = match term.reading {
+            Digits::Signed => true,
+            Digits::Unsigned => false,
+            Digits::Bcd => return None,
+        };
+        let numbers = self.numbers(&term.words, is_signed, most, at)?;
+        numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.times)?))).collect()
+    }
+
+    /// What words may hold.
+    pub(super) fn may_hold(&mut self, sources: &[WordSource], at: usize) -> Option<Vec<Ring>> {
+        let mut found = Vec::with_capacity(sources.len());
+        for &source in sources {
+            if !self.is_steady_word(source) {
+                return None;
+            }
+            let word = self.word(source, at);
+            let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
+            found.push(self.known.span(circuit, words, word));
+        }
+        Some(found)
+    }
+
+    /// The numbers that one or two words, the least first, may make.
+    fn numbers(
+        &mut self,
+        sources: &[WordSource],
+        is_signed: bool,
+        most: usize,
+        at: usize,
+    ) -> Option<Cases<i64>> {
+        if !sources.iter().all(|&source| self.is_steady_word(source)) {
+            return None;
+        }
+        let mut all = vec![(Lit::TRUE, 0i64)];
+        for (place, &source) in sources.iter().enumerate() {
+            let word = self.word(source, at);
+            let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+            let given = self.known.given(circuit, words);
+            let cases = given.cases(circuit, words, word, most)?;
+            let is_top = place + 1 == sources.len();
+            let cases = cases.into_iter().map(|(holds, value)| {
+                let value =
+                    if is_top && is_signed { i64::from(value.cast_signed()) } else { value.into() };
+                (holds, value << (16 * place))
+            });
+            let cases = cases.collect();
+            all = self.all_pairs(&all, &cases, i64::checked_add)?;
+        }
+        (all.len() <= most).then_some(all)
+    }
+
+    fn read_spot(&mut self, spot: &Spot) -> Option<Word> {
+        let is_steady = match spot {
+            Spot::Cell(cell) | Spot::WordBit(cell, _) => self.is_steady(*cell),
+            Spot::Bits(cells) => cells.iter().all(|&cell| self.is_steady(cell)),
+        };
+        if !is_steady {
+            return None;
+        }
+        Some(match spot {
+            Spot::Cell(cell) if self.is_bit(*cell) => {
+                let bit = self.known_bit(*cell);
+                self.bit_word(bit)
+            }
+            Spot::Cell(cell) => self.known_word(*cell),
+            Spot::WordBit(cell, bit) => {
+                let word = self.known_word(*cell);
+                let bit =
+                    self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
+                self.bit_word(bit)
+            }
+            Spot::Bits(cells) => {
+                let mut bits = [Lit::FALSE; 16];
+                for (bit, &cell) in bits.iter_mut().zip(cells) {
+                    *bit = self.known_bit(cell);
+                }
+                self.memory.words.of_bits(&self.memory.model.circuit, bits)
+            }
+        })
+    }
+
+    /// Where a result goes, and where it goes there.
+    fn placed(
+        &mut self,
+        target: &'p Target,
+        count: usize,
+        follows: bool,
+        at: usize,
+    ) -> Option<(Placed<'p>, Lit)> {
+        match target {
+            Target::Run(address, shape) => {
+                let (cases, known) = self.spots(address, *shape, count, follows, at)?;
+                Some((Placed::Cells(cases), known))
+            }
+            target => Some((Placed::At(target), Lit::TRUE)),
+        }
+    }
+
+    fn put(&mut self, target: &Target, guard: Lit, result: &[Word]) {
+        match target {
+            Target::Words(targets) => {
+                for (&target, &word) in targets.iter().zip(result) {
+                    self.memory.write_word(target, guard, word);
+                }
+            }
+            Target::Bits(targets) => {
+                for (&target, &word) in targets.iter().zip(result) {
+                    let bit = self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
+                    self.memory.write_bit(target, guard, bit);
+                }
+            }
+            Target::Run(..) | Target::Nowhere => {}
+        }
+    }
+
+    fn put_spot(&mut self, spot: &Spot, guard: Lit, word: Word) {
+        match spot {
+            Spot::Cell(cell) if !self.is_bit(*cell) => {
+                self.memory.write_word(WordTarget::Cell(*cell), guard, word);
+                return;
+            }
+            _ => {}
+        }
+        let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
+        match spot {
+            Spot::Cell(cell) => self.memory.write_bit(BitTarget::Cell(*cell), guard, bits[0]),
+            Spot::WordBit(cell, bit) => {
+                self.memory.write_bit(BitTarget::WordBit(*cell, *bit), guard, bits[0]);
+            }
+            Spot::Bits(cells) => {
+                for (&cell, bit) in cells.iter().zip(bits) {
+                    self.memory.write_bit(BitTarget::Cell(cell), guard, bit);
+                }
+            }
+        }
+    }
+
+    /// A word that is 1 or 0.
+    fn bit_word(&mut self, bit: Lit) -> Word {
+        let mut bits = [Lit::FALSE; 16];
+        bits[0] = bit;
+        self.memory.words.of_bits(&self.memory.model.circuit, bits)
+    }
+
+    /// Whether nothing but the scan changes a cell while it runs.
+    fn is_steady(&self, cell: Cell) -> bool {
+        !self.program.volatile.iter().any(|region| region.holds(cell))
+    }
+
+    fn is_steady_bit(&self, source: BitSource) -> bool {
+        match source {
+            BitSource::Cell(cell) | BitSource::WordBit(cell, _) => self.is_steady(cell),
+            BitSource::Const(_) | BitSource::Free(_) => true,
+        }
+    }
+
+    fn is_steady_word(&self, source: WordSource) -> bool {
+        match source {
+            WordSource::Cell(cell) => self.is_steady(cell),
+            WordSource::Bits { first, count } => {
+                (0..count).all(|n| self.is_steady(first.plus(n.into())))
+            }
+            WordSource::Const(_) | WordSource::Free(_) => true,
+        }
+    }
+
+    fn is_steady_number(&self, number: &Number) -> bool {
+        match number {
+            Number::Words(words) => words.iter().all(|&word| self.is_steady_word(word)),
+            Number::Add(a, b)
+            | Number::Sub(a, b)
+            | Number::And(a, b)
+            | Number::Or(a, b)
+            | Number::Xor(a, b) => self.is_steady_number(a) && self.is_steady_number(b),
+        }
+    }
+}
+
+/// Whether an operation is one that can be carried out here at all, so that no other's operands are looked at.
+fn can_be_carried_out(operation: &Operation) -> bool {
+    matches!(
+        operation,
+        Operation::Copy
+            | Operation::Repeat
+            | Operation::Multiply { signed: true }
+            | Operation::Divide { signed: true }
+            | Operation::Resize(_)
+            | Operation::Each(Unary::Negate)
+    )
+}
+
+/// One or two words, the least first, as a signed number.
+fn signed(words: &[u16]) -> Option<i64> {
+    match *words {
+        [word] => Some(word.cast_signed().into()),
+        [low, high] => Some((u32::from(high) << 16 | u32::from(low)).cast_signed().into()),
+        _ => None,
+    }
+}

@@ -1,0 +1,172 @@
+//! What a net knows of its code's relays: sets of boxes and transitions that are never all on when a scan ends.
+//!
+//! Nothing rests on it: these are candidates, and what an audit uses of them it proves on the code itself.
+
+use super::check::{sets, structure};
+use super::rules::Rules;
+use super::translate::Operand;
+use super::{Diagram, Kind};
+use scanbound_nets::Bits;
+use scanbound_nets::search::search;
+use std::collections::BTreeSet;
+
+/// How many states of the code are looked at, and how many scans.
+const STATES: usize = 20_000;
+const SCANS: usize = 200_000;
+/// Sets of three are looked for among so many places.
+const MOST_PLACES: usize = 40;
+/// How many sets are told, those of places first.
+const MOST: usize = 20_000;
+
+/// What a net knows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Knowledge {
+    /// Sets of places and transitions whose relays are never all on; those of places first.
+    pub apart: Vec<Vec<Operand>>,
+    /// Places and transitions whose relays never come on.
+    pub never: Vec<Operand>,
+    /// Whether all states of the code were looked at.
+    pub complete: bool,
+}
+
+/// What a net without faults knows. Its code is followed from the initial marks, by whomever they are put in.
+#[must_use]
+pub fn knowledge(diagram: &Diagram) -> Knowledge {
+    let rules = Rules::new(diagram);
+    let places = diagram.places.len();
+    let width = places + diagram.transitions.len();
+    let mut seen = Seen { together: vec![Bits::new(width); width], markings: BTreeSet::new() };
+    seen.add(&marks(diagram, &rules, &rules.initial(), width));
+    let (mut complete, mut scans) = (true, 0);
+    let found = search(rules.width(), &[rules.initial()], STATES, |_, state, take| {
+        if scans > SCANS {
+            complete = false;
+            return;
+        }
+        let (sets, is_all) = sets(&rules, state);
+        complete &= is_all;
+        scans += sets.len();
+        for (fired, _) in sets {
+            let next = rules.scan(state, &fired);
+            let mut on = marks(diagram, &rules, &next, width);
+            fired.iter().for_each(|&at| on.insert(places + at));
+            seen.add(&on);
+            take(0, &next);
+        }
+        for place in (0..places).filter(|&place| rules.is_running(state, place)) {
+            take(0, &rules.run_out(state, place));
+        }
+    });
+    complete &= found.complete;
+    let element = |at: usize| match at.checked_sub(places) {
+        None => Operand::Place(at),
+        Some(transition) => Operand::Transition(transition),
+    };
+    let is_ever = |at: &usize| seen.together[*at].has(*at);
+    let ever: Vec<usize> = (0..width).filter(is_ever).collect();
+    let mut apart: BTreeSet<Vec<usize>> = BTreeSet::new();
+    for (at, &one) in ever.iter().enumerate() {
+        let others = ever[at + 1..].iter().filter(|&&other| !seen.together[one].has(other));
+        apart.extend(others.map(|&other| vec![one, other]));
+    }
+    // Of these not all may have been seen marked, where the search ended too soon.
+    for set in structure::at_most_one(diagram) {
+        for (at, &one) in set.iter().enumerate() {
+            apart.extend(set[at + 1..].iter().map(|&other| vec![one.min(other), one.max(other)]));
+        }
+    }
+    if complete && places <= MOST_PLACES {
+        apart.extend(seen.threes(&ever[..ever.partition_point(|&at| at < places)]));
+    }
+    let mut apart: Vec<Vec<usize>> = apart.into_iter().collect();
+    apart.sort_by_key(|set| (set.iter().any(|&at| at >= places), set.len()));
+    apart.truncate(MOST);
+    let named = |set: Vec<usize>| set.into_iter().map(element).collect();
+    let never = (0..width).filter(|at| !is_ever(at)).map(element);
+    Knowledge {
+        apart: apart.into_iter().map(named).collect(),
+        never: if complete { never.collect() } else { Vec::new() },
+        complete,
+    }
+}
+
+/// The places whose relays are on: of counters those that have begun to count.
+fn marks(diagram: &Diagram, rules: &Rules, state: &[u64], width: usize) -> Bits {
+    let mut on = Bits::new(width);
+    for (at, place) in diagram.places.iter().enumerate() {
+        let is_on = match place.kind {
+            Kind::Counter { .. } => rules.count(state, at) > 0,
+            Kind::Box | Kind::Timer { .. } => rules.is_marked(state, at),
+        };
+        if is_on {
+            on.insert(at);
+        }
+    }
+    on
+}
+
+/// What was seen when scans ended.
+struct Seen {
+    /// By place, and behind these by transition: what was on together with it.
+    together: Vec<Bits>,
+    /// What was on.
+    markings: BTreeSet<Bits>,
+}
+
+impl Seen {
+    fn add(&mut self, on: &Bits) {
+        if self.markings.len() > SCANS || !self.markings.insert(on.clone()) {
+            return;
+        }
+        for one in on.iter() {
+            self.together[one].join(on);
+        }
+    }
+
+    /// Three places that were never all marked, though any two of them were.
+    fn threes(&self, places: &[usize]) -> Vec<Vec<usize>> {
+        let is_two = |one: usize, other: usize| self.together[one].has(other);
+        let mut found = Vec::new();
+        for (at, &a) in places.iter().enumerate() {
+            for (further, &b) in places.iter().enumerate().skip(at + 1) {
+                if !is_two(a, b) {
+                    continue;
+                }
+                let all = |c: &&usize| {
+                    is_two(a, **c)
+                        && is_two(b, **c)
+                        && !self.markings.iter().any(|on| on.has(a) && on.has(b) && on.has(**c))
+                };
+                found.extend(places[further + 1..].iter().filter(all).map(|&c| vec![a, b, c]));
+                if found.len() > MOST {
+                    return found;
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::text;
+
+    #[test]
+    fn two_of_a_cycle_are_apart_and_three_of_two_tokens() {
+        let source = "outer E = 00000\nbox A marked\nbox B marked\nbox C\n\
+                      transition T1 : A -> C if E\ntransition T2 : C -> A if not E\n\
+                      transition T3 : B -> C if not E\ntransition T4 : C -> B if E\n";
+        let net = text::read("a.snet", source).expect("a net");
+        let known = knowledge(&net);
+        let place = |at| Operand::Place(at);
+        assert!(known.complete);
+        assert!(known.apart.contains(&vec![place(0), place(1), place(2)]), "{:?}", known.apart);
+        assert!(!known.apart.contains(&vec![place(0), place(1)]));
+        let ring = "box A marked\nbox B\nbox C\ntransition T : A -> B\ntransition U : B -> A\n\
+                    transition V : C -> \n";
+        let known = knowledge(&text::read("b.snet", ring).expect("a net"));
+        assert!(known.apart.contains(&vec![place(0), place(1)]));
+        assert_eq!(known.never, [place(2), Operand::Transition(2)]);
+    }
+}

@@ -1,0 +1,372 @@
+//! Questions of charts, case by case.
+//!
+//! Which step of a chart is active decides which of its actions run, and the charts that these call. To the solver the costs
+//! of steps are thousands of pairs that exclude each other. Where a step is fixed, nearly all other guards are false by
+//! propagation alone. So a bit is taken of which either value takes off most, each value is a case, and the case that may cost
+//! most is next, until none may cost more than the best scan found. Slices bound a case, and where they show that it cannot
+//! be far above that scan, the solver searches it. A case that is still open after so many decisions is split again.
+
+use super::objective::Objective;
+use super::slices::{self, Slices};
+use super::{Bounds, Formula, Ground, Limits};
+use crate::propagator::Propagator;
+use crate::trace::Step;
+use rayon::prelude::*;
+use std::cmp::Reverse;
+
+/// Questions of fewer clauses are solved at once.
+pub const FEWEST_CLAUSES: usize = 3_000;
+
+/// Of larger ones each look at a bit takes too long.
+const MOST_CLAUSES: usize = 200_000;
+
+/// How many bits are looked at to split a case.
+const CANDIDATES: usize = 128;
+
+/// How many cases are searched side by side: a fixed number, so that results do not depend on how many threads there are.
+const TOGETHER: usize = 4;
+
+/// The decisions that a case's search may take at each partition before the case is split.
+pub const DECISIONS: u64 = 400_000;
+
+/// A case is split before any search where it may cost more than so many times the best scan ...
+const FAR: u64 = 2;
+
+/// ... unless either value of the best bit leaves more than 49 of 50 parts.
+const WORTH: (u64, u64) = (49, 50);
+
+/// What some literals leave possible.
+struct Case {
+    literals: Vec<i32>,
+    /// What no scan of the case costs more than.
+    upper: u64,
+    state: State,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    New,
+    /// It was searched, and is to be split.
+    Searched,
+    /// It was searched as far as can be.
+    Ended,
+}
+
+/// What comes of a case: what of it is open, and what its search found.
+type Next<'a> = (Vec<Case>, Option<Bounds<'a>>);
+
+/// A bit and what each of its values leaves, by how much they take off.
+type Ranked = (Reverse<u128>, i32, [u64; 2]);
+
+/// Whether a question of so many clauses may be searched so: one that only time ends.
+pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> bool {
+    (ground.sizes.least..=MOST_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
+}
+
+/// Searches until the bounds meet or the limits end it. Where cases take off little, nothing is done, and the objective is the
+/// answer.
+pub fn search(
+    ground: &Ground<'_>,
+    objective: Objective,
+    bounds: &mut Bounds<'_>,
+) -> Option<Objective> {
+    let softs: Vec<(i32, u64)> = objective.soft_literals(1).collect();
+    let split = Split::new(ground, &objective.formula, softs, bounds.remaining());
+    let limits = *bounds.limits();
+    let quiet = Limits { progress: &|_, _| {}, trace: false, ..limits };
+    let mut trail = split.propagator.clone();
+    if split.softs.len() <= slices::MOST
+        && Slices::of(&split.softs, &mut trail).off < split.most / 2
+    {
+        return Some(objective);
+    }
+    let candidates = split.candidates();
+    if split.dearest(&candidates) > split.most / 2 {
+        return Some(objective);
+    }
+    bounds.step(|| Step::Cases);
+    // One case is searched to the end, so that the others can be held against a good scan.
+    let (first, most) = split.promising(&mut trail, &candidates);
+    let (_, found) =
+        split.search(&first, &mut trail, most, Some(ground.sizes.decisions), bounds, &quiet);
+    bounds.after_case(found);
+    let mut open = vec![Case { literals: Vec::new(), upper: split.most, state: State::New }];
+    loop {
+        open.retain(|case| case.upper > bounds.lower());
+        open.sort_by_key(|case| Reverse(case.upper));
+        bounds.proved(open.first().map_or(bounds.lower(), |case| case.upper));
+        let ends = open.first().is_none_or(|case| case.state == State::Ended);
+        if ends || limits.reached() {
+            break;
+        }
+        let next: Vec<Case> = open.drain(..open.len().min(TOGETHER)).collect();
+        let known = &*bounds;
+        let next = next.into_par_iter().map(|case| split.next(case, &candidates, known, &quiet));
+        let next: Vec<Next<'_>> = next.collect();
+        for (cases, found) in next {
+            open.extend(cases);
+            if let Some(found) = found {
+                bounds.after_case(found);
+            }
+        }
+    }
+    bounds.round();
+    None
+}
+
+/// What all cases are made of.
+struct Split<'g> {
+    ground: &'g Ground<'g>,
+    formula: &'g Formula,
+    softs: Vec<(i32, u64)>,
+    /// What all soft literals cost together that can be true, with what is always there.
+    most: u64,
+    propagator: Propagator,
+    /// By variable: what is lost where it is true, and where it is false.
+    lost: Vec<[u64; 2]>,
+}
+
+impl<'g> Split<'g> {
+    fn new(
+        ground: &'g Ground<'g>,
+        formula: &'g Formula,
+        softs: Vec<(i32, u64)>,
+        together: u64,
+    ) -> Split<'g> {
+        let mut propagator = Propagator::default();
+        formula.since(0).for_each(|clause| propagator.add(clause));
+        propagator.back(0);
+        let mut lost = vec![[0, 0]; ground.clauses.variables + 1];
+        let mut most = together;
+        for &(literal, weight) in &softs {
+            lost[literal.unsigned_abs() as usize][usize::from(literal > 0)] += weight;
+            most -= if propagator.value(literal) == -1 { weight } else { 0 };
+        }
+        Split { ground, formula, softs, most, propagator, lost }
+    }
+
+    /// The soft literals that a trail leaves open.
+    fn open(&self, trail: &Propagator) -> Vec<(i32, u64)> {
+        let open = |soft: &&(i32, u64)| trail.value(soft.0) == 0;
+        self.softs.iter().filter(open).copied().collect()
+    }
+
+    /// What is lost where these literals are true.
+    fn loses(&self, literals: &[i32]) -> u64 {
+        let each = |&l: &i32| self.lost[l.unsigned_abs() as usize][usize::from(l < 0)];
+        literals.iter().map(each).sum()
+    }
+
+    /// What is left of `most` where the trail's literals and one more are true: 0 if they cannot be.
+    fn left(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
+        let (level, known) = (trail.level(), trail.length());
+        if trail.assume(literal).is_some() {
+            return 0;
+        }
+        let left = most - self.loses(trail.since(known));
+        trail.back(level);
+        left
+    }
+
+    /// The bits that a trail leaves open, those first of which both values take off most.
+    fn ranked(&self, trail: &mut Propagator, bits: &[i32], most: u64) -> Vec<Ranked> {
+        let mut ranked: Vec<Ranked> = Vec::with_capacity(bits.len());
+        for &bit in bits {
+            if trail.value(bit) == 0 {
+                let left = [bit, -bit].map(|literal| self.left(trail, literal, most));
+                let [one, other] = left.map(|left| u128::from(most - left + most / 1000));
+                ranked.push((Reverse(one * other), bit, left));
+            }
+        }
+        ranked.sort_unstable();
+        ranked
+    }
+
+    fn best(&self, trail: &mut Propagator, bits: &[i32], most: u64) -> Option<(i32, [u64; 2])> {
+        self.ranked(trail, bits, most).into_iter().next().map(|(_, bit, left)| (bit, left))
+    }
+
+    /// The bits that are worth a look in every case.
+    fn candidates(&self) -> Vec<i32> {
+        let bits: Vec<i32> = self.ground.clauses.inputs().collect();
+        let ranked = self.ranked(&mut self.propagator.clone(), &bits, self.most);
+        ranked.into_iter().take(CANDIDATES).map(|(_, bit, _)| bit).collect()
+    }
+
+    /// What is left where at each bit that value is taken which keeps most, as long as that takes off something.
+    fn dearest(&self, candidates: &[i32]) -> u64 {
+        let mut trail = self.propagator.clone();
+        let mut most = self.most;
+        while let Some((bit, [one, other])) = self.best(&mut trail, candidates, most) {
+            let (literal, left) = if one >= other { (bit, one) } else { (-bit, other) };
+            if left > most - most / 200 || trail.assume(literal).is_some() {
+                break;
+            }
+            most = left;
+        }
+        most
+    }
+
+    /// A case that probably holds a long scan: where at each bit that value is taken of which slices leave most, as long as
+    /// that takes off something. The trail holds its literals then; with it, what all its soft literals cost.
+    fn promising(&self, trail: &mut Propagator, candidates: &[i32]) -> (Case, u64) {
+        let mut case = Case { literals: Vec::new(), upper: self.most, state: State::New };
+        let mut most = self.most;
+        while let Some((bit, lefts)) = self.best(trail, candidates, most) {
+            let mut sides = Vec::new();
+            for (literal, left) in [bit, -bit].into_iter().zip(lefts) {
+                let level = trail.level();
+                if trail.assume(literal).is_none() {
+                    let off = Slices::of(&self.open(trail), trail).off;
+                    sides.push((left - off, literal, left));
+                    trail.back(level);
+                }
+            }
+            let Some((upper, literal, left)) = sides.into_iter().max() else { break };
+            if upper > case.upper / WORTH.1 * WORTH.0 {
+                break;
+            }
+            let _ = trail.assume(literal);
+            case.literals.push(literal);
+            (case.upper, most) = (upper, left);
+        }
+        (case, most)
+    }
+
+    /// Bounds a case, and searches it or splits it.
+    fn next<'a>(
+        &self,
+        case: Case,
+        candidates: &[i32],
+        known: &Bounds<'a>,
+        limits: &'a Limits<'a>,
+    ) -> Next<'a> {
+        let mut trail = self.propagator.clone();
+        if case.literals.iter().any(|&literal| trail.require(literal).is_some()) {
+            return (Vec::new(), None);
+        }
+        let most = self.most - self.loses(trail.since(self.propagator.length()));
+        let off = Slices::of(&self.open(&trail), &mut trail).off;
+        let case = Case { upper: case.upper.min(most - off), ..case };
+        if case.upper <= known.lower() {
+            return (Vec::new(), None);
+        }
+        let best = self.best(&mut trail, candidates, most);
+        let is_far = case.upper > known.lower() * FAR;
+        let is_worth_it = |left: &[u64; 2]| left.iter().all(|&one| one < most / WORTH.1 * WORTH.0);
+        let is_split =
+            |left: &[u64; 2]| case.state == State::Searched || is_far && is_worth_it(left);
+        if let Some((bit, left)) = best.filter(|(_, left)| is_split(left)) {
+            let part = |(literal, left): (i32, u64)| {
+                let literals = case.literals.iter().copied().chain([literal]).collect();
+                Case { literals, upper: case.upper.min(left), state: State::New }
+            };
+            return ([bit, -bit].into_iter().zip(left).map(part).collect(), None);
+        }
+        let decisions = best.is_some().then_some(self.ground.sizes.decisions);
+        let (is_open, found) = self.search(&case, &mut trail, most, decisions, known, limits);
+        let state = if best.is_some() { State::Searched } else { State::Ended };
+        let left = Case { upper: found.upper(), state, ..case };
+        (is_open.then_some(left).into_iter().collect(), Some(found))
+    }
+
+    /// Searches a case, whose literals the trail holds and whose soft literals cost so much at most. Whether it is open then,
+    /// and its bounds.
+    fn search<'a>(
+        &self,
+        case: &Case,
+        trail: &mut Propagator,
+        most: u64,
+        decisions: Option<u64>,
+        known: &Bounds<'a>,
+        limits: &'a Limits<'a>,
+    ) -> (bool, Bounds<'a>) {
+        let softs = self.open(trail);
+        let slices = Slices::of(&softs, trail);
+        let value = |literal: i32| trail.value(literal);
+        let fixed: Vec<i8> = [0].into_iter().chain(self.formula.variables().map(value)).collect();
+        let mut bounds = known.of_case(limits, most);
+        bounds.proved(case.upper.max(bounds.lower()));
+        let mut objective = self.ground.objective(self.formula.under(value), &softs, &mut bounds);
+        slices.take(&softs, &mut objective);
+        bounds.falsified(objective.take_falsified());
+        let possible = self.ground.search(objective, &fixed, decisions, &mut bounds);
+        (possible && !bounds.exact(), bounds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{SIZES, Sizes, search_from};
+    use crate::testing::{Builder, Dice, sound};
+    use crate::{Limits, bounds::Bounds, problem::Problem};
+    use scanbound_model::{Assignment, Lit, ScanModel};
+
+    /// Charts of three steps each of which one is active, the first around the others, and what a scan costs at most.
+    fn charts(seed: u64, inner: usize) -> (ScanModel, u64) {
+        let mut dice = Dice(seed);
+        let mut b = Builder::default();
+        let charts: Vec<Vec<Lit>> =
+            (0..=inner).map(|_| (0..3).map(|_| b.bit()).collect()).collect();
+        let inputs: Vec<Lit> = (0..3).map(|_| b.bit()).collect();
+        for steps in &charts {
+            let some = b.model.circuit.any(steps.iter().copied());
+            let pairs =
+                [(0, 1), (0, 2), (1, 2)].map(|(x, y)| b.model.circuit.and(steps[x], steps[y]));
+            b.model.constraints.push(some);
+            b.model.constraints.extend(pairs.map(|both| !both));
+        }
+        for (number, steps) in charts.iter().enumerate() {
+            // The chart around the others, or one that a step of it calls.
+            let called = if number == 0 { Lit::TRUE } else { charts[0][dice.below(3) as usize] };
+            for &step in steps {
+                for _ in 0..1 + dice.below(4) {
+                    let input = inputs[dice.below(3) as usize];
+                    let input = if dice.one_in(2) { !input } else { input };
+                    let runs = b.model.circuit.and(called, step);
+                    b.charge(runs, input, 1 + dice.below(60), dice.below(20));
+                }
+            }
+        }
+        let mut most = 0;
+        for state in 0..3_usize.pow(1 + inner as u32) * 8 {
+            let mut bits = Vec::new();
+            let mut rest = state / 8;
+            for _ in &charts {
+                bits.extend((0..3).map(|step| u16::from(step == rest % 3)));
+                rest /= 3;
+            }
+            bits.extend((0..3).map(|input| (state >> input & 1) as u16));
+            let values = b.model.circuit.evaluate(&Assignment(bits));
+            most = most.max(b.model.charges.iter().map(|charge| charge.cost(&values).0).sum());
+        }
+        (b.model, most)
+    }
+
+    #[test]
+    fn charts_cost_what_their_dearest_state_does() {
+        let mut by_case = 0;
+        for seed in 0..60 {
+            let (model, most) = charts(seed, 2 + seed as usize % 4);
+            let group = Builder { model: model.clone() }.group();
+            let problem = Problem::new(&model, &group);
+            let constant: u64 = (0..model.charges.len())
+                .filter(|charge| !group.charges.contains(charge))
+                .map(|charge| model.charges[charge].on.0)
+                .sum();
+            // Also where each search is given up at once, and its case is split.
+            for decisions in [0, 5, 400_000] {
+                let limits = Limits { trace: true, ..Limits::default() };
+                let mut bounds = Bounds::new(&problem, &limits);
+                let sizes = Sizes { smallest: 30, least: 0, decisions, ..SIZES };
+                search_from(sizes, &problem, &mut bounds);
+                let found = bounds.finish();
+                sound(&model, &group, &found);
+                assert_eq!(found.upper.0 + constant, most, "seed {seed}");
+                assert_eq!(found.upper, found.lower, "seed {seed}");
+                by_case += usize::from(found.trace.steps.contains(&super::Step::Cases));
+            }
+        }
+        assert!(by_case > 100, "{by_case}");
+    }
+}

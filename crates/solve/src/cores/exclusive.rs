@@ -1,0 +1,224 @@
+//! Guards that exclude each other by their form, taken together before any search.
+//!
+//! A search in a table stops at its first find, a step is left before the next is looked at: there each guard says of
+//! the earlier ones that they are false. At most one of such guards holds, so they never cost more than the dearest. Left to
+//! the solver, each two of them are a core to be found. Put together they are a staircase: what the lightest
+//! weighs is paid where any of them holds, what the next weighs more where any but the lightest does, and so on.
+
+use crate::problem::{Item, Problem};
+use rustc_hash::{FxHashMap, FxHashSet};
+use scanbound_model::{Circuit, Lit, Node};
+use std::cmp::Reverse;
+
+/// So many parts of a guard are looked at.
+const MOST_PARTS: usize = 4096;
+/// What more guards than this say is no mark of one iteration or step.
+const FEW: usize = 16;
+/// So many parts of all guards.
+const MOST_IN_ALL: usize = 25_000_000;
+
+/// A problem whose exclusive guards are taken together. It costs what the original one costs under every assignment, and
+/// its variables are the same. Its circuit is the original one, and the staircases behind it.
+pub struct Merged {
+    /// The problem.
+    pub problem: Problem,
+    /// Which of the original items each of its items is, if it is one.
+    pub origins: Vec<Option<usize>>,
+    /// The original items that were taken together, and the weight that this takes off.
+    pub taken: Vec<(Vec<usize>, u64)>,
+}
+
+/// Takes together what excludes each other by its form.
+pub fn merge(original: &Problem) -> Merged {
+    let together = together(original);
+    let mut member: FxHashMap<usize, usize> = FxHashMap::default();
+    for (number, items) in together.iter().enumerate() {
+        member.extend(items.iter().map(|&item| (item, number)));
+    }
+    let mut merged = Merged {
+        problem: Problem { items: Vec::with_capacity(original.items.len()), ..original.clone() },
+        origins: Vec::with_capacity(original.items.len()),
+        taken: Vec::with_capacity(together.len()),
+    };
+    for (place, item) in original.items.iter().enumerate() {
+        match member.get(&place) {
+            None => merged.push(item.clone(), Some(place)),
+            Some(&number) if together[number].last() == Some(&place) => {
+                merged.staircase(original, &together[number]);
+            }
+            Some(_) => {}
+        }
+    }
+    merged
+}
+
+impl Merged {
+    fn push(&mut self, item: Item, origin: Option<usize>) {
+        self.problem.items.push(item);
+        self.origins.push(origin);
+    }
+
+    fn staircase(&mut self, original: &Problem, items: &[usize]) {
+        let mut down: Vec<&Item> = items.iter().map(|&item| &original.items[item]).collect();
+        down.sort_by_key(|item| Reverse(item.weight));
+        let (mut any, mut charges) = (Lit::FALSE, Vec::new());
+        for (place, item) in down.iter().enumerate() {
+            any = self.problem.circuit.or(any, item.guard);
+            charges.extend_from_slice(&item.charges);
+            let weight = item.weight - down.get(place + 1).map_or(0, |next| next.weight);
+            if weight == 0 {
+                continue;
+            }
+            if any == Lit::TRUE {
+                self.problem.constant += weight;
+                continue;
+            }
+            let mut charges = charges.clone();
+            charges.sort_unstable();
+            charges.dedup();
+            self.push(Item { guard: any, weight, charges }, None);
+        }
+        let off = down.iter().skip(1).map(|item| item.weight).sum();
+        self.taken.push((items.to_vec(), off));
+    }
+}
+
+/// Sets of items of which each excludes each, at least two a set, in order.
+fn together(problem: &Problem) -> Vec<Vec<usize>> {
+    // Which guards say what, unless they are many: those are left to the search.
+    let mut saying: FxHashMap<Lit, Vec<usize>> = FxHashMap::default();
+    let mut parts = Parts::of(&problem.circuit);
+    // A set of one item until a second one comes.
+    let mut sets: Vec<Vec<usize>> = Vec::with_capacity(problem.items.len());
+    let mut set_of: Vec<usize> = Vec::with_capacity(problem.items.len());
+    let mut others: FxHashSet<usize> = FxHashSet::default();
+    let mut said: Vec<Lit> = Vec::new();
+    for (place, item) in problem.items.iter().enumerate() {
+        others.clear();
+        said.clear();
+        parts.each(item.guard, |part| said.push(part));
+        for &part in &said {
+            let opposite = saying.get(&!part).map_or(&[][..], Vec::as_slice);
+            others.extend(opposite.iter().filter(|_| opposite.len() <= FEW));
+        }
+        let mut excluded: FxHashMap<usize, usize> = FxHashMap::default();
+        others.iter().for_each(|&other| *excluded.entry(set_of[other]).or_default() += 1);
+        for &part in &said {
+            let saying = saying.entry(part).or_default();
+            if saying.len() <= FEW {
+                saying.push(place);
+            }
+        }
+        let whole = excluded.iter().filter(|&(&set, &count)| sets[set].len() == count);
+        let largest = whole.map(|(&set, &count)| (count, Reverse(set))).max();
+        let set = match largest {
+            Some((_, Reverse(set))) => set,
+            None => {
+                sets.push(Vec::new());
+                sets.len() - 1
+            }
+        };
+        sets[set].push(place);
+        set_of.push(set);
+    }
+    sets.retain(|set| set.len() > 1);
+    sets
+}
+
+/// Looks at what guards say, each part once a guard.
+struct Parts<'a> {
+    circuit: &'a Circuit,
+    /// By node: the guard for which it was looked at last.
+    seen: Vec<u32>,
+    guards: u32,
+    looked: usize,
+}
+
+impl<'a> Parts<'a> {
+    fn of(circuit: &'a Circuit) -> Parts<'a> {
+        Parts { circuit, seen: vec![0; circuit.nodes().len()], guards: 0, looked: 0 }
+    }
+
+    /// Shows literals all of which hold where the guard does, each once.
+    fn each(&mut self, guard: Lit, mut see: impl FnMut(Lit)) {
+        self.guards += 1;
+        let mut open = vec![guard];
+        let mut left = MOST_PARTS.min(MOST_IN_ALL.saturating_sub(self.looked));
+        while let Some(part) = open.pop() {
+            if left == 0 {
+                return;
+            }
+            if std::mem::replace(&mut self.seen[part.node()], self.guards) == self.guards {
+                continue;
+            }
+            left -= 1;
+            self.looked += 1;
+            see(part);
+            if let (false, Node::And(a, b)) = (part.is_negated(), self.circuit.nodes()[part.node()])
+            {
+                open.extend([a, b]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Builder, random};
+    use scanbound_model::{Assignment, Atom, VarId};
+
+    fn item(guard: Lit, weight: u64) -> Item {
+        Item { guard, weight, charges: vec![weight as usize] }
+    }
+
+    #[test]
+    fn the_first_find_of_a_search_is_a_staircase() {
+        let mut problem = Problem::default();
+        let bits: Vec<Lit> = (0..5).map(|n| problem.circuit.atom(Atom::Bit(VarId(n)))).collect();
+        let mut found = Lit::FALSE;
+        for (&bit, weight) in bits.iter().zip([5, 9, 9, 2, 7]) {
+            let first = problem.circuit.and(bit, !found);
+            found = problem.circuit.or(found, first);
+            problem.items.push(item(first, weight));
+        }
+        problem.variables = (0..5).map(VarId).collect();
+        let merged = merge(&problem);
+        assert_eq!(merged.taken, [(vec![0, 1, 2, 3, 4], 5 + 9 + 2 + 7)]);
+        let weights: Vec<u64> = merged.problem.items.iter().map(|item| item.weight).collect();
+        assert_eq!(weights, [2, 2, 3, 2]);
+        assert_eq!(merged.problem.naive(), 9);
+        for n in 0..32u16 {
+            let all = Assignment((0..5).map(|bit| n >> bit & 1).collect());
+            assert_eq!(merged.problem.cost(&all), problem.cost(&all), "{n}");
+        }
+    }
+
+    #[test]
+    fn what_is_taken_together_costs_what_it_did() {
+        let mut taken = 0;
+        for seed in 0..300 {
+            let mut model = random(seed, 30);
+            // Some guards exclude others by form.
+            let fires: Vec<Lit> = model.charges.iter().map(|charge| charge.fires).collect();
+            for (at, &own) in fires.iter().enumerate().skip(1).filter(|(at, _)| at % 3 != 0) {
+                let before = model.charges[at - 1].fires;
+                model.charges[at].fires = model.circuit.and(own, !before);
+            }
+            let group = Builder { model: model.clone() }.group();
+            let problem = Problem::new(&model, &group);
+            let merged = merge(&problem);
+            let off: u64 = merged.taken.iter().map(|(_, off)| off).sum();
+            assert_eq!(problem.naive() - off, merged.problem.naive());
+            taken += merged.taken.len();
+            let mut number = seed;
+            for _ in 0..50 {
+                number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(seed | 1);
+                let value = |place: usize| (number >> (20 + place % 40)) as u16 & 7;
+                let all = Assignment((0..problem.variables.len()).map(value).collect());
+                assert_eq!(merged.problem.cost(&all), problem.cost(&all), "seed {seed}");
+            }
+        }
+        assert!(taken > 100, "{taken}");
+    }
+}

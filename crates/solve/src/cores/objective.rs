@@ -1,0 +1,268 @@
+//! The reformulated objective: the soft literals that are left, with their weights in picoseconds.
+
+use crate::formula::Formula;
+use crate::totalizer::Totalizer;
+use rustc_hash::FxHashMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A stratum ends where its soft literals are more than this many times as many as its different weights, or one weighs
+/// less than this part of the stratum's first.
+const DIVERSITY: usize = 2;
+
+/// A soft literal's place among the others: the heaviest first, then by variable.
+type Rank = (Reverse<u64>, u32, i32);
+
+fn rank(literal: i32, weight: u64) -> Rank {
+    (Reverse(weight), literal.unsigned_abs(), literal)
+}
+
+/// The soft literals, and the hard clauses that tie them together.
+///
+/// It can be split into partitions of the program, which are worked on independently, and joined again.
+pub struct Objective {
+    /// The clauses so far.
+    pub formula: Formula,
+    /// How many variables are the circuit's. Each is its own position in the order of execution.
+    circuit: usize,
+    /// What it costs if a literal is false. Of a literal and its negation, one has no weight.
+    weights: FxHashMap<i32, u64>,
+    /// The literals that have weights.
+    order: BTreeSet<Rank>,
+    totalizers: Vec<Totalizer>,
+    /// Of a soft literal that is the negated output of a totalizer: the totalizer and the count.
+    counted: BTreeMap<i32, (usize, usize)>,
+    /// Of a soft literal that one of a slice is true: its position.
+    sliced: FxHashMap<i32, usize>,
+    /// The weight of cores found since this was last asked.
+    falsified: u64,
+}
+
+impl Objective {
+    /// No soft literals yet.
+    pub fn new(formula: Formula, circuit: usize) -> Objective {
+        Objective {
+            formula,
+            circuit,
+            weights: FxHashMap::default(),
+            order: BTreeSet::new(),
+            totalizers: Vec::new(),
+            counted: BTreeMap::new(),
+            sliced: FxHashMap::default(),
+            falsified: 0,
+        }
+    }
+
+    /// The weight of the cores found since this was last asked. Every scan falsifies that much, so the bound falls by
+    /// it.
+    pub fn take_falsified(&mut self) -> u64 {
+        std::mem::take(&mut self.falsified)
+    }
+
+    /// What it costs if the literal is false.
+    pub fn weight(&self, literal: i32) -> u64 {
+        self.weights.get(&literal).copied().unwrap_or(0)
+    }
+
+    /// The soft literals of at least this weight, the heaviest first.
+    pub fn soft_literals(&self, least: u64) -> impl Iterator<Item = (i32, u64)> {
+        let all = self.order.iter().map(|&(Reverse(weight), _, literal)| (literal, weight));
+        all.take_while(move |&(_, weight)| weight >= least)
+    }
+
+    /// The next stratum: the least weight of its soft literals. `None` if none is lighter than `least`.
+    pub fn next_stratum(&self, least: u64) -> Option<u64> {
+        let below = (Reverse(least.checked_sub(1)?), 0, i32::MIN);
+        let weights = || self.order.range(below..).map(|&(Reverse(weight), ..)| weight);
+        let first = weights().next()?;
+        let (mut literals, mut different, mut last) = (0, 0, None);
+        for weight in weights() {
+            literals += 1;
+            different += usize::from(last != Some(weight));
+            last = Some(weight);
+            if literals > DIVERSITY * different || weight < first / DIVERSITY as u64 {
+                break;
+            }
+        }
+        last
+    }
+
+    fn set_weight(&mut self, literal: i32, weight: u64) {
+        let old = match weight {
+            0 => self.weights.remove(&literal),
+            _ => self.weights.insert(literal, weight),
+        };
+        if let Some(old) = old {
+            self.order.remove(&rank(literal, old));
+        }
+        if weight > 0 {
+            self.order.insert(rank(literal, weight));
+        }
+    }
+
+    /// Adds to a soft literal's weight. What its negation weighs cancels out: one of the two is always false.
+    pub fn add_soft(&mut self, literal: i32, weight: u64) {
+        let opposite = self.weight(-literal);
+        let against = opposite.min(weight);
+        if against > 0 {
+            self.set_weight(-literal, opposite - against);
+            self.falsified += against;
+        }
+        if weight > against {
+            self.set_weight(literal, self.weight(literal) + weight - against);
+        }
+    }
+
+    /// Makes a hard clause of a soft literal that is true in every scan still of interest.
+    pub fn harden(&mut self, literal: i32) {
+        self.set_weight(literal, 0);
+        self.formula.add(self.position(literal), &[literal]);
+    }
+
+    /// Subtracts a core's weight, the least of its literals' weights, from each of them. Returns that weight.
+    pub fn subtract_core(&mut self, core: &[i32]) -> u64 {
+        let weight = core.iter().map(|&literal| self.weight(literal)).min().unwrap_or(0);
+        for &literal in core {
+            self.set_weight(literal, self.weight(literal) - weight);
+        }
+        self.falsified += weight;
+        weight
+    }
+
+    /// Takes this weight off soft literals of which at most one can be true. What remains of it is a soft literal, that one
+    /// of them is, which is the answer.
+    pub fn slice(&mut self, members: &[i32], weight: u64) -> i32 {
+        let position = members.iter().map(|&literal| self.position(literal)).max().unwrap_or(1);
+        for &literal in members {
+            self.set_weight(literal, self.weight(literal) - weight);
+            self.falsified += weight;
+        }
+        self.falsified -= weight;
+        let any = self.formula.new_variable();
+        for &literal in members {
+            self.formula.define(position, any, &[-literal, any]);
+        }
+        let clause: Vec<i32> = members.iter().copied().chain([-any]).collect();
+        self.formula.define(position, any, &clause);
+        self.sliced.insert(any, position);
+        self.set_weight(any, weight);
+        any
+    }
+
+    /// Relaxes a core whose `weight` was subtracted: adds the soft literal that no second one of its literals is false.
+    /// `forced` may know that a literal cannot be true; then more of them must be false. Returns the literals whose
+    /// weight grew.
+    pub fn relax(
+        &mut self,
+        core: &[i32],
+        weight: u64,
+        mut forced: impl FnMut(&Formula, i32) -> bool,
+    ) -> Vec<i32> {
+        let mut grown = Vec::new();
+        for literal in core {
+            if let Some(&(totalizer, count)) = self.counted.get(literal) {
+                grown.extend(self.add_at_most(totalizer, count, weight));
+            }
+        }
+        let position = self.position(core[0]);
+        let negated: Vec<i32> = core.iter().map(|literal| -literal).collect();
+        self.formula.add(position, &negated);
+        if core.len() == 1 {
+            return grown;
+        }
+        let totalizer = self.totalizers.len();
+        self.totalizers.push(Totalizer::new(&negated, position));
+        // At least one is false; perhaps it is easy to see that more are.
+        let mut false_ones = 1;
+        while false_ones < core.len() {
+            let more = self.totalizers[totalizer].output(false_ones + 1, &mut self.formula);
+            if !forced(&self.formula, -more) {
+                break;
+            }
+            self.formula.add(position, &[more]);
+            self.falsified += weight;
+            false_ones += 1;
+        }
+        grown.extend(self.add_at_most(totalizer, false_ones, weight));
+        grown
+    }
+
+    /// Adds the soft literal that at most `count` of a totalizer's inputs are true, and returns it; `None` if there are
+    /// no more inputs.
+    fn add_at_most(&mut self, totalizer: usize, count: usize, weight: u64) -> Option<i32> {
+        if count >= self.totalizers[totalizer].size() {
+            return None;
+        }
+        let more = self.totalizers[totalizer].output(count + 1, &mut self.formula);
+        self.counted.insert(-more, (totalizer, count + 1));
+        self.add_soft(-more, weight);
+        Some(-more)
+    }
+
+    /// A soft literal's position in the order of execution.
+    fn position(&self, literal: i32) -> usize {
+        let variable = literal.unsigned_abs() as usize;
+        if variable <= self.circuit {
+            return variable;
+        }
+        match self.sliced.get(&literal) {
+            Some(&position) => position,
+            None => self.totalizers[self.counted[&literal].0].position(),
+        }
+    }
+
+    /// The objectives of the partitions, each of `size` positions. No soft literal and no clause stays here.
+    pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Objective> {
+        let formulas = self.formula.split(size, partitions);
+        let mut split: Vec<Objective> =
+            formulas.into_iter().map(|formula| Objective::new(formula, self.circuit)).collect();
+        for part in &mut split {
+            part.sliced.clone_from(&self.sliced);
+        }
+        for &(Reverse(weight), _, literal) in &self.order {
+            split[self.position(literal) / size].set_weight(literal, weight);
+        }
+        // By totalizer: its partition and its index there.
+        let mut places = Vec::with_capacity(self.totalizers.len());
+        for totalizer in std::mem::take(&mut self.totalizers) {
+            let partition = totalizer.position() / size;
+            places.push((partition, split[partition].totalizers.len()));
+            split[partition].totalizers.push(totalizer);
+        }
+        for (literal, (totalizer, count)) in std::mem::take(&mut self.counted) {
+            let (partition, totalizer) = places[totalizer];
+            split[partition].counted.insert(literal, (totalizer, count));
+        }
+        self.weights.clear();
+        self.order.clear();
+        split
+    }
+
+    /// Takes the partitions back in their order.
+    pub fn join(&mut self, partitions: impl IntoIterator<Item = Objective>) {
+        let shared = self.formula.variable_count();
+        let mut order = Vec::new();
+        for partition in partitions {
+            let renumber = self.formula.renumber(shared);
+            self.formula.join(partition.formula, &renumber);
+            self.falsified += partition.falsified;
+            order.extend(
+                partition
+                    .order
+                    .into_iter()
+                    .map(|(Reverse(weight), _, literal)| rank(renumber.of(literal), weight)),
+            );
+            let before = self.totalizers.len();
+            self.totalizers.extend(partition.totalizers.into_iter().map(|mut totalizer| {
+                totalizer.renumber(&renumber);
+                totalizer
+            }));
+            for (literal, (totalizer, count)) in partition.counted {
+                self.counted.insert(renumber.of(literal), (before + totalizer, count));
+            }
+        }
+        self.weights =
+            order.iter().map(|&(Reverse(weight), _, literal)| (literal, weight)).collect();
+        self.order = order.into_iter().collect();
+    }
+}

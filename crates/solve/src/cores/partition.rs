@@ -1,0 +1,197 @@
+//! One partition of the program, with a SAT solver of its own.
+
+use super::objective::Objective;
+use super::{Limits, Search};
+use crate::Decisions;
+use crate::formula::Formula;
+use crate::oracle::{Branching, Effort, Oracle};
+use crate::trace::Trace;
+use std::cmp::Reverse;
+use std::ops::Range;
+
+/// Decisions beyond the assumptions that may be spent on finding out whether a core stays one without a literal.
+const CORE_EFFORT: u64 = 30;
+
+/// Decisions that may be spent on finding out whether a second literal of a core must be false.
+const COUNT_EFFORT: u64 = 10;
+
+/// So many literals of a core may turn out to be needed in the search of a case before the others are left as they are.
+const PATIENCE: usize = 30;
+
+/// A partition while it is worked on apart from the others.
+pub struct Partition {
+    /// Its positions in the order of execution.
+    pub positions: Range<usize>,
+    /// Its soft literals and its clauses.
+    pub objective: Objective,
+    /// Of its variables: the values in the last scan found for it; empty as long as there is none.
+    pub values: Vec<bool>,
+    /// Its clauses exclude each other.
+    pub contradiction: bool,
+    /// The cores that were found, if anyone wants to know.
+    pub trace: Trace,
+}
+
+impl Partition {
+    /// A partition in which nothing is found yet.
+    pub fn new(positions: Range<usize>, objective: Objective) -> Partition {
+        let (values, trace) = (Vec::new(), Trace::default());
+        Partition { positions, objective, values, contradiction: false, trace }
+    }
+
+    /// Extracts cores until all soft literals can be true together. If it is the `whole` program, every model is a
+    /// scan.
+    ///
+    /// It goes stratum by stratum in every round: asked for all soft literals of a project of 64 stations at once, the
+    /// solver took minutes.
+    pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
+        if search.limits.reached() {
+            // To tell a solver the clauses takes long, too.
+            return;
+        }
+        let own = search.decisions.map(Decisions::new);
+        let limits =
+            Limits { decisions: own.as_ref().or(search.limits.decisions), ..*search.limits };
+        let patience = search.decisions.map_or(usize::MAX, |_| PATIENCE);
+        let mut asker = Asker::new(search, &limits);
+        let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
+        // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
+        // left in it can be true together.
+        let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
+        // How many strata the next question takes in: twice as many after each yes, one again after a core. Of the last
+        // rounds' many strata hardly any has one.
+        let mut strata = 1;
+        loop {
+            search.bounds().count();
+            let stratum = self.objective.soft_literals(least);
+            let wanted: Vec<i32> = stratum.map(|(literal, _)| literal).collect();
+            match asker.ask(&self.objective.formula, &wanted, u64::MAX) {
+                None => return,
+                Some(false) => {
+                    let core = asker.oracle.core();
+                    self.contradiction = core.is_empty();
+                    if self.contradiction {
+                        return;
+                    }
+                    let core = self.minimised(core, patience, &mut asker, &limits);
+                    strata = 1;
+                    let weight = self.objective.subtract_core(&core);
+                    if search.limits.trace {
+                        self.trace.push(search.core(&core, weight));
+                    }
+                    cores.push((core, weight));
+                }
+                Some(true) => {
+                    if whole {
+                        search.found(&mut self.objective, |literal| asker.oracle.holds(literal));
+                    }
+                    if cores.is_empty() {
+                        let Some(next) = self.stratum_below(least, &asker.oracle, strata) else {
+                            break;
+                        };
+                        least = next;
+                        strata *= 2;
+                    }
+                    for (core, weight) in cores.drain(..) {
+                        self.objective.relax(&core, weight, |formula, literal| {
+                            !limits.reached()
+                                && asker.ask(formula, &[literal], COUNT_EFFORT) == Some(false)
+                        });
+                    }
+                }
+            }
+            search.bounds().falsified(self.objective.take_falsified());
+            if limits.reached() || (whole && search.bounds().exact()) {
+                return;
+            }
+        }
+        // Each variable of the circuit is its own position.
+        let variables = self.positions.clone().filter_map(|position| i32::try_from(position).ok());
+        self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
+    }
+
+    /// The stratum to go on with after the answer yes, so many below: the model found answers for those that it keeps
+    /// whole. The last one is asked for all the same.
+    fn stratum_below(&self, least: u64, oracle: &Oracle<'_>, strata: usize) -> Option<u64> {
+        let mut next = self.objective.next_stratum(least)?;
+        let mut left = strata - 1;
+        loop {
+            let kept = self.objective.soft_literals(next).all(|(literal, _)| oracle.holds(literal));
+            if !kept && left == 0 {
+                return Some(next);
+            }
+            let Some(below) = self.objective.next_stratum(next) else { return Some(next) };
+            left -= usize::from(!kept);
+            next = below;
+        }
+    }
+
+    /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
+    /// even be true alone are rare. With a core of thousands each question takes so long that the limits may end it.
+    fn minimised(
+        &self,
+        mut core: Vec<i32>,
+        mut patience: usize,
+        asker: &mut Asker<'_>,
+        limits: &Limits<'_>,
+    ) -> Vec<i32> {
+        if core.len() <= 2 {
+            return core;
+        }
+        // The lightest are tried first: without them the core costs more.
+        core.sort_by_key(|&l| (Reverse(self.objective.weight(l)), l.unsigned_abs(), l));
+        let mut at = core.len();
+        while at > 0 && core.len() > 1 && patience > 0 && !limits.reached() {
+            at -= 1;
+            let mut rest = core.clone();
+            rest.remove(at);
+            let decisions = rest.len() as u64 + CORE_EFFORT;
+            if asker.ask(&self.objective.formula, &rest, decisions) == Some(false) {
+                let smaller = asker.oracle.core();
+                core.retain(|literal| smaller.contains(literal));
+                at = at.min(core.len());
+            } else {
+                patience -= 1;
+            }
+        }
+        core
+    }
+}
+
+/// A solver that is told of a growing formula before each question.
+struct Asker<'a> {
+    limits: &'a Limits<'a>,
+    /// What the partitions before found.
+    hints: &'a [bool],
+    oracle: Oracle<'a>,
+    /// How many of the formula's clauses it knows.
+    told: usize,
+    /// How many conflicts a question may take before a solver that branches on all variables takes over.
+    easy: u64,
+}
+
+impl<'a> Asker<'a> {
+    fn new(search: &'a Search<'_, '_>, limits: &'a Limits<'a>) -> Asker<'a> {
+        let hints = search.values.as_slice();
+        let oracle = Oracle::new(limits, Branching::Inputs).with_hints(hints);
+        Asker { limits, hints, oracle, told: 0, easy: search.easy }
+    }
+
+    /// Whether the clauses and assumptions can hold together; `None` if that takes more than so many decisions.
+    fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
+        let effort = Effort { decisions, conflicts: self.easy };
+        let answer = self.put(formula, assumptions, effort);
+        if answer.is_some() || !self.oracle.had_conflicts() {
+            return answer;
+        }
+        self.oracle = Oracle::new(self.limits, Branching::All).with_hints(self.hints);
+        (self.told, self.easy) = (0, u64::MAX);
+        self.put(formula, assumptions, Effort::decisions(decisions))
+    }
+
+    fn put(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
+        formula.teach(self.told, &mut self.oracle);
+        self.told = formula.len();
+        self.oracle.ask(assumptions, most)
+    }
+}

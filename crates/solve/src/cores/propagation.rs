@@ -1,0 +1,246 @@
+//! Cores that unit propagation alone shows, over the whole program at once.
+//!
+//! The soft literals are assumed one after another, the heaviest first, on one trail that is kept from literal to
+//! literal: each costs only what newly follows from it. A literal that the trail makes false is a core with the
+//! assumptions behind that. A literal whose whole weight was subtracted stays on the trail and may stand in the way of
+//! others; the next pass does without it.
+//!
+//! Modes and run flags tie thousands of soft literals together: each that needs a mode makes a core with each that
+//! excludes it. So such a *pivot* is assumed first, by itself, with the value that more weight needs, and is replaced
+//! in a core by a soft literal that needs it.
+
+use super::objective::Objective;
+use super::{Limits, Search};
+use crate::propagator::Propagator;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// How many of the variables with most clauses may be pivots.
+const CANDIDATES: usize = 16;
+
+/// How many soft literals at least need a pivot, and how many exclude it.
+const FEWEST: usize = 8;
+
+/// How many passes there are at most; further cores are left to the solver.
+const PASSES: usize = 3;
+
+/// Larger cores are only asked for what propagation uses of them, and not literal by literal.
+const LARGEST: usize = 40;
+
+/// How many soft literals are looked at between two looks at the clock.
+const LOOK: usize = 64;
+
+/// Propagation over all clauses, kept from pass to pass.
+struct Extraction {
+    /// The assumptions so far and all that follows.
+    trail: Propagator,
+    /// For questions apart from the trail.
+    probe: Propagator,
+    /// How many of the formula's clauses both know.
+    told: usize,
+}
+
+/// A literal that many soft literals need.
+struct Pivot {
+    literal: i32,
+    /// The soft literals that need it, the heaviest last.
+    needed_by: Vec<i32>,
+    /// What the soft literals that exclude it weigh.
+    against: u64,
+}
+
+/// Soft literals by weight, the heaviest first, then by variable.
+type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
+
+impl Search<'_, '_> {
+    /// Extracts the cores that propagation shows in a few passes.
+    pub(super) fn propagation_cores(&self, objective: &mut Objective) {
+        let formula = &objective.formula;
+        // Of a clause that is longer than two, its literals and its length.
+        let long = formula.since(0).filter(|clause| clause.len() > 2);
+        let literals = long.map(|clause| clause.len() + 1).sum();
+        let told = || {
+            let mut propagator = Propagator::with_room(formula.variable_count() + 1, literals);
+            formula.since(0).for_each(|clause| propagator.add(clause));
+            propagator
+        };
+        // To tell both takes no longer than to tell one and copy it.
+        let (trail, probe) = rayon::join(told, told);
+        let mut extraction = Extraction { trail, probe, told: formula.len() };
+        for _ in 0..PASSES {
+            let more = self.pass(objective, &mut extraction);
+            // The trail is nearly a scan: what it leaves open is as in the partitions' scans.
+            let (values, trail) = (&self.values, &extraction.trail);
+            let holds = |literal: i32| match trail.value(literal) {
+                0 => values[literal.unsigned_abs() as usize] == (literal > 0),
+                value => value > 0,
+            };
+            let assignment = self.clauses.assignment(self.problem, holds);
+            self.bounds().found(assignment);
+            if !more || self.done() {
+                return;
+            }
+        }
+    }
+
+    /// Assumes every soft literal once. Whether another pass may find more.
+    fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
+        extraction.trail.back(0);
+        extraction.learn(objective);
+        let mut pivots = extraction.pivots(objective, self.limits);
+        pivots.retain(|pivot| {
+            extraction.trail.value(pivot.literal) == 0
+                && extraction.trail.assume(pivot.literal).is_none()
+        });
+        let mut queue: Queue = objective.soft_literals(1).map(ranked).collect();
+        let (mut found, mut blocked) = (false, false);
+        let mut looked = 0;
+        while let Some((weight, _, literal)) = queue.pop() {
+            looked += 1;
+            if looked % LOOK == 0 && self.done() {
+                return false;
+            }
+            if objective.weight(literal) != weight {
+                continue;
+            }
+            let Some(core) = extraction.trail.require(literal) else { continue };
+            let core = without_pivots(core, &mut pivots, objective);
+            if core.iter().any(|&literal| objective.weight(literal) == 0) {
+                blocked = true;
+                continue;
+            }
+            let core = shrunk(core, objective, &mut extraction.probe, self.limits);
+            let weight = objective.subtract_core(&core);
+            self.bounds().step(|| self.core(&core, weight));
+            let new = objective.relax(&core, weight, |_, _| false);
+            self.bounds().falsified(objective.take_falsified());
+            extraction.learn(objective);
+            for &literal in core.iter().chain(&new) {
+                if objective.weight(literal) > 0 && extraction.trail.value(literal) != 1 {
+                    queue.push(ranked((literal, objective.weight(literal))));
+                }
+            }
+            found = true;
+        }
+        found && blocked
+    }
+}
+
+fn ranked((literal, weight): (i32, u64)) -> (u64, Reverse<u32>, i32) {
+    (weight, Reverse(literal.unsigned_abs()), literal)
+}
+
+impl Extraction {
+    /// Takes in the clauses that came since.
+    fn learn(&mut self, objective: &Objective) {
+        for clause in objective.formula.since(self.told) {
+            self.trail.add(clause);
+            self.probe.add(clause);
+        }
+        self.told = objective.formula.len();
+    }
+
+    /// The pivots as the weights are now, the most contested first.
+    fn pivots(&mut self, objective: &Objective, limits: &Limits<'_>) -> Vec<Pivot> {
+        let ranked = |variable| (Reverse(self.probe.occurrences(variable)), variable);
+        let mut busy: Vec<(Reverse<usize>, i32)> =
+            objective.formula.variables().map(ranked).collect();
+        if busy.len() > CANDIDATES {
+            busy.select_nth_unstable(CANDIDATES);
+            busy.truncate(CANDIDATES);
+        }
+        busy.sort_unstable();
+        let weigh = |literals: &[i32]| {
+            literals.iter().map(|&literal| objective.weight(literal)).sum::<u64>()
+        };
+        let mut pivots = Vec::new();
+        for (_, variable) in busy {
+            if limits.reached() {
+                break;
+            }
+            let needing = |literal: i32, probe: &mut Propagator| -> Vec<i32> {
+                probe.back(0);
+                if probe.value(literal) != 0 || probe.assume(-literal).is_some() {
+                    return Vec::new();
+                }
+                let excluded = probe.implied().iter().map(|&implied| -implied);
+                excluded.filter(|&literal| objective.weight(literal) > 0).collect()
+            };
+            let mut sides =
+                [variable, -variable].map(|literal| (literal, needing(literal, &mut self.probe)));
+            sides.sort_by_key(|(_, literals)| Reverse(weigh(literals)));
+            let [(literal, mut needed_by), (_, against)] = sides;
+            if needed_by.len().min(against.len()) >= FEWEST {
+                needed_by.sort_unstable_by_key(|&literal| (objective.weight(literal), literal));
+                pivots.push(Pivot { literal, needed_by, against: weigh(&against) });
+            }
+        }
+        self.probe.back(0);
+        pivots.sort_by_key(|pivot| (Reverse(pivot.against), pivot.literal));
+        pivots
+    }
+}
+
+/// Each pivot in a core is replaced by the heaviest soft literal that needs it.
+fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], objective: &Objective) -> Vec<i32> {
+    for literal in &mut core {
+        let pivot = pivots.iter_mut().find(|pivot| pivot.literal == *literal);
+        if let (Some(pivot), 0) = (pivot, objective.weight(*literal)) {
+            while pivot.needed_by.last().is_some_and(|&literal| objective.weight(literal) == 0) {
+                pivot.needed_by.pop();
+            }
+            *literal = pivot.needed_by.last().copied().unwrap_or(*literal);
+        }
+    }
+    core.sort_unstable();
+    core.dedup();
+    core
+}
+
+/// A core without the literals that propagation does not need. Cores of two are left as they are: soft literals that
+/// cannot even be true alone are rare.
+fn shrunk(
+    mut core: Vec<i32>,
+    objective: &Objective,
+    probe: &mut Propagator,
+    limits: &Limits<'_>,
+) -> Vec<i32> {
+    if core.len() <= 2 {
+        return core;
+    }
+    // What comes last is used least.
+    loop {
+        probe.back(0);
+        let used = core.iter().find_map(|&literal| probe.require(literal));
+        let Some(used) = used.filter(|used| used.len() < core.len()) else { break };
+        core.retain(|literal| used.contains(literal));
+        core.reverse();
+    }
+    if core.len() > LARGEST {
+        probe.back(0);
+        return core;
+    }
+    core.sort_unstable_by_key(|&literal| (Reverse(objective.weight(literal)), literal));
+    // The probe's level behind each of the core's first literals that it holds: from one question to the next they stay.
+    let mut levels = vec![0];
+    let mut at = core.len();
+    while at > 0 && core.len() > 1 && !limits.reached() {
+        at -= 1;
+        levels.truncate(at + 1);
+        probe.back(levels[levels.len() - 1]);
+        let mut smaller = None;
+        while smaller.is_none() && levels.len() <= at {
+            smaller = probe.require(core[levels.len() - 1]);
+            levels.push(probe.level());
+        }
+        let behind = || core[at + 1..].iter().find_map(|&literal| probe.require(literal));
+        if let Some(smaller) = smaller.or_else(behind) {
+            let gone = core.iter().position(|literal| !smaller.contains(literal));
+            levels.truncate(gone.map_or(levels.len(), |gone| gone + 1));
+            core.retain(|literal| smaller.contains(literal));
+            at = at.min(core.len());
+        }
+    }
+    probe.back(0);
+    core
+}

@@ -1,0 +1,211 @@
+//! Soft literals that exclude each other by propagation, taken together before the solver is asked.
+//!
+//! Where each of some literals excludes each, at most one of them is true: of the weight that the lightest has, all but one
+//! lose theirs. What is left of that slice is one soft literal, that any of them is true, which may stand in further
+//! slices. So where the steps of a chart exclude each other, the dearest step is what remains of them, and the steps of a
+//! chart within a step come together before those of the chart around it: what excludes most others is taken first, with
+//! what excludes the same.
+
+use super::objective::Objective;
+use crate::propagator::Propagator;
+use rustc_hash::FxHashMap;
+use std::cmp::Reverse;
+
+/// More soft literals are not held against each other.
+pub const MOST: usize = 4_000;
+
+/// What several literals give up for one of them all. Members are places among the soft literals, and behind these among the
+/// slices.
+struct Slice {
+    members: Vec<usize>,
+    weight: u64,
+}
+
+/// The slices of some soft literals.
+#[derive(Default)]
+pub struct Slices {
+    /// The soft literals that cannot be true.
+    never: Vec<i32>,
+    slices: Vec<Slice>,
+    /// What all this takes off.
+    pub off: u64,
+}
+
+impl Slices {
+    /// The slices of soft literals that are open on a trail.
+    pub fn of(softs: &[(i32, u64)], trail: &mut Propagator) -> Slices {
+        let mut found = Slices::default();
+        if softs.len() > MOST {
+            return found;
+        }
+        let mut table = Table::new(softs);
+        let places = softs.iter().enumerate().map(|(at, &(literal, _))| (literal, at));
+        let places: FxHashMap<i32, usize> = places.collect();
+        for (at, &(literal, weight)) in softs.iter().enumerate() {
+            let (level, known) = (trail.level(), trail.length());
+            if trail.assume(literal).is_some() {
+                found.never.push(literal);
+                found.off += weight;
+                table.weights[at] = 0;
+                continue;
+            }
+            for &implied in trail.since(known) {
+                if let Some(&other) = places.get(&-implied) {
+                    table.exclude(at, other);
+                }
+            }
+            trail.back(level);
+        }
+        for at in 0..softs.len() {
+            if table.weights[at] == 0 {
+                table.forget(at);
+            }
+        }
+        while let Some(members) = table.next() {
+            let weight = members.iter().map(|&at| table.weights[at]).min().unwrap_or_default();
+            found.off += weight * (members.len() as u64 - 1);
+            table.take(&members, weight);
+            found.slices.push(Slice { members, weight });
+        }
+        found
+    }
+
+    /// Takes the slices from an objective of these soft literals.
+    pub fn take(&self, softs: &[(i32, u64)], objective: &mut Objective) {
+        for &literal in &self.never {
+            objective.subtract_core(&[literal]);
+        }
+        let mut literals: Vec<i32> = softs.iter().map(|soft| soft.0).collect();
+        for slice in &self.slices {
+            let members: Vec<i32> = slice.members.iter().map(|&at| literals[at]).collect();
+            literals.push(objective.slice(&members, slice.weight));
+        }
+    }
+}
+
+/// Which literals exclude which, by place.
+struct Table {
+    weights: Vec<u64>,
+    excluded: Vec<Vec<u64>>,
+    /// How many each row has.
+    counts: Vec<u32>,
+    /// How many words a row has: there is room for as many slices as there are literals.
+    words: usize,
+    softs: usize,
+}
+
+fn has(row: &[u64], at: usize) -> bool {
+    row[at / 64] >> (at % 64) & 1 == 1
+}
+
+fn common(one: &[u64], other: &[u64]) -> u32 {
+    one.iter().zip(other).map(|(one, other)| (one & other).count_ones()).sum()
+}
+
+impl Table {
+    fn new(softs: &[(i32, u64)]) -> Table {
+        let words = (2 * softs.len()).div_ceil(64);
+        Table {
+            weights: softs.iter().map(|soft| soft.1).collect(),
+            excluded: vec![vec![0; words]; softs.len()],
+            counts: vec![0; softs.len()],
+            words,
+            softs: softs.len(),
+        }
+    }
+
+    fn exclude(&mut self, one: usize, other: usize) {
+        if one != other && !has(&self.excluded[one], other) {
+            self.set(one, other);
+            self.set(other, one);
+        }
+    }
+
+    fn set(&mut self, one: usize, other: usize) {
+        self.excluded[one][other / 64] |= 1 << (other % 64);
+        self.counts[one] += 1;
+    }
+
+    /// The next literals that exclude each other: the one that excludes most, and those that exclude the same.
+    fn next(&self) -> Option<Vec<usize>> {
+        if self.weights.len() >= 2 * self.softs {
+            return None;
+        }
+        let open = (0..self.weights.len()).filter(|&at| self.weights[at] > 0);
+        let most = open.map(|at| (self.counts[at], Reverse(at))).max();
+        let (count, Reverse(first)) = most.filter(|&(count, _)| count > 0)?;
+        let own = &self.excluded[first];
+        let mut alike: Vec<_> = (0..self.weights.len())
+            .filter(|&at| has(own, at))
+            .map(|at| (Reverse(common(own, &self.excluded[at])), Reverse(self.weights[at]), at))
+            .collect();
+        alike.sort_unstable();
+        let mut members = vec![first];
+        let mut left = own.clone();
+        for (Reverse(common), _, at) in alike {
+            if has(&left, at) && (members.len() == 1 || 2 * common >= count) {
+                members.push(at);
+                left.iter_mut().zip(&self.excluded[at]).for_each(|(left, own)| *left &= own);
+            }
+        }
+        Some(members)
+    }
+
+    /// What has no weight excludes nothing any more.
+    fn forget(&mut self, at: usize) {
+        let gone = std::mem::take(&mut self.excluded[at]);
+        for other in (0..self.weights.len()).filter(|&other| has(&gone, other)) {
+            self.excluded[other][at / 64] &= !(1 << (at % 64));
+            self.counts[other] -= 1;
+        }
+    }
+
+    /// Takes a slice off its members, and adds that any of them is true.
+    fn take(&mut self, members: &[usize], weight: u64) {
+        let mut row = vec![u64::MAX; self.words];
+        for &at in members {
+            row.iter_mut().zip(&self.excluded[at]).for_each(|(left, own)| *left &= own);
+        }
+        for &at in members {
+            self.weights[at] -= weight;
+            if self.weights[at] == 0 {
+                self.forget(at);
+                row[at / 64] &= !(1 << (at % 64));
+            }
+        }
+        let own = self.weights.len();
+        self.weights.push(weight);
+        for at in (0..own).filter(|&at| has(&row, at)) {
+            self.set(at, own);
+        }
+        self.counts.push(row.iter().map(|word| word.count_ones()).sum());
+        self.excluded.push(row);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_within_steps_cost_their_dearest_step() {
+        // A chart of steps 1 and 2, and one of steps 3 and 4 that runs in step 1.
+        let clauses: &[&[i32]] = &[&[-1, -2], &[-3, 1], &[-4, 1], &[-3, -4]];
+        let mut trail = Propagator::default();
+        clauses.iter().for_each(|clause| trail.add(clause));
+        trail.back(0);
+        // In step 1: 10 by itself, 5 or 7 more. In step 2: 12.
+        let slices = Slices::of(&[(1, 10), (3, 5), (4, 7), (2, 12)], &mut trail);
+        assert_eq!(slices.off, 10 + 5 + 7 + 12 - 17);
+        assert_eq!(trail.level(), 0);
+    }
+
+    #[test]
+    fn what_cannot_be_true_is_lost() {
+        let mut trail = Propagator::default();
+        for clause in [[-1, 2], [-1, -2]] {
+            trail.add(&clause);
+        }
+        assert_eq!(Slices::of(&[(1, 10), (3, 5)], &mut trail).off, 10);
+    }
+}

@@ -1,0 +1,28 @@
+//! What never happens: which charges of a model no scan comes to.
+
+use super::clauses::Clauses;
+use super::oracle::{Branching, Effort, Oracle};
+use super::problem::Problem;
+use super::{Group, Limits};
+use scanbound_model::{Lit, ScanModel};
+use std::collections::BTreeSet;
+
+/// So many decisions one question may take.
+const DECISIONS: u64 = 500_000;
+
+/// Those of a group's charges that are proved never to be reached; of the others nothing is known.
+#[must_use]
+pub fn impossible(model: &ScanModel, group: &Group, limits: &Limits<'_>) -> BTreeSet<usize> {
+    let problem = Problem::with_negations(model, group);
+    let clauses = Clauses::new(&problem);
+    let mut oracle = Oracle::new(limits, Branching::Inputs);
+    clauses.clauses.iter().for_each(|clause| oracle.add(clause));
+    let always = |&charge: &usize| model.charges[charge].reached == Lit::TRUE;
+    let mut open: BTreeSet<usize> = group.charges.iter().copied().filter(always).collect();
+    for (item, &happens) in problem.items.iter().zip(&clauses.items) {
+        if limits.reached() || oracle.ask(&[happens], Effort::decisions(DECISIONS)) != Some(false) {
+            open.extend(&item.charges);
+        }
+    }
+    group.charges.iter().copied().filter(|charge| !open.contains(charge)).collect()
+}

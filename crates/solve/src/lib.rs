@@ -1,0 +1,359 @@
+//! The maximum of one group: the most that its charges can cost in one scan.
+
+mod bounds;
+mod clause_list;
+mod clauses;
+mod cone;
+mod cores;
+mod explain;
+pub mod export;
+mod formula;
+mod hitting;
+mod impossible;
+pub mod inductive;
+mod maxima;
+mod opinion;
+mod oracle;
+mod problem;
+mod propagator;
+mod sat;
+#[cfg(feature = "z3")]
+mod second;
+mod subsets;
+mod totalizer;
+pub mod trace;
+
+pub use explain::Exclusions;
+pub use impossible::impossible;
+pub use maxima::{maxima, methods};
+#[cfg(not(feature = "z3"))]
+pub use opinion::second_opinion;
+pub use opinion::{HAS_Z3, Opinion, SUBSET_SOLVER};
+pub use problem::{Item, Problem};
+#[cfg(feature = "z3")]
+pub use second::second_opinion;
+
+use bounds::Bounds;
+use scanbound_base::time::Picos;
+use scanbound_model::{Group, Portion, ScanModel};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+use trace::{Step, Trace};
+
+/// Which search to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Subsets where the group is small, as far as a budget goes; else cores.
+    #[default]
+    Auto,
+    /// The paper's: take away what conflicts, one at a time, bounded by T_MAX.
+    Subsets,
+    /// Core-guided search.
+    Cores,
+}
+
+/// What found the maximum out, or went furthest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Engine {
+    /// The search by subsets, on Z3 (in a build without Z3: on BatSat).
+    Subsets,
+    /// The core-guided search, on BatSat.
+    Cores,
+}
+
+/// What was found out about a group's maximum.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Maximum {
+    /// No scan costs more.
+    pub upper: Picos,
+    /// The assignment below costs this.
+    pub lower: Picos,
+    /// Values of the group's variables.
+    pub best: Portion,
+    /// Whether these keep the group's constraints. They do unless the search ended before any that do were found (or
+    /// there are none): then all are 0 and so is `lower`.
+    pub kept: bool,
+    /// Questions put to a solver.
+    pub calls: u64,
+    /// What found it out.
+    pub engine: Engine,
+    /// How, if the limits ask for it.
+    pub trace: Trace,
+}
+
+/// What ends a search, and who learns of its progress.
+#[derive(Clone, Copy)]
+pub struct Limits<'a> {
+    /// When to stop with what is proved.
+    pub deadline: Option<Instant>,
+    /// Asked now and then; true stops the search as the deadline does.
+    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Told of every better bound: upper and lower.
+    pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
+    /// Whether the steps of the search are kept.
+    pub trace: bool,
+    /// What a group's search may take at most, if that is limited.
+    pub decisions: Option<&'a Decisions>,
+}
+
+/// Decisions that a satisfiability solver may still make: the same on every machine, as time is not.
+#[derive(Debug)]
+pub struct Decisions {
+    left: AtomicU64,
+}
+
+impl Decisions {
+    /// So many.
+    #[must_use]
+    pub fn new(most: u64) -> Decisions {
+        Decisions { left: AtomicU64::new(most) }
+    }
+
+    /// As many as are left here, to be spent apart.
+    fn again(&self) -> Decisions {
+        Decisions::new(self.left.load(Ordering::Relaxed))
+    }
+
+    /// Spends some.
+    fn spend(&self, decisions: u64) {
+        let less = |left: u64| Some(left.saturating_sub(decisions));
+        let _ = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
+    }
+
+    /// Whether none is left.
+    #[must_use]
+    pub fn are_spent(&self) -> bool {
+        self.left.load(Ordering::Relaxed) == 0
+    }
+}
+
+impl Default for Limits<'_> {
+    /// No limit, and no progress is reported.
+    fn default() -> Self {
+        Limits {
+            deadline: None,
+            cancelled: &|| false,
+            progress: &|_, _| {},
+            trace: false,
+            decisions: None,
+        }
+    }
+}
+
+impl Limits<'_> {
+    /// Whether to stop with what is proved.
+    pub fn reached(&self) -> bool {
+        self.decisions.is_some_and(Decisions::are_spent)
+            || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+            || (self.cancelled)()
+    }
+}
+
+/// The group's maximum. The bounds are valid however early the search ends.
+#[must_use]
+pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
+    let problem = Problem::new(model, group);
+    match method {
+        Method::Auto if !subsets::is_small(&problem) => search(&problem, method, limits),
+        Method::Cores => search(&problem, method, limits),
+        Method::Auto | Method::Subsets => subsets::with_solver(|| search(&problem, method, limits)),
+    }
+}
+
+/// The same, within `with_solver` if it needs a solver.
+fn search(problem: &Problem, method: Method, limits: &Limits<'_>) -> Maximum {
+    let mut bounds = Bounds::new(problem, limits);
+    let subsets = match method {
+        Method::Subsets => Some(None),
+        Method::Auto => subsets::is_small(problem).then_some(Some(subsets::BUDGET)),
+        Method::Cores => None,
+    };
+    if let Some(budget) = subsets {
+        bounds.by(Engine::Subsets);
+        if subsets::search(problem, &mut bounds, budget) == subsets::End::OutOfBudget {
+            bounds.step(|| Step::TakenOver);
+        } else {
+            return bounds.finish();
+        }
+    }
+    bounds.by(Engine::Cores);
+    cores::search(problem, &mut bounds);
+    bounds.finish()
+}
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod versus;
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{Builder, brute, equals_brute, plant, random, sound};
+    use super::*;
+
+    #[test]
+    fn all_groups_keep_their_order() {
+        let mut b = Builder::default();
+        let groups: Vec<Group> = (0..40)
+            .map(|n| {
+                let (x, y) = (b.bit(), b.bit());
+                let both = b.model.circuit.and(x, y);
+                let first = b.model.charges.len();
+                b.charge(scanbound_model::Lit::TRUE, both, 100 + n, 0);
+                b.charge(scanbound_model::Lit::TRUE, !x, 7, 0);
+                let charges = (first..first + 2).collect();
+                Group { charges, ..Group::default() }
+            })
+            .collect();
+        let deadline = Some(std::time::Instant::now() + std::time::Duration::from_secs(3600));
+        let limits = Limits { deadline, ..Limits::default() };
+        let by = methods(&groups, Method::Auto);
+        let found = maxima(&b.model, &groups, &by, &limits, &|_, _, _| {});
+        for (n, found) in (0..).zip(found) {
+            assert_eq!((found.lower, found.upper), (Picos(100 + n), Picos(100 + n)));
+        }
+    }
+
+    #[test]
+    fn subsets_equal_trying_everything() {
+        for seed in 0..120 {
+            equals_brute(Method::Subsets, seed, 3 + seed % 20);
+        }
+    }
+
+    #[test]
+    fn what_suits_the_group_equals_trying_everything() {
+        for seed in 200..280 {
+            equals_brute(Method::Auto, seed, 3 + seed % 40);
+        }
+    }
+
+    #[test]
+    fn cores_equal_trying_everything() {
+        for seed in 0..150 {
+            equals_brute(Method::Cores, seed, 3 + seed % 40);
+        }
+    }
+
+    #[test]
+    fn stations_under_shared_modes_are_exact() {
+        for seed in 0..6 {
+            let (model, most) = plant(seed, 3 + 11 * seed as usize);
+            let group = Builder { model: model.clone() }.group();
+            let constant: Picos = (0..model.charges.len())
+                .filter(|charge| !group.charges.contains(charge))
+                .map(|charge| model.charges[charge].on)
+                .sum();
+            let found = maximum(&model, &group, Method::Cores, &Limits::default());
+            assert_eq!((found.lower, found.upper), (found.upper, found.lower));
+            assert_eq!(found.upper + constant, most, "seed {seed}");
+            sound(&model, &group, &found);
+            // And again, to the last bit.
+            assert_eq!(maximum(&model, &group, Method::Cores, &Limits::default()), found);
+        }
+    }
+
+    #[test]
+    fn cores_take_over_where_the_budget_for_subsets_ends() {
+        let mut taken_over = 0;
+        for seed in 0..60 {
+            let model = random(7000 + seed, 3 + seed % 30);
+            let group = Builder { model: model.clone() }.group();
+            let truth = brute(&model, &group).unwrap();
+            let problem = Problem::new(&model, &group);
+            for questions in [0, 1, 2, 3, 5, 8, 13] {
+                let limits = Limits::default();
+                let mut bounds = Bounds::new(&problem, &limits);
+                let budget = subsets::Budget { questions, ..subsets::BUDGET };
+                let end =
+                    subsets::with_solver(|| subsets::search(&problem, &mut bounds, Some(budget)));
+                taken_over += usize::from(end == subsets::End::OutOfBudget);
+                cores::search(&problem, &mut bounds);
+                let found = bounds.finish();
+                sound(&model, &group, &found);
+                assert_eq!((found.lower, found.upper), (truth, truth), "seed {seed}");
+            }
+        }
+        assert!(taken_over > 100, "{taken_over}");
+    }
+
+    #[test]
+    fn small_groups_are_searched_by_subsets_as_far_as_there_are_few() {
+        let mut b = Builder::default();
+        let groups: Vec<Group> = (0..40)
+            .map(|_| {
+                let x = b.bit();
+                b.charge(scanbound_model::Lit::TRUE, x, 7, 0);
+                Group { charges: vec![b.model.charges.len() - 1], ..Group::default() }
+            })
+            .collect();
+        let by = methods(&groups, Method::Auto);
+        let found = maxima(&b.model, &groups, &by, &Limits::default(), &|_, _, _| {});
+        let subsets = found.iter().filter(|found| found.engine == Engine::Subsets).count();
+        assert!((10..40).contains(&subsets), "{subsets}");
+        assert!(found[..subsets].iter().all(|found| found.engine == Engine::Subsets));
+        assert!(methods(&groups, Method::Cores).iter().all(|&by| by == Method::Cores));
+        // A large group is left to the cores.
+        let (model, _) = plant(3, 20);
+        let group = Builder { model: model.clone() }.group();
+        let found = maximum(&model, &group, Method::Auto, &Limits::default());
+        assert_eq!(found.engine, Engine::Cores);
+    }
+
+    #[test]
+    fn a_trace_does_not_depend_on_threads() {
+        let (model, _) = plant(5, 12);
+        let group = Builder { model: model.clone() }.group();
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let limits = Limits { trace: true, ..Limits::default() };
+            pool.install(|| maximum(&model, &group, Method::Auto, &limits))
+        };
+        let alone = by(1);
+        let cores = |step: &&Step| matches!(step, Step::Core { .. });
+        assert!(alone.trace.steps.iter().filter(cores).count() > 10);
+        assert!(matches!(
+            alone.trace.steps.last(),
+            Some(Step::Bounds { upper, lower }) if upper == lower
+        ));
+        for _ in 0..3 {
+            assert_eq!(by(3), alone);
+        }
+    }
+
+    /// Blocks 1, 4 and 6 of the paper's example: X0 and X1; not X0 or not X2; not X1.
+    fn example(times: [u64; 3]) -> (Maximum, Vec<(Vec<usize>, bool)>) {
+        let mut b = Builder::default();
+        let x: Vec<_> = (0..3).map(|_| b.bit()).collect();
+        let circuit = &mut b.model.circuit;
+        let guards = [circuit.and(x[0], x[1]), circuit.or(!x[0], !x[2]), !x[1]];
+        for (guard, time) in guards.into_iter().zip(times) {
+            b.charge(scanbound_model::Lit::TRUE, guard, time, 0);
+        }
+        let limits = Limits { trace: true, ..Limits::default() };
+        let found = maximum(&b.model, &b.group(), Method::Auto, &limits);
+        let asked = found.trace.steps.iter().filter_map(|step| match step {
+            Step::Asked { items, together, .. } => Some((items.clone(), *together)),
+            _ => None,
+        });
+        let asked = asked.collect();
+        (found, asked)
+    }
+
+    #[test]
+    fn the_papers_example_is_asked_in_the_papers_order() {
+        let questions =
+            [(vec![0, 1, 2], false), (vec![0, 1], true), (vec![0, 2], false), (vec![1, 2], true)];
+        // Blocks 1 and 6 together are not above the best pair, so they are not taken apart.
+        for (times, most) in [([30, 20, 10], 50), ([10, 20, 30], 50), ([10, 20, 10], 30)] {
+            let (found, asked) = example(times);
+            assert_eq!((found.upper, found.lower), (Picos(most), Picos(most)));
+            assert_eq!(asked, questions);
+        }
+        // They are above it here, so each is asked alone.
+        let (found, asked) = example([30, 5, 20]);
+        assert_eq!(found.upper, Picos(35));
+        let alone = [(vec![0], true), (vec![2], true)];
+        assert_eq!(asked, [&questions[..], &alone].concat());
+    }
+}

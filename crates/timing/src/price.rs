@@ -1,0 +1,520 @@
+//! Gives every instruction of a program its two times from a timing table, and a scan its overhead.
+
+mod networks;
+mod refresh;
+pub mod touched;
+
+use scanbound_base::code::Code;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use crate::table::{Factor, Row, Table, folded};
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::Facts;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::{Area, Instruction, Program, TimingKey, Units};
+
+pub use crate::table::Evidence;
+pub use networks::NetworkUse;
+use refresh::Refresh;
+pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, unsure};
+use touched::Cells;
+
+/// The two times of an instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Price {
+    /// When it fires, with the most units that it may handle.
+    pub on: Picos,
+    /// When it is reached and does not fire.
+    pub off: Picos,
+    /// When it fires and handles no unit, where the number of units is not known or stands in words; else the same as
+    /// `on`.
+    pub least: Picos,
+    /// When it fires, but for `per_unit`.
+    pub base: Picos,
+    /// For each unit that words count.
+    pub per_unit: Picos,
+    /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
+    pub evidence: Evidence,
+    /// The rows used, joined by ` + `.
+    pub row: Arc<str>,
+    /// Where the first row is that of a class: the most general name under which the instruction could have its own.
+    pub instead_of: Option<Arc<str>>,
+    /// Where the number of units is not known: the largest number, which was charged.
+    pub at_most_units: Option<u64>,
+}
+
+/// What each scan costs besides its instructions, one kind of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OverheadTerm {
+    /// What it is, in words.
+    pub name: String,
+    /// How long, the table's factor included.
+    pub time: Picos,
+    /// How well founded.
+    pub evidence: Evidence,
+    /// How it was worked out.
+    pub why: String,
+}
+
+/// What a program's scan is charged.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Prices {
+    /// Parallel to `Program::instructions`; `None` costs nothing. Those that are priced alike share one.
+    pub instructions: Vec<Option<Arc<Price>>>,
+    /// Once a scan.
+    pub overhead: Vec<OverheadTerm>,
+    /// The factor that all these times hold already.
+    pub factor: Option<Factor>,
+    /// The sides, inputs and outputs, of which it is not stated how many points are refreshed.
+    pub points: Vec<UnstatedPoints>,
+    /// The sides of which it is not stated on which base units they are.
+    pub bases: Vec<UnstatedBase>,
+    /// What networks refresh that the program uses, where nobody says what that takes.
+    pub networks: Vec<NetworkUse>,
+}
+
+impl Prices {
+    /// What every instruction takes.
+    #[must_use]
+    pub fn times(&self) -> Vec<Times> {
+        self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
+    }
+
+    /// What every instruction takes at least: where it is not known how many units it handles, without any.
+    #[must_use]
+    pub fn least_times(&self) -> Vec<Times> {
+        self.each(|price| Times { on: price.least, off: price.off, per_unit: price.per_unit })
+    }
+
+    fn each(&self, times: impl Fn(&Price) -> Times) -> Vec<Times> {
+        let times = |price: &Option<Arc<Price>>| price.as_deref().map(&times);
+        self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
+    }
+
+    /// What all the points that the CPU can have take beyond those taken, where they are not stated.
+    #[must_use]
+    pub fn more_points(&self) -> Picos {
+        more_points(&self.points)
+    }
+
+    /// What was charged for refresh that need not be there, where that is not stated.
+    #[must_use]
+    pub fn unsure(&self) -> Picos {
+        unsure(&self.points, &self.bases)
+    }
+
+    /// The overhead in one sum.
+    #[must_use]
+    pub fn overhead_sum(&self) -> Picos {
+        self.overhead.iter().map(|term| term.time).sum()
+    }
+}
+
+/// Why an instruction has no price.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPrice {
+    /// Neither the instruction nor its class has a row.
+    Missing,
+    /// The same, and it then costs nothing (a label).
+    Free,
+    /// The time does not fit the range of times.
+    TooLarge,
+}
+
+/// How often each tag of `@+` rows occurs in an instruction's operands: for an area's name, how many of its
+/// cells are read or written; for `WORDBIT`, how many bits of words.
+pub type Tags = BTreeMap<String, u64>;
+
+/// All that a price depends on: of a key all but what its operands touch, the tags, and whether a rung and an interrupt
+/// begin here.
+type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags, [bool; 2]);
+
+/// The tag for bits of words.
+const WORD_BIT: &str = "WORDBIT";
+
+/// Prices every instruction and the scan.
+///
+/// # Errors
+/// Every instruction that has no time, each with its line.
+pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, Vec<Diagnostic>> {
+    let tag = |area: &Area| {
+        Some(folded(&area.name).into_owned()).filter(|tag| table.row(&format!("@+{tag}")).is_some())
+    };
+    let extras = table.has_extras();
+    let tagged: Vec<Option<String>> = program.areas.iter().map(tag).collect();
+    // Most instructions are priced like many others.
+    let mut known: FxHashMap<Asked<'_>, Priced> = FxHashMap::default();
+    let rung = table.row("@rung");
+    let entry = table.row("@interrupt-entry");
+    let entries: BTreeSet<usize> = match entry {
+        Some(_) => program.interrupts.iter().map(|interrupt| interrupt.entry).collect(),
+        None => BTreeSet::new(),
+    };
+    let mut faults = Vec::new();
+    let mut instructions = Vec::with_capacity(program.instructions.len());
+    let mut block = 0;
+    let absent: BTreeMap<usize, Picos> =
+        program.absent.iter().map(|one| (one.entry, one.time)).collect();
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        if let Some(&time) = absent.get(&at) {
+            instructions.push(match stated_time(table, time) {
+                Ok(price) => Some(Arc::new(price)),
+                Err(why) => {
+                    faults.push(fault(program, table, instruction, why));
+                    None
+                }
+            });
+            continue;
+        }
+        // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
+        let begins = rung.filter(|_| instruction.block != block);
+        // An interrupt costs where its routine is entered: once an occurrence.
+        let entered = entry.filter(|_| entries.contains(&at));
+        let Priced { price, begun } = match &instruction.timing {
+            None => priced(table, Err(NoPrice::Free), begins, entered),
+            Some(key) => {
+                let touched = if extras {
+                    tags(&Cells::of(instruction, units(&key.units), &program.indexed), &tagged)
+                } else {
+                    Tags::new()
+                };
+                let switches = [key.dearer, key.optional];
+                let here = [begins.is_some(), entered.is_some()];
+                let asked = (&*key.names, key.class, &key.units, switches, touched, here);
+                let known = known.entry(asked).or_insert_with_key(|(.., touched, _)| {
+                    priced(table, sum_of(table, key, touched), begins, entered)
+                });
+                known.clone()
+            }
+        };
+        if begun {
+            block = instruction.block;
+        }
+        instructions.push(match price {
+            Ok(price) => Some(price),
+            Err(NoPrice::Free) => None,
+            Err(why) => {
+                faults.push(fault(program, table, instruction, why));
+                None
+            }
+        });
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let (overhead, refresh) = overhead(program, table, facts)?;
+    let Refresh { points, bases, .. } = refresh;
+    let networks = match networks::is_priced(table, facts) {
+        true => Vec::new(),
+        false => networks::used(program, table),
+    };
+    let factor = table.factor.clone();
+    Ok(Prices { instructions, overhead, factor, points, bases, networks })
+}
+
+/// The price of what the user states a time of.
+fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
+    let row = Row {
+        name: "stated".to_owned(),
+        on: time,
+        off: time,
+        per_unit: Picos::ZERO,
+        unit: String::new(),
+        evidence: Evidence::Stated,
+        source: String::new(),
+        table: String::new(),
+        amends: true,
+    };
+    Sum::new(&row, 0).price(table)
+}
+
+/// An instruction's price, and whether it holds the cost of the rung that begins there.
+#[derive(Clone)]
+struct Priced {
+    price: Result<Arc<Price>, NoPrice>,
+    begun: bool,
+}
+
+/// What an instruction costs, with the rung and the interrupt that begin there.
+fn priced<'a>(
+    table: &Table,
+    mut sum: Result<Sum<'a>, NoPrice>,
+    begins: Option<&'a Row>,
+    entered: Option<&'a Row>,
+) -> Priced {
+    let mut begun = false;
+    if let (Some(rung), Ok(sum)) = (begins, &mut sum) {
+        sum.add(rung, 1, 0);
+        begun = true;
+    }
+    match (entered, &mut sum) {
+        (Some(entry), Ok(sum)) => sum.add(entry, 1, 0),
+        (Some(entry), Err(NoPrice::Free)) => sum = Ok(Sum::new(entry, 0)),
+        _ => {}
+    }
+    Priced { price: sum.and_then(|sum| sum.price(table)).map(Arc::new), begun }
+}
+
+/// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
+/// rows add for its operands; then the larger time both ways where the key wants it; then the factor. What the user
+/// states over a table of a less specific name holds too, where it is dearer than the table's row.
+///
+/// # Errors
+/// If there is no row, or the time is too large.
+pub fn price_of(table: &Table, key: &TimingKey, tags: &Tags) -> Result<Price, NoPrice> {
+    sum_of(table, key, tags)?.price(table)
+}
+
+fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'a>, NoPrice> {
+    let mut rows = key.names.iter().filter_map(|name| table.row(name).map(|row| (name, row)));
+    let mut sum = match rows.next() {
+        Some((name, row)) => {
+            let sum = with_extras(table, key, touched, row, variant(name));
+            let stated = if row.amends { None } else { rows.find(|(_, row)| row.amends) };
+            match stated {
+                Some((name, row)) => {
+                    sum.dearer(with_extras(table, key, touched, row, variant(name)))
+                }
+                None => sum,
+            }
+        }
+        None if key.optional => return Err(NoPrice::Free),
+        None => {
+            let row = table.row(&format!("@{}", key.class)).ok_or(NoPrice::Missing)?;
+            let sum = with_extras(table, key, touched, row, None);
+            let name = key.names.last().map_or("", String::as_str);
+            Sum { instead_of: Some(name.into()), ..sum }
+        }
+    };
+    if key.dearer {
+        sum.on = sum.on.max(sum.off);
+        sum.off = sum.on;
+    }
+    match &key.units {
+        Units::AtMost(most) => sum.at_most_units = Some(*most).filter(|_| sum.counts_units()),
+        Units::Counted(counted) => {
+            sum.by_words = true;
+            sum.at_most_units = Some(counted.most_units()).filter(|_| sum.counts_units());
+        }
+        Units::None | Units::Exactly(_) => {}
+    }
+    Ok(sum)
+}
+
+/// A row and what `@+` rows add for operands, but for those of the variant that the row is for.
+fn with_extras<'a>(
+    table: &'a Table,
+    key: &TimingKey,
+    touched: &Tags,
+    row: &'a Row,
+    told: Option<String>,
+) -> Sum<'a> {
+    let units = units(&key.units);
+    let mut sum = Sum::new(row, units);
+    let mut tags = touched.clone();
+    for tag in key.names.iter().filter_map(|name| variant(name)) {
+        tags.entry(tag).or_insert(1);
+    }
+    for (tag, &times) in tags.iter().filter(|(tag, _)| told.as_ref() != Some(tag)) {
+        if let Some(extra) = table.row(&format!("@+{tag}")) {
+            sum.add(extra, times, units);
+            // How many cells are touched depends on the count.
+            sum.counted += u128::from(extra.on.0) * u128::from(times);
+        }
+    }
+    sum
+}
+
+/// Rows being added up for one price.
+struct Sum<'a> {
+    on: u128,
+    off: u128,
+    /// The part of the on-time that depends on the count.
+    counted: u128,
+    /// How much of that a unit takes.
+    per_unit: u128,
+    /// How many units the on-time holds.
+    units: u64,
+    evidence: Evidence,
+    rows: Vec<&'a str>,
+    instead_of: Option<Arc<str>>,
+    /// Whether words say how many units there are.
+    by_words: bool,
+    at_most_units: Option<u64>,
+}
+
+impl<'a> Sum<'a> {
+    fn new(row: &'a Row, units: u64) -> Sum<'a> {
+        let mut sum = Sum {
+            on: 0,
+            off: 0,
+            counted: 0,
+            per_unit: 0,
+            units,
+            evidence: row.evidence,
+            rows: Vec::new(),
+            instead_of: None,
+            by_words: false,
+            at_most_units: None,
+        };
+        sum.add(row, 1, units);
+        sum
+    }
+
+    fn add(&mut self, row: &'a Row, times: u64, units: u64) {
+        let wide = u128::from;
+        self.on += wide(row.on.0) * wide(times) + wide(row.per_unit.0) * wide(units);
+        self.off += wide(row.off.0) * wide(times);
+        self.counted += wide(row.per_unit.0) * wide(units);
+        if units > 0 {
+            self.per_unit += wide(row.per_unit.0);
+        }
+        self.evidence = self.evidence.min(row.evidence);
+        self.rows.push(&row.name);
+    }
+
+    fn counts_units(&self) -> bool {
+        self.per_unit > 0
+    }
+
+    /// What of the on-time does not go by the unit.
+    fn base(&self) -> u128 {
+        self.on.saturating_sub(self.per_unit * u128::from(self.units))
+    }
+
+    /// The dearer of two, each time by itself.
+    fn dearer(self, stated: Sum<'a>) -> Sum<'a> {
+        let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
+        let (ours, theirs) = (parts(&self), parts(&stated));
+        if theirs.iter().zip(ours).all(|(theirs, ours)| *theirs >= ours) {
+            return stated;
+        }
+        if ours.iter().zip(theirs).all(|(ours, theirs)| *ours >= theirs) {
+            return self;
+        }
+        // Each row gives one of the times.
+        let evidence = self.evidence.min(stated.evidence);
+        let [base, per_unit, off] = [0, 1, 2].map(|part| ours[part].max(theirs[part]));
+        let rows = [stated.rows, self.rows].concat();
+        let on = base + per_unit * u128::from(self.units);
+        let counted = self.counted.max(stated.counted);
+        Sum { on, off, counted, per_unit, evidence, rows, ..self }
+    }
+
+    fn price(self, table: &Table) -> Result<Price, NoPrice> {
+        let fit = |time: u128| u64::try_from(time).ok().and_then(|time| table.scaled(Picos(time)));
+        let fit = |time: u128| fit(time).ok_or(NoPrice::TooLarge);
+        let counted = if self.at_most_units.is_some() { self.counted } else { 0 };
+        let by_words = self.by_words && self.counts_units();
+        let (base, per_unit) = if by_words {
+            (fit(self.base())?, fit(self.per_unit)?)
+        } else {
+            (fit(self.on)?, Picos::ZERO)
+        };
+        // A factor is rounded up for the unit, and once more for the rest.
+        let on = u128::from(base.0) + u128::from(per_unit.0) * u128::from(self.units);
+        let on = u64::try_from(on).map(Picos).map_err(|_| NoPrice::TooLarge)?;
+        Ok(Price {
+            least: fit(self.on.saturating_sub(counted))?,
+            on,
+            base,
+            per_unit,
+            off: fit(self.off)?,
+            evidence: self.evidence,
+            row: self.rows.join(" + ").into(),
+            instead_of: self.instead_of,
+            at_most_units: self.at_most_units,
+        })
+    }
+}
+
+/// An instruction without a count counts as one unit.
+fn units(units: &Units) -> u64 {
+    match units {
+        Units::None => 1,
+        Units::Exactly(n) | Units::AtMost(n) => *n,
+        Units::Counted(counted) => counted.most_units(),
+    }
+}
+
+/// The part of a row name behind the colon.
+fn variant(name: &str) -> Option<String> {
+    name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
+}
+
+fn tags(cells: &Cells, tagged: &[Option<String>]) -> Tags {
+    let mut tags = Tags::new();
+    for of in &cells.areas {
+        if let Some(tag) = &tagged[usize::from(of.area.0)] {
+            tags.insert(tag.clone(), of.count);
+        }
+    }
+    if cells.word_bits > 0 {
+        tags.insert(WORD_BIT.to_owned(), cells.word_bits);
+    }
+    tags
+}
+
+fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Diagnostic {
+    let name = at.timing.as_ref().and_then(|key| key.names.last()).map_or("", String::as_str);
+    let (message, help) = match why {
+        NoPrice::TooLarge => (
+            format!("the time of {name} for so many units is too large to add up"),
+            "look at the units and the time per unit in the table".to_owned(),
+        ),
+        NoPrice::Missing | NoPrice::Free => (
+            format!("the table {} has no time for {name}", table.name),
+            format!(
+                "add the row {name},ON,OFF in microseconds to a table, or give --time {name}=12.5us"
+            ),
+        ),
+    };
+    program.fault(at, Code::NoTime, message, help)
+}
+
+fn overhead(
+    program: &Program,
+    table: &Table,
+    facts: &Facts,
+) -> Result<(Vec<OverheadTerm>, Refresh), Vec<Diagnostic>> {
+    let mut terms = Vec::new();
+    let mut charge = |row: &Row, times: u64, name: String, why: String| {
+        let time = charged(table, row, times)?;
+        terms.push(OverheadTerm { name, time, evidence: row.evidence, why });
+        Ok::<(), Vec<Diagnostic>>(())
+    };
+    for row in table.terms("@end") {
+        let name = row.name.split_once(':').map_or("END processing", |(_, name)| name);
+        charge(row, 1, name.to_owned(), row.source.clone())?;
+    }
+    if let Some(row) = table.row("@program") {
+        let count = program.mains.len() as u64;
+        let why = format!("{count} x {} us; {}", row.on.us_text(), row.source);
+        charge(row, count, "program starts".to_owned(), why)?;
+    }
+    let further = program.mains.len().saturating_sub(1) as u64;
+    if let Some(row) = table.row("@further-program").filter(|_| further > 0) {
+        let why = format!("{further} x {} us; {}", row.on.us_text(), row.source);
+        charge(row, further, "further programs".to_owned(), why)?;
+    }
+    let refresh = refresh::refresh(program, table, facts)?;
+    terms.extend(refresh.terms.iter().cloned());
+    terms.extend(networks::terms(table, facts)?);
+    Ok((terms, refresh))
+}
+
+/// A term's time so many times, with the table's factor.
+fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
+    let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
+    time.ok_or_else(|| {
+        let message = format!("the time of {} is too large to add up", row.name);
+        let help = "look at the times in the table";
+        vec![Diagnostic::file(Code::NoTime, &row.table, message, help)]
+    })
+}
+
+#[cfg(test)]
+mod tests;

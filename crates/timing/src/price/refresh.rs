@@ -1,0 +1,419 @@
+//! The refresh of inputs and outputs: what it is charged, and where nobody stated how many points there are.
+
+use super::networks::{each_region, known_length};
+use super::{Evidence, OverheadTerm, charged};
+use crate::table::{MostPoints, Row, Table};
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{Facts, Part};
+use scanbound_base::time::Picos;
+use scanbound_ir::{Cell, Program, Region, Role};
+use std::collections::BTreeSet;
+
+/// Points of one side of which nobody stated how many are refreshed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnstatedPoints {
+    /// `input` or `output`.
+    pub side: &'static str,
+    /// How many were taken, as far as the program shows them.
+    pub taken: u32,
+    /// What their refresh was charged.
+    pub time: Picos,
+    /// What it would be charged for sixteen more at most.
+    pub sixteen: Picos,
+    /// What it would be charged besides if a number were stated: such points may be split among bases anywhere.
+    pub begun: Picos,
+    /// How the number was found.
+    pub why: String,
+    /// All that the CPU can have, where the table says it.
+    pub most: Option<MorePoints>,
+}
+
+/// The most points that a CPU can have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MorePoints {
+    /// How many.
+    pub points: u32,
+    /// What the refresh of all of them takes beyond that of those taken.
+    pub more: Picos,
+    /// How well founded the number is.
+    pub evidence: Evidence,
+    /// How well founded the time is: the number and the rows that price it, the weakest of these.
+    pub founded: Evidence,
+    /// Where it comes from.
+    pub source: String,
+}
+
+/// What all the points that the CPU can have take beyond those taken, as far as the table knows them.
+#[must_use]
+pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
+    unstated.iter().filter_map(|points| points.most.as_ref()).map(|most| most.more).sum()
+}
+
+/// What was charged for refresh that need not be there: points that are not stated, and what a dearer base takes more
+/// than the cheapest where the points are.
+#[must_use]
+pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
+    let is_stated = |base: &&UnstatedBase| unstated.iter().all(|points| points.side != base.side);
+    let bases = bases.iter().filter(is_stated).map(|base| base.saves);
+    unstated.iter().map(|points| points.time).chain(bases).sum()
+}
+
+/// A side of which it is not stated on which kind of base unit its modules sit, so the dearest was taken.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnstatedBase {
+    /// `input` or `output`.
+    pub side: &'static str,
+    /// The base on which the refresh takes least.
+    pub least: String,
+    /// By how much less.
+    pub saves: Picos,
+}
+
+/// What the refresh of inputs and outputs is charged.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Refresh {
+    /// Terms of each scan.
+    pub terms: Vec<OverheadTerm>,
+    /// The sides whose points are not stated.
+    pub points: Vec<UnstatedPoints>,
+    /// The sides whose base units are not stated.
+    pub bases: Vec<UnstatedBase>,
+}
+
+/// The rows of one side: what each 8 or 16 points take, and what a scan takes once where there are any.
+struct Side<'a> {
+    name: &'static str,
+    table: &'a Table,
+    /// Whether points of which it is not stated on which bases they are may be split among these anywhere. So may a
+    /// stated number of them. Those that the program names are counted by addresses, sixteens of them, and a module takes
+    /// up its addresses by sixteens: each of these is on one base.
+    splits: bool,
+    /// How many points the CPU has addresses for.
+    most: Option<u32>,
+}
+
+/// A row that counts for points of a side.
+struct Charge<'a> {
+    row: &'a Row,
+    /// How many points it is for at a time; 0: however many.
+    size: u32,
+    /// How often it counts.
+    times: u64,
+    /// Whether it counts beside the dearest one, for points on another base.
+    besides: bool,
+}
+
+/// Points that rows are for at a time; 0 for a row that counts once a scan.
+const SIZES: [u32; 3] = [8, 16, 0];
+
+/// Points of one kind of base unit; of none where nobody says on which they are.
+type Points<'a> = (Option<&'a str>, u32);
+
+impl<'a> Side<'a> {
+    /// The rows that price points, each with how many it is for at a time (0: however many).
+    fn rows(&self, base: Option<&str>) -> Vec<(u32, &'a Row)> {
+        SIZES
+            .into_iter()
+            .flat_map(|size| self.rows_of(size, base).into_iter().map(move |row| (size, row)))
+            .collect()
+    }
+
+    /// The rows for so many points at a time: for a base unit its own, else that for any; where it is not stated on which
+    /// base units the points are, the dearest.
+    fn rows_of(&self, size: u32, base: Option<&str>) -> Vec<&'a Row> {
+        let plain = self.table.row(&self.row(size));
+        let kind = format!("{}:", self.row(size));
+        let is_own = |row: &&Row| row.name.to_ascii_lowercase().starts_with(&kind);
+        let of_bases = || self.table.rows().iter().filter(is_own);
+        let dearest = || of_bases().max_by_key(|row| row.on);
+        let Some(base) = base else {
+            // What a base takes once a scan adds up where points are on several.
+            if size == 0
+                && of_bases().map(|row| row.on).sum::<Picos>()
+                    > plain.map_or(Picos::ZERO, |row| row.on)
+            {
+                return of_bases().collect();
+            }
+            // Of equals the plain one, which says what it is for.
+            return dearest()
+                .into_iter()
+                .chain(plain)
+                .max_by_key(|row| row.on)
+                .into_iter()
+                .collect();
+        };
+        let own = |size| self.table.row(&format!("{}:{base}", self.row(size)));
+        // Of a base that has rows of its own, what it has none for is not counted by those of another.
+        let is_known = SIZES.into_iter().any(|size| own(size).is_some());
+        let others = || if is_known { None } else { dearest() };
+        own(size).or(plain).or_else(others).into_iter().collect()
+    }
+
+    /// What so many points are charged at most.
+    fn charges(&self, base: Option<&str>, points: u32) -> Vec<Charge<'a>> {
+        let mut charges = Vec::new();
+        for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
+            let others = match base {
+                None if self.splits && size > 0 => self.begun_besides(size, row, points),
+                _ => Vec::new(),
+            };
+            let left = points - u32::try_from(others.len()).unwrap_or(0);
+            charges.push(Charge { row, size, times: times(size, left), besides: false });
+            let others = others.into_iter();
+            charges.extend(others.map(|row| Charge { row, size, times: 1, besides: true }));
+        }
+        charges
+    }
+
+    /// The rows of the bases on which a point each makes refresh the longest, where all other points are charged by the
+    /// dearest row. What is begun is rounded up on each base. No split takes longer: beyond the first row of each base,
+    /// the dearest is the most that further points can take. On all bases together there are no more modules than the CPU
+    /// has addresses for.
+    fn begun_besides(&self, size: u32, dearest: &'a Row, points: u32) -> Vec<&'a Row> {
+        let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
+        let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
+        rows.sort_by_key(|row| std::cmp::Reverse(row.on));
+        // The base that has the dearest row, if it is not that for any.
+        if rows.first().is_some_and(|row| row.on == dearest.on) {
+            rows.remove(0);
+        }
+        let time = |row: &Row, times: u64| u128::from(row.on.0) * u128::from(times);
+        let (mut best, mut longest, mut begun) = (0, time(dearest, times(size, points)), 0);
+        for (others, left) in (1..=rows.len()).zip((1..points).rev()) {
+            begun += time(rows[others - 1], 1);
+            let sum = begun + time(dearest, times(size, left));
+            let modules = others as u64 + times(size, left);
+            let fit = self.most.is_none_or(|most| modules <= times(size, most.max(points)));
+            if fit && sum > longest {
+                (best, longest) = (others, sum);
+            }
+        }
+        rows.truncate(best);
+        rows
+    }
+
+    /// The name of the row for so many points at a time.
+    fn row(&self, size: u32) -> String {
+        let size = if size == 0 { String::new() } else { size.to_string() };
+        format!("@{}{size}", self.name)
+    }
+
+    /// The base units that the table tells apart.
+    fn bases(&self) -> BTreeSet<String> {
+        let kinds = SIZES.map(|size| format!("{}:", self.row(size)));
+        let names = self.table.rows().iter().map(|row| row.name.to_ascii_lowercase());
+        names
+            .filter_map(|name| {
+                kinds.iter().find_map(|kind| Some(name.strip_prefix(kind)?.to_owned()))
+            })
+            .collect()
+    }
+
+    /// What so many points take.
+    fn time(&self, all: &[Points<'_>]) -> Result<Picos, Vec<Diagnostic>> {
+        let mut sum = Picos::ZERO;
+        for &(base, points) in all {
+            for charge in self.charges(base, points) {
+                sum += charged(self.table, charge.row, charge.times)?;
+            }
+        }
+        Ok(sum)
+    }
+}
+
+/// How often a row for so many points at a time counts.
+fn times(size: u32, points: u32) -> u64 {
+    match size {
+        0 => u64::from(points > 0),
+        size => u64::from(points.div_ceil(size)),
+    }
+}
+
+/// The terms of a scan for the refresh, and what of it is not stated.
+pub fn refresh(
+    program: &Program,
+    table: &Table,
+    facts: &Facts,
+) -> Result<Refresh, Vec<Diagnostic>> {
+    let sides = [
+        ("input", Role::Input, facts.inputs, &table.most_inputs),
+        ("output", Role::Output, facts.outputs, &table.most_outputs),
+    ];
+    know_bases(table, facts)?;
+    let mut found = Refresh::default();
+    for (at, (name, role, stated, most)) in sides.into_iter().enumerate() {
+        let addresses = most.as_ref().map(|most| most.points);
+        let side = Side { name, table, splits: stated.is_some(), most: addresses };
+        if side.rows(None).is_empty() {
+            continue;
+        }
+        let (points, origin) = match stated {
+            Some(stated) => (stated, format!("{stated} {name} points as stated")),
+            None => own_points(program, name, role, most.as_ref()),
+        };
+        let base = facts.base.as_deref();
+        let by_base = &facts.by_base[at];
+        let taken: Vec<Points<'_>> = match by_base.is_empty() {
+            true => vec![(base, points)],
+            false => by_base.iter().map(|(base, &points)| (Some(base.as_str()), points)).collect(),
+        };
+        let time = side.time(&taken)?;
+        if stated.is_none() {
+            let most = most.as_ref().map(|most| -> Result<MorePoints, Vec<Diagnostic>> {
+                let rows = side.rows(base);
+                let founded = rows.iter().map(|(_, row)| row.evidence);
+                Ok(MorePoints {
+                    points: most.points,
+                    more: side.time(&[(base, most.points)])?.checked_sub(time).unwrap_or_default(),
+                    evidence: most.evidence,
+                    founded: founded.fold(most.evidence, Evidence::min),
+                    source: most.source.clone(),
+                })
+            });
+            found.points.push(UnstatedPoints {
+                side: name,
+                taken: points,
+                time,
+                sixteen: side.time(&[(base, 16)])?,
+                begun: {
+                    let some = [(base, points.max(16))];
+                    let split = Side { splits: true, most: None, ..side }.time(&some)?;
+                    split.checked_sub(side.time(&some)?).unwrap_or_default()
+                },
+                why: origin.clone(),
+                most: most.transpose()?,
+            });
+        }
+        let mut saved = String::new();
+        if base.is_none() && by_base.is_empty() {
+            let mut least: Option<(Picos, String)> = None;
+            for base in side.bases() {
+                let own = side.time(&[(Some(&base), points)])?;
+                if least.as_ref().is_none_or(|(known, _)| own < *known) {
+                    least = Some((own, base));
+                }
+            }
+            if let Some((own, least)) = least.filter(|(own, _)| *own < time) {
+                let saves = time.checked_sub(own).unwrap_or_default();
+                saved = format!(
+                    ", the dearest base: the bound is {saves} less if [io] base = \"{least}\""
+                );
+                found.bases.push(UnstatedBase { side: name, least, saves });
+            }
+        }
+        for (base, points) in taken {
+            for Charge { row, size, times, besides } in side.charges(base, points) {
+                let unit = row.on.us_text();
+                let each = match size {
+                    0 => "once a scan".to_owned(),
+                    _ if besides => format!("a {size} points, begun on another base"),
+                    _ => format!("a {size} points"),
+                };
+                let origin = match (by_base.is_empty(), base) {
+                    (false, Some(base)) => {
+                        format!("{points} {name} points on the base {base} as stated")
+                    }
+                    (_, Some(base)) => format!("{origin}, on the base {base}"),
+                    (_, None) => origin.clone(),
+                };
+                // What is saved is told once.
+                let saved = std::mem::take(&mut saved);
+                let why = format!("{origin}: {times} x {unit} us {each}{saved}; {}", row.source);
+                let time = charged(table, row, times)?;
+                let name = format!("{name} refresh");
+                found.terms.push(OverheadTerm { name, time, evidence: row.evidence, why });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Refuses base units that the table does not know.
+fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let sides = ["input", "output"].map(|name| Side { name, table, splits: false, most: None });
+    let known: BTreeSet<String> = sides.iter().flat_map(Side::bases).collect();
+    let names = known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let fault = |key: &str, part: Part, base: &str| {
+        let message = format!("the table {} has no times for the base '{base}'", table.name);
+        let help = match known.is_empty() {
+            true => "it tells no bases apart: leave it out".to_owned(),
+            false => format!("it has {names}"),
+        };
+        facts.fault(["io", key], part, Code::NoBase, message, &help)
+    };
+    let mut faults = Vec::new();
+    faults.extend(
+        facts
+            .base
+            .iter()
+            .filter(|base| !known.contains(*base))
+            .map(|base| fault("base", Part::Value, base)),
+    );
+    for (side, bases) in ["inputs", "outputs"].into_iter().zip(&facts.by_base) {
+        let wrong = bases.keys().filter(|base| !known.contains(*base)).take(MOST_TOLD);
+        faults.extend(wrong.map(|base| fault(&format!("{side}.{base}"), Part::Key, base)));
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The most wrong bases of a side that are reported.
+const MOST_TOLD: usize = 100;
+
+/// How many points the program is seen to use among those that the CPU can have, and how that was found: what lies
+/// beyond is a network's.
+#[must_use]
+pub fn own_points(
+    program: &Program,
+    side: &str,
+    role: Role,
+    most: Option<&MostPoints>,
+) -> (u32, String) {
+    let most = most.map(|most| most.points);
+    let counted = program.points.map(|[inputs, outputs]| match side {
+        "input" => inputs,
+        _ => outputs,
+    });
+    if let Some(seen) = counted {
+        let own = most.map_or(seen, |most| seen.min(most));
+        let why = format!("{own} {side} points in the words that the program uses as {side}s");
+        return (own, why);
+    }
+    let Some(highest) = highest(program, role, most) else {
+        return (0, format!("the program uses no {side}"));
+    };
+    let points = highest.cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
+    let own = most.map_or(points, |most| points.min(most));
+    let name = program.cell_name(highest.cell);
+    let which = match most.filter(|_| highest.beyond) {
+        Some(most) => format!("among the CPU's own {most}"),
+        None => "used".to_owned(),
+    };
+    (own, format!("{own} {side} points, since {name} is the highest {side} {which}"))
+}
+
+/// The highest cell of a role that instructions name below a limit, and whether they name cells beyond.
+struct Highest {
+    cell: Cell,
+    beyond: bool,
+}
+
+fn highest(program: &Program, role: Role, below: Option<u32>) -> Option<Highest> {
+    let (mut last, mut beyond): (Option<Cell>, bool) = (None, false);
+    for instruction in &program.instructions {
+        each_region(instruction, &mut |region| {
+            let Region::Range { first, count } = region else { return };
+            if count == 0 || program.area(first.area).role != role {
+                return;
+            }
+            let end = first.index.saturating_add(known_length(count));
+            beyond |= below.is_some_and(|below| end > below);
+            let end = below.map_or(end, |below| end.min(below));
+            if first.index < end {
+                let cell = Cell { index: end - 1, ..first };
+                last = Some(last.filter(|known| known.index >= cell.index).unwrap_or(cell));
+            }
+        });
+    }
+    Some(Highest { cell: last?, beyond })
+}

@@ -1,0 +1,69 @@
+//! Programs, tables and reports of known kinds, through the library and the command.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod advise;
+mod architecture;
+mod breakdown;
+mod calibrate;
+mod cases;
+mod certificates;
+mod cpus;
+mod explain;
+mod facts;
+mod facts_kept;
+mod flowchart;
+mod formats;
+#[cfg(unix)]
+mod hostlink;
+mod html;
+mod iec_conversions;
+mod iec_drawn;
+mod iec_exact;
+mod iec_objects;
+mod iec_orders;
+mod iec_program;
+mod iec_readings;
+mod iec_retain;
+mod iec_tasks;
+mod iec_wholes;
+mod json;
+mod ladder;
+mod large;
+mod limits;
+mod live;
+mod lower_bounds;
+mod melsec_families;
+mod melsec_meaning;
+mod method;
+mod minasec;
+mod omron;
+mod omron_meaning;
+mod power_up;
+mod reachable;
+mod reading;
+mod real_scans;
+mod samples;
+mod settled;
+mod sfc;
+mod sfc_bound;
+mod sfc_explicit;
+mod sfc_macro;
+mod sfc_proof;
+mod sfc_report;
+mod sfc_written;
+mod slips;
+mod snet;
+mod snet_bound;
+mod snet_code;
+#[cfg(unix)]
+mod snet_monitor;
+mod snet_simulate;
+mod tables;
+mod toy_format;
+mod toy_front;
+mod toy_pass;
+mod unknowns;
+mod values;
+mod what_if;

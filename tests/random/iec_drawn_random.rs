@@ -1,0 +1,180 @@
+//! Random programs in ladder and function block diagrams and in instruction lists, and charts whose actions and transitions are
+//! written so, as PLCopen XML: run scan by scan by an interpreter that knows nothing of the analysis. A scan that ends with the
+//! values of a run is among those that the bound is about; where nothing but truth values is asked for, the bound is the
+//! longest of all scans from all states.
+//!
+//! `SCANBOUND_CASES=100 cargo test --release --test random iec_drawn_random::` runs more of them.
+
+#[path = "../common/iec_control.rs"]
+mod control;
+#[path = "../common/iec_drawn.rs"]
+mod drawn;
+#[path = "../common/iec_drawn_case.rs"]
+mod generate;
+#[path = "../common/iec_list.rs"]
+mod list;
+#[path = "../common/iec_machine.rs"]
+mod machine;
+#[path = "../common/iec_ring.rs"]
+mod ring;
+
+use drawn::Manner;
+use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};
+use machine::{BOOL, Machine};
+use scanbound::audit::{Audit, Failure, Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+use std::collections::BTreeMap;
+
+/// What the probe takes, in microseconds; a store takes one, a coil that sets three, one that resets two.
+const PROBE: u64 = 1_000_000;
+
+fn table() -> Table {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        rows += &format!("@{class},0,0\n");
+    }
+    rows += &format!("ST,1,1\nS,3,0\nR,2,0\nLN,{PROBE},{PROBE}\n@end,0,\n");
+    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+/// The audit, or why there is none.
+fn audited(text: &str, trust: Trust) -> Result<Audit, String> {
+    let table = table();
+    let inputs = [Input { name: "main.xml".to_owned(), bytes: text.as_bytes().to_vec() }];
+    let facts = Facts::default();
+    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
+    match audit(&request) {
+        Ok(found) => Ok(found),
+        Err(Failure::Input(faults)) => {
+            Err(faults.first().map_or(String::new(), |one| one.message.clone()))
+        }
+        Err(other) => panic!("{other:?}\n{text}"),
+    }
+}
+
+fn bound(found: &Audit) -> u64 {
+    found.bound.upper.0 / 1_000_000
+}
+
+/// What asks whether a scan ends with these values.
+fn probe(state: &BTreeMap<String, i64>) -> String {
+    let told = INPUTS.iter().chain(GLOBALS).map(|(name, ty)| {
+        let value = state.get(*name).copied().unwrap_or(0);
+        match *ty {
+            BOOL if value == 0 => format!("NOT {name}"),
+            BOOL => (*name).to_owned(),
+            _ => format!("{name} = {value}"),
+        }
+    });
+    let told: Vec<String> = told.collect();
+    format!("IF {} THEN probe := LN(probe); END_IF", told.join(" AND "))
+}
+
+/// Gives inputs other values, and lets time pass.
+fn next(machine: &mut Machine<'_>, dice: &mut Dice) {
+    for (name, ty) in INPUTS {
+        let value = if dice.chance(4) { dice.below(1 << 16) } else { dice.below(5) };
+        machine.state.insert((*name).to_owned(), ty.wrap(i64::try_from(value).expect("small")));
+    }
+    machine.passed = i64::try_from(dice.below(25)).expect("small");
+}
+
+fn cases() -> u64 {
+    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+#[test]
+fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
+    let (mut followed, mut refused, mut asked, mut excluded) = (0, BTreeMap::new(), 0_u32, 0_u32);
+    for seed in 1..=12 * cases() {
+        let mut dice = Dice::new(seed);
+        let case = Case::new(&mut dice, seed, false);
+        let trust = if seed % 3 == 0 { Trust::None } else { Trust::All };
+        let mut machine = Machine::new(&[], &case.blocks);
+        case.power_up(&mut machine);
+        if trust == Trust::None {
+            generate::any_state(&mut machine, &mut dice);
+        }
+        let manners: Vec<Manner> = Manner::all().collect();
+        let manner = manners[dice.below(manners.len())];
+        let mut run = case.run(manner);
+        run.order = dice.one(&[None, Some([0, 1, 2]), Some([1, 2, 0]), Some([2, 1, 0])]);
+        let mut cost = 0;
+        for _ in 0..1 + dice.below(6) {
+            next(&mut machine, &mut dice);
+            cost = run.scan(&mut machine);
+        }
+        let text = case.xml(&probe(&machine.state));
+        match audited(&text, trust) {
+            Ok(found) => {
+                let found = bound(&found);
+                assert!(
+                    found >= PROBE + cost,
+                    "seed {seed}, {trust:?}, {manner:?}, order {:?}: {found} < {PROBE} + {cost}\n{text}",
+                    run.order
+                );
+                followed += 1;
+            }
+            Err(why) => {
+                *refused.entry(why).or_insert(0) += 1;
+                continue;
+            }
+        }
+        // A value that it does not end with is often known not to be.
+        let (name, ty) = GLOBALS[dice.below(GLOBALS.len())];
+        let mut other = machine.state.clone();
+        let value = other.get(name).copied().unwrap_or(0);
+        other.insert(name.to_owned(), ty.wrap(value + 1));
+        asked += 1;
+        let text = case.xml(&probe(&other));
+        excluded += u32::from(audited(&text, trust).is_ok_and(|found| bound(&found) < PROBE));
+        // No scan of a longer run takes more than the bound.
+        let most = (0..100)
+            .map(|_| {
+                next(&mut machine, &mut dice);
+                run.scan(&mut machine)
+            })
+            .max();
+        let text = case.xml("");
+        let found = bound(&audited(&text, trust).unwrap_or_else(|why| panic!("{why}\n{text}")));
+        assert!(Some(found) >= most, "seed {seed}, {trust:?}: {found} < {most:?}\n{text}");
+    }
+    assert!(followed >= 10 * cases(), "most are followed: {followed}, {refused:#?}");
+    assert!(excluded * 10 >= asked, "values are followed: {excluded} of {asked}");
+}
+
+#[test]
+fn the_bound_of_random_drawings_of_truth_values_is_their_longest_scan() {
+    let (mut exact, mut all) = (0, 0);
+    for seed in 1..=12 * cases() {
+        let mut dice = Dice::new(seed ^ 0x5EED);
+        let case = Case::new(&mut dice, seed, true);
+        let memory = case.memory();
+        if memory.len() > 10 || matches!(case.body, Body::Chart(_)) {
+            continue;
+        }
+        let mut most = 0;
+        for start in 0..1_u64 << memory.len() {
+            for manner in Manner::all() {
+                let mut machine = Machine::new(&[], &case.blocks);
+                for (bit, name) in memory.iter().enumerate() {
+                    machine.state.insert(name.clone(), i64::from(start >> bit & 1 == 1));
+                }
+                most = most.max(case.run(manner).scan(&mut machine));
+            }
+        }
+        let text = case.xml("");
+        let found = audited(&text, Trust::None).unwrap_or_else(|why| panic!("{why}\n{text}"));
+        let most = most + PRESETS;
+        assert!(bound(&found) >= most, "seed {seed}: {} < {most}\n{text}", bound(&found));
+        all += 1;
+        if found.approximations.is_empty() {
+            assert_eq!(bound(&found), most, "seed {seed}\n{text}");
+            exact += 1;
+        }
+    }
+    assert!(exact * 2 >= all, "most are followed exactly: {exact} of {all}");
+}
