@@ -1,4 +1,5 @@
 //! Prints the bound of the program files that are named.
+#![allow(clippy::print_stdout)]
 
 use std::error::Error;
 

@@ -1,4 +1,5 @@
 //! Checks a program against a limit and ends with the exit code of the verdict, as `scanbound check` does.
+#![allow(clippy::print_stdout)]
 
 use scanbound::audit::verdict::Verdict;
 use scanbound::base::time::Picos;

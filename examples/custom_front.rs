@@ -1,4 +1,5 @@
 //! A front for a dialect of one's own: a few lines that fill and drain a tank, read, priced and bounded.
+#![allow(clippy::print_stdout)]
 
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;

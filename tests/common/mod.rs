@@ -4,13 +4,16 @@
 
 pub mod audited;
 pub mod bound;
+pub mod charts;
 pub mod counting;
 pub mod few;
 pub mod flowcharts;
 pub mod hostile;
+pub mod iec;
 pub mod ir;
 pub mod lines;
 pub mod list;
+pub mod macros;
 pub mod measured;
 pub mod melsec;
 pub mod omron_plc;

@@ -1,7 +1,6 @@
 //! Ladder and function block diagrams of PLCopen XML as the analysis follows them, where a slip would make a bound too low.
 
-#[path = "../common/iec_xml.rs"]
-mod iec_xml;
+use crate::common::iec::xml as iec_xml;
 
 use iec_xml::{RAIL, at, block, bound, bound_of, chart, coil, contact, may, out, project, wired};
 use scanbound::iec::chart::coactive;

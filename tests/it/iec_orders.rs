@@ -1,7 +1,6 @@
 //! Drawings of PLCopen XML as tools carry them out: in which order, how often contacts are looked at, and what that costs.
 
-#[path = "../common/iec_xml.rs"]
-mod iec_xml;
+use crate::common::iec::xml as iec_xml;
 
 use iec_xml::{
     RAIL, at, block, bound, bound_of, chart, coil, contact, may, moved, out, project, wired,

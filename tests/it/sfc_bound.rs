@@ -1,8 +1,7 @@
 //! The bound of charts, against the interpreter that runs the chart itself: the same on small charts, over all states that can
 //! be reached, all inputs and times; never below it in long runs of larger ones.
 
-#[path = "../common/charts.rs"]
-mod charts;
+use crate::common::charts;
 
 use charts::{Dice, chart, is_done_alike};
 use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};

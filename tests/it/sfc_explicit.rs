@@ -1,8 +1,7 @@
 //! A chart whose stored actions were rewritten as explicit parallels behaves as before: both are run side by side, scan by
 //! scan, and every action has the same state in every one.
 
-#[path = "../common/charts.rs"]
-mod charts;
+use crate::common::charts;
 
 use charts::{Dice, INPUTS, chart, program};
 use scanbound::iec::chart::coactive::{Basis, analyse};

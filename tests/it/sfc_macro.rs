@@ -2,10 +2,8 @@
 //! which they are replaced, against these written without them, and against the bound.
 
 #[allow(dead_code)] // each test file uses its part
-#[path = "../common/charts.rs"]
-mod charts;
-#[path = "../common/macros.rs"]
-mod macros;
+use crate::common::charts;
+use crate::common::macros;
 
 use charts::Dice;
 use macros::{Ask, Drawn, MS, Machine, Plan, drawn};

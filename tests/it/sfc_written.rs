@@ -1,8 +1,7 @@
 //! Charts as they are written: forms that the schema allows and that other tools follow, the same charts when they are read
 //! again, and what is kept of the file in which they take their places.
 
-#[path = "../common/charts.rs"]
-mod charts;
+use crate::common::charts;
 
 use charts::{Dice, chart, program};
 use roxmltree::{Document, Node};

@@ -5,18 +5,9 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_drawn_random::` runs more of them.
 
-#[path = "../common/iec_control.rs"]
-mod control;
-#[path = "../common/iec_drawn.rs"]
-mod drawn;
-#[path = "../common/iec_drawn_case.rs"]
-mod generate;
-#[path = "../common/iec_list.rs"]
-mod list;
-#[path = "../common/iec_machine.rs"]
-mod machine;
-#[path = "../common/iec_ring.rs"]
-mod ring;
+use crate::common::iec::drawn;
+use crate::common::iec::generate;
+use crate::common::iec::machine;
 
 use drawn::Manner;
 use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};

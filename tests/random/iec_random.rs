@@ -4,8 +4,7 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_random::` runs more of them.
 
-#[path = "../common/iec_machine.rs"]
-mod machine;
+use crate::common::iec::machine;
 
 use machine::{
     BOOL, COLOUR, COLOURS, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT,

@@ -452,7 +452,8 @@ fn around_loop(
 /// A truth value as far as it is the same in every scan in which these bits are on.
 fn truth(logic: &Logic, condition: Option<bool>, on: &[Cell]) -> Option<bool> {
     let all = |parts: &[Logic]| {
-        parts.iter().fold(Some(true), |all, one| and(all, truth(one, condition, on)))
+        let values = parts.iter().map(|one| truth(one, condition, on));
+        values.reduce(and).unwrap_or(Some(true))
     };
     match logic {
         Logic::Condition => condition,
