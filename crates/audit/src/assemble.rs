@@ -3,10 +3,10 @@
 use super::assumption::Assumption;
 use super::deciding::{deciding, depends_on};
 use super::doubt::Doubt;
+use super::due;
 use super::exactness::Exactness;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
-use super::intervals;
 use super::made_from::sources;
 use super::method::SearchUse;
 use super::model_search::Prepared;
@@ -176,7 +176,7 @@ impl<'a> Findings<'a> {
         }
         let mut bound = self.bound(&always, &overhead, real);
         let facts = self.request.facts;
-        let not_due = intervals::not_due(self.program, facts, &found.best, bound.lower);
+        let not_due = due::not_due(self.program, facts, &found.best, bound.lower);
         bound.lower = bound.lower.checked_sub(not_due).unwrap_or_default();
         let run = if not_due > Picos::ZERO { Vec::new() } else { run };
         let all_points = bound.upper + self.prices.more_points();
@@ -214,7 +214,7 @@ impl<'a> Findings<'a> {
             doubts: Doubt::all(self.program, &networks, &loops.found, &loops.open, bound.upper)
                 .into_iter()
                 .chain(Doubt::of_cycle(&cycle))
-                .chain(intervals::too_few(self.program, self.request.facts, all_points))
+                .chain(due::too_few(self.program, self.request.facts, all_points))
                 .collect(),
             assumptions: Assumption::all(self.program),
             unknowns: self.unknowns(bound.upper),

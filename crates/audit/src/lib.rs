@@ -18,6 +18,7 @@ mod deciding;
 pub mod difference;
 pub mod doctor;
 mod doubt;
+mod due;
 mod exactness;
 mod executed;
 pub mod explain;

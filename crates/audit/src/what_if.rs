@@ -11,7 +11,7 @@ use super::stated;
 use super::unknown::{Unknown, UnknownKind};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
-use scanbound_ir::Program;
+use scanbound_ir::{Program, Role};
 use scanbound_passes::values::Trust;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -117,7 +117,13 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     let all = Request { trust: Trust::All, ..*request };
     let priced = priced(new, &concluded.followed.program, upper, &all)?;
     let worth = priced.assumptions.into_iter().filter(|one| one.without.is_some());
-    let devices: Vec<String> = worth.flat_map(|one| one.devices).collect();
+    // What a front makes for itself has no name that a facts file could state: nobody else writes it anyway.
+    let areas = &concluded.followed.program.areas;
+    let is_hidden = |device: &String| {
+        areas.iter().any(|area| area.role == Role::Hidden && device.starts_with(&area.name))
+    };
+    let devices: Vec<String> =
+        worth.flat_map(|one| one.devices).filter(|device| !is_hidden(device)).collect();
     let devices = Vec::from_iter(stated::whole(&concluded.followed.program, devices.iter()));
     let mut facts = request.facts.clone();
     facts.internal.extend(devices.iter().cloned());

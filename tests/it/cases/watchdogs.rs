@@ -365,7 +365,7 @@ fn the_emulated_cpu_tells_its_first_cycle() {
     let first = String::from_utf8(first).expect("text");
     let cs = |bit: &str| format!("LD {bit}\nSET 3.00\nLD P_On\nOUT 3.01\nEND(001)\n");
     for (family, dialect, area, index, text) in [
-        ("c", "omron-c", "IR", 30, first),
+        ("c", "omron-c200h", "IR", 30, first),
         ("cs", "omron-cx", "CIO", 3, cs("A200.11")),
         ("cs", "omron-cx", "CIO", 3, cs("P_First_Cycle")),
     ] {

@@ -262,8 +262,14 @@ impl<'a> Report<'a> {
     pub(super) fn section(&self, heading: &str, lines: &[String], check: Option<&Check>) {
         let json = &self.json;
         let among = |key: &Value| {
-            let known: Vec<String> =
-                list(key).iter().filter_map(Value::as_str).map(normal).collect();
+            let by_parameters = json["scan"]["constant_scan"]["by_parameters"].as_str();
+            let constant = by_parameters.map(|name| {
+                normal(&format!(
+                    "a {name} that the CPU's parameters may set: state it ([scan] constant = \"20ms\", or \"none\")"
+                ))
+            });
+            let known = list(key).iter().filter_map(Value::as_str).map(normal);
+            let known: Vec<String> = known.chain(constant).collect();
             // Lines of an entry follow each other.
             for line in lines.iter().map(|line| normal(line)) {
                 self.must(known.contains(&line), &line);

@@ -1,0 +1,41 @@
+//! Which interrupts at fixed intervals are due in a scan of a known time.
+
+use super::doubt::Doubt;
+use scanbound_base::facts::Facts;
+use scanbound_base::time::Picos;
+use scanbound_ir::{Interrupt, Program};
+use scanbound_replay::Real;
+
+/// How often an interrupt of this interval is due in a scan that takes so long: once where it begins, and then anew whenever
+/// the interval is over.
+pub(super) fn due(scan: Picos, interval: Picos) -> u64 {
+    scan.0.div_ceil(interval.0.max(1)).max(1)
+}
+
+/// The interrupts that are due more often in the longest scan than they were counted, by their intervals.
+pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
+    let of = |one: &Interrupt| {
+        let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;
+        let due = due(longest, every);
+        let (name, taken) = (one.name.clone(), one.times);
+        let is_too_few = one.stated && due > u64::from(taken);
+        is_too_few.then_some(Doubt::TooFewInterrupts { name, every, taken, due })
+    };
+    program.interrupts.iter().filter_map(of).collect()
+}
+
+/// What a scan that was found takes less where interrupts ran in it more often than they are due in its time: they may not
+/// have come.
+pub(super) fn not_due(program: &Program, facts: &Facts, run: &Real, took: Picos) -> Picos {
+    let is_early = |one: &&Interrupt| {
+        let every = facts.intervals.get(&one.name.to_ascii_uppercase());
+        let before = u64::from(one.times.saturating_sub(1));
+        every.is_some_and(|every| every.0.saturating_mul(before) >= took.0 && one.times > 1)
+    };
+    let early: Vec<usize> =
+        program.interrupts.iter().filter(is_early).map(|one| one.entry).collect();
+    let events = run.replay.events.iter();
+    let of_early =
+        events.filter(|event| event.frames.first().is_some_and(|frame| early.contains(&frame.at)));
+    of_early.map(|event| event.cost).sum()
+}
