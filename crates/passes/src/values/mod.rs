@@ -34,8 +34,8 @@ use reach::Reach;
 use run::{Found, Run};
 use scanbound_ir::meaning::{ChoiceKind, Meaning};
 use scanbound_ir::{
-    Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Source, StartRange, Step,
-    TrustedRange, Units, WordSource, Write,
+    Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Role, Source, StartRange,
+    Step, TrustedRange, Units, WordSource, Write,
 };
 use slots::Slots;
 use state::Followed;
@@ -79,12 +79,14 @@ impl Trust {
     }
 
     /// Whether a cell that nobody but the program has reason to write is trusted whatever it serves: all, or what the
-    /// user states to be so.
+    /// user states to be so and what a front makes for itself.
     #[must_use]
     pub fn holds_alone(self, program: &Program, cell: Cell) -> bool {
         match self {
             Trust::None => false,
-            Trust::Counts => is_internal(program, cell),
+            Trust::Counts => {
+                is_internal(program, cell) || program.area(cell.area).role == Role::Hidden
+            }
             Trust::All => true,
         }
     }
