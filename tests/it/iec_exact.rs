@@ -549,13 +549,13 @@ const FEEDBACK: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 fn what_is_fed_back_is_what_the_scan_before_left() {
     let found = audited("main.xml", FEEDBACK).expect("an audit");
     assert_eq!(exactness(&found).total(), (3, 3));
-    // Without an instance that keeps it, nothing says what is fed back.
+    // Functions keep their results in variables of the unit, as the generated text does.
     let function = FEEDBACK
         .replace(" instanceName=\"f\"", "")
         .replace(" instanceName=\"g\"", "")
         .replace("typeName=\"SR\"", "typeName=\"AND\"")
         .replace("typeName=\"RS\"", "typeName=\"OR\"");
-    assert_eq!(audited("main.xml", &function).err(), Some(vec![Code::Connection]));
+    assert!(audited("main.xml", &function).is_ok());
 }
 
 /// The bound by a table by which a logarithm takes a microsecond, an addition to a text's or a number's type none.

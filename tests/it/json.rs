@@ -154,7 +154,7 @@ const ROUNDED: &str = r#"<project xmlns="http://www.plcopen.org/xml/tc6_0201">
 <pou name="main" pouType="program"><interface><localVars><variable name="r"><type><REAL/></type></variable></localVars></interface>
 <body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">r := r * 0.1;</xhtml></ST></body></pou>
 <pou name="other" pouType="functionBlock"><interface><localVars><variable name="x"><type><BOOL/></type></variable></localVars></interface>
-<body><FBD><oracle localId="1"/><outVariable localId="2"><connectionPointIn><connection refLocalId="1"/></connectionPointIn><expression>x</expression></outVariable></FBD></body></pou>
+<body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">x := Oracle(x);</xhtml></ST></body></pou>
 </pous></types><instances><configurations/></instances></project>"#;
 
 #[test]

@@ -99,7 +99,7 @@ fn refuting_by_reached_scans_needs_a_run() {
     let impossible = "LD M5\nSwOp0\nEND\n";
     let (code, text) = check(impossible, false);
     assert_eq!(code, Some(1));
-    assert!(text.contains("unless a PLC cannot come to the state"), "{text}");
+    assert!(text.contains("no run from power-up to its start state was found"), "{text}");
     assert_eq!(check(impossible, true).0, Some(3));
 }
 

@@ -222,7 +222,7 @@ fn the_step_that_asks_for_facts_can_be_typed_as_it_stands() {
         let output = scanbound(arguments, directory.path());
         let text = String::from_utf8_lossy(&output.stdout);
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        let (_, step) = text.split_once("hang on it: ").expect("a step");
+        let (_, step) = text.split_once("depend on it: ").expect("a step");
         step.to_owned()
     };
     let named = step(&["audit", "a b.il", "--cpu", "Q26UDV"]);

@@ -153,7 +153,8 @@ impl Cpu {
     /// Whether a relay is on, by the name that reports have: `IR3.A`.
     fn has(&self, name: &str) -> bool {
         let (area, rest) = name.split_at(name.find(|c: char| c.is_ascii_digit()).expect("a word"));
-        let (word, bit) = rest.split_once('.').expect("a bit");
+        // That a timer ran is no relay of the machine.
+        let Some((word, bit)) = rest.split_once('.') else { return false };
         let (word, bit) = (word.parse::<u16>().expect("a word"), u8::from_str_radix(bit, 16));
         let digits = if area == "IR" { 3 } else { 2 };
         let area = if area == "IR" { "" } else { area };

@@ -401,7 +401,8 @@ mod tests {
     #[test]
     fn a_named_dialect_takes_a_shorter_image() {
         let input = |bytes: &[u8]| [Input { name: "a".to_owned(), bytes: bytes.to_vec() }];
-        let read = |bytes: &[u8]| scanbound_fronts::read(&input(bytes), Some(BINARY));
+        let fronts = scanbound_front::Fronts(&[&FRONT]);
+        let read = |bytes: &[u8]| fronts.read(&input(bytes), Some(BINARY), Reading::default());
         let source: Source = read(&[0x01, 0xC8]).expect("an image").into_of().expect("its own");
         assert_eq!(source.words[1].to_string(), "ST Y00");
         assert!(read(&[]).is_err());

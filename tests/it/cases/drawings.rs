@@ -691,3 +691,40 @@ fn transitions_are_read_as_beremiz_writes_them() {
         assert_eq!(upper_ns(&report), 53_950, "{body}");
     }
 }
+
+#[test]
+fn what_has_no_code_is_refused_where_a_controller_would_carry_it_out() {
+    let project = |pou: &str| {
+        format!(
+            "<?xml version=\"1.0\" encoding=\"utf-8\"?><project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><fileHeader companyName=\"a\" productName=\"b\" productVersion=\"1\" creationDateTime=\"2026-01-01T00:00:00\"/><contentHeader name=\"c\"><coordinateInfo><fbd><scaling x=\"1\" y=\"1\"/></fbd><ld><scaling x=\"1\" y=\"1\"/></ld><sfc><scaling x=\"1\" y=\"1\"/></sfc></coordinateInfo></contentHeader><types><dataTypes/><pous>{pou}</pous></types><instances><configurations/></instances></project>"
+        )
+    };
+    let st = |text: &str| {
+        format!(
+            "<body><ST><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></ST></body>"
+        )
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let code = |pou: &str| {
+        let file = directory.path().join("p.xml");
+        std::fs::write(&file, project(pou)).expect("written");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["check", "--limit", "1s"])
+            .arg(&file)
+            .output()
+            .expect("the command runs");
+        output.status.code()
+    };
+    let program =
+        |inner: &str| format!("<pou name=\"p\" pouType=\"program\"><interface/>{inner}</pou>");
+    let call = st("Z();");
+    assert_eq!(code(&program(&st("n:=n;").replace("n:=n;", ""))), Some(0), "an empty ST is code");
+    for faulty in [
+        String::new(),
+        "<body/>".to_owned(),
+        format!("<actions><action name=\"Z\"><body/></action></actions>{call}"),
+        format!("<actions><action name=\"Z\"/></actions>{call}"),
+    ] {
+        assert_eq!(code(&program(&faulty)), Some(2), "{faulty}");
+    }
+}

@@ -169,6 +169,10 @@ pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
             found.push(text.fault(node, message).help(HELP));
             continue;
         }
+        if let Some(message) = missing(unit, node) {
+            let help = "write its code in ST, IL, LD, FBD or SFC, or give it an empty ST";
+            found.push(text.fault(node, message).help(help));
+        }
         let Some(form) = form(node) else { continue };
         let is_text = form == TEXT || form.is_empty();
         let stray = node
@@ -200,6 +204,46 @@ pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
     }
     found.sort_by_key(|fault| fault.line);
     found
+}
+
+/// What an element must hold and does not, since a controller would carry out what stood there.
+fn missing(unit: Node<'_, '_>, node: Node<'_, '_>) -> Option<String> {
+    let has = |names: &[&str]| elements(node).any(|inner| names.contains(&inner.tag_name().name()));
+    let parent = node.parent().map_or("", |parent| parent.tag_name().name());
+    match node.tag_name().name() {
+        // Functions and function blocks without code are a doubt where they are called.
+        "body"
+            if parent != "macroStep" && node.parent() != Some(unit) || is_program(unit, node) =>
+        {
+            let languages = ["ST", "IL", "LD", "FBD", "SFC", "addData", "CFC"];
+            (!has(&languages)).then(|| "its body holds no code".to_owned())
+        }
+        "Method" | "method" | "GetAccessor" | "SetAccessor"
+            if !unit.tag_name().name().eq_ignore_ascii_case("interface") && !has(&["body"]) =>
+        {
+            Some(format!("{}: it has no body", called(node)))
+        }
+        "action" if parent == "actions" && !has(&["body"]) => {
+            Some(format!("{}: it has no body", called(node)))
+        }
+        "action"
+            if parent == "actionBlock" && !has(&["reference", "inline", "connectionPointIn"]) =>
+        {
+            Some(format!("{}: it names no action", called(node)))
+        }
+        "actionBlock" if !has(&["connectionPointIn"]) => {
+            Some(format!("{}: no step is connected to it", called(node)))
+        }
+        "pou" if node.attribute("pouType") == Some("program") && !has(&["body"]) => {
+            Some("it has no body".to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// Whether a body is that of a program.
+fn is_program(unit: Node<'_, '_>, body: Node<'_, '_>) -> bool {
+    body.parent() == Some(unit) && unit.attribute("pouType") == Some("program")
 }
 
 const HELP: &str = "write what it does in ST, IL, LD, FBD or SFC, or take it out of the file if the controller carries out nothing of it";
