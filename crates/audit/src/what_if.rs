@@ -113,17 +113,18 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
 
 /// What lowers the bound with all trusted: that is asked first, and then what of it matters.
 fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
-    let Some((upper, new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
-    let all = Request { trust: Trust::All, ..*request };
-    let priced = priced(new, &concluded.followed.program, upper, &all)?;
-    let worth = priced.assumptions.into_iter().filter(|one| one.without.is_some());
+    let Some((upper, mut new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
     // What a front makes for itself has no name that a facts file could state: nobody else writes it anyway.
     let areas = &concluded.followed.program.areas;
     let is_hidden = |device: &String| {
         areas.iter().any(|area| area.role == Role::Hidden && device.starts_with(&area.name))
     };
-    let devices: Vec<String> =
-        worth.flat_map(|one| one.devices).filter(|device| !is_hidden(device)).collect();
+    new.iter_mut().for_each(|one| one.devices.retain(|device| !is_hidden(device)));
+    new.retain(|one| !one.devices.is_empty());
+    let all = Request { trust: Trust::All, ..*request };
+    let priced = priced(new, &concluded.followed.program, upper, &all)?;
+    let worth = priced.assumptions.into_iter().filter(|one| one.without.is_some());
+    let devices: Vec<String> = worth.flat_map(|one| one.devices).collect();
     let devices = Vec::from_iter(stated::whole(&concluded.followed.program, devices.iter()));
     let mut facts = request.facts.clone();
     facts.internal.extend(devices.iter().cloned());
