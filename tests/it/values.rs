@@ -392,9 +392,13 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     // What the program always counts otherwise no scan keeps; what it may count otherwise is left out.
     let set = "LD X0; FMOV K0 D100 D50; LD SM400; MOV K19 D50; FOR D50; LD X1; Op1; NEXT; END";
     let other = |low: u32| format!("[counts]\n\"a.txt:5\" = [{low}, 18]\n");
-    let contradicts = Err("no scan keeps all the stated ranges and counts".to_owned());
-    assert_eq!(stated(&other(0), set), contradicts);
-    assert_eq!(stated(&other(18), set), contradicts);
+    let contradicts = |low: u32| {
+        Err(format!(
+            "no scan counts {low} to 18 in `FOR D50` (a.txt:5): `MOV K19 D50` (a.txt:4) writes D50"
+        ))
+    };
+    assert_eq!(stated(&other(0), set), contradicts(0));
+    assert_eq!(stated(&other(18), set), contradicts(18));
     let may = set.replace("LD SM400", "LD X2");
     assert_eq!(stated(&other(0), &may).map(|found| found.0), Ok(18 + 18));
     // An index that nobody knows writes the word in between.
