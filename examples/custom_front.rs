@@ -13,7 +13,7 @@ use std::error::Error;
 
 /// `when IN1`, `unless IN1`: the lines below up to the next such run if the input is on, or off. `fill COIL2`: turns
 /// an output on. Only the names of inputs and outputs are fixed, and what words are known is up to the timing table.
-struct Toy;
+pub struct Toy;
 
 static DIALECTS: [Dialect; 1] = [Dialect {
     name: "toy",
@@ -167,7 +167,7 @@ fn timing(word: &str) -> TimingKey {
 }
 
 /// The times of the dialect's instructions.
-const TIMES: &str = "instruction,on_us,off_us\nwhen,1,\nunless,1,\nfill,50,2\ndrain,80,3\n@end,10,\n@input16,4,\n@output16,5,\n";
+pub const TIMES: &str = "instruction,on_us,off_us\nwhen,1,\nunless,1,\nfill,50,2\ndrain,80,3\n@end,10,\n@input16,4,\n@output16,5,\n";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let report = scanbound::Analysis::new()

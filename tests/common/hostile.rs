@@ -236,6 +236,10 @@ pub fn case(random: &mut Random, size: Option<usize>) -> Case {
             for _ in 0..=random.below(if size.is_some() { 1 } else { 3 }) {
                 change(&mut lines, sample.heading, random);
             }
+            // Addresses that no longer follow each other are refused: most lists go without.
+            if !random.once_in(4) {
+                lines.iter_mut().for_each(|line| *line = without_address(line));
+            }
             if let Some(size) = size {
                 lines = blown_up(&lines, sample.heading, size);
             }
@@ -324,6 +328,13 @@ fn rungs(lines: &[String], heading: usize) -> Vec<Range<usize>> {
     }
     let ends = starts.iter().skip(1).copied().chain([last]);
     starts.iter().copied().zip(ends).map(|(from, to)| from..to.max(from)).collect()
+}
+
+/// The line without the address at its beginning: a number and a blank.
+fn without_address(line: &str) -> String {
+    let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+    let is_address = rest.len() < line.trim_start().len() && rest.starts_with(' ');
+    if is_address { rest.trim_start().to_owned() } else { line.to_owned() }
 }
 
 /// The line with one of its numbers changed.

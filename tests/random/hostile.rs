@@ -61,7 +61,7 @@ fn hostile_inputs_end_with_a_verdict_or_a_reason() {
     let reached = reached.load(Ordering::Relaxed);
     println!("{reached} of {cases} cases got as far as the search");
     assert!(told.is_empty(), "{} of {cases} cases:\n{}", told.len(), told.join("\n"));
-    assert!(reached * 5 >= cases * 2, "{reached} of {cases} cases got as far as the search");
+    assert!(reached * 2 >= cases, "{reached} of {cases} cases got as far as the search");
 }
 
 /// What is wrong with how a run ended.

@@ -62,6 +62,11 @@ pub enum Reason {
         /// The device that it is set from, where it is one.
         from: Option<String>,
     },
+    /// The program sets the watchdog, and its time before that is not known.
+    DefaultUnknown {
+        /// The watchdog's device.
+        device: &'static str,
+    },
     /// What the program sets the watchdog to is kept, and what it is before that is not.
     DefaultFirst {
         /// What it is at power-up.
@@ -122,6 +127,10 @@ impl fmt::Display for Reason {
                 }
                 f.write_str("the watchdog's time ([scan] watchdog = \"500ms\")")
             }
+            Reason::DefaultUnknown { device } => write!(
+                f,
+                "the program sets the watchdog ({device}), and the timing table does not say its time before that: state it ([scan] watchdog = \"200ms\"), or give the table a row @watchdog"
+            ),
             Reason::DefaultFirst { default, set, device } => write!(
                 f,
                 "the program sets the watchdog ({device}) to {set}; before that takes effect, at the end of the first scan or at a WDT behind the instruction, it is {default}: restart it (WDT) behind that instruction"

@@ -292,6 +292,10 @@ impl Check {
             let reason = Reason::WatchdogUnknown { device, instruction, from };
             check.verdict = Verdict::Undecided(vec![reason]);
         }
+        if check.verdict == Verdict::Proved && watchdog.default.is_none() {
+            let reason = Reason::DefaultUnknown { device: watchdog.device };
+            check.verdict = Verdict::Undecided(vec![reason]);
+        }
         Some(check)
     }
 

@@ -90,6 +90,12 @@ fn line_comment(rest: &str) -> Option<usize> {
 /// The length of what is not a part of the program and begins here, which both readings agree on.
 pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>, Fault> {
     if let Some(length) = line_comment(rest) {
+        if rest[..length].trim_end_matches('\r').contains('\r') {
+            let told = "a carriage return without a line feed stands in this comment: some tools end the line there, and carry out what follows";
+            return Err(Fault::new(line, told)
+                .code(Code::Comments)
+                .help("save the file with the line ends of one system"));
+        }
         return Ok(Some((Skipped::Blank, length)));
     }
     let no_end = |open: &str| {

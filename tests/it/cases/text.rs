@@ -432,3 +432,27 @@ fn the_same_program_twice_is_told() {
     let page = run("twice", &files, "explain same-content");
     assert!(page.stdout.contains("--ignore"), "{}", page.stdout);
 }
+
+#[test]
+fn a_comment_that_a_lone_carriage_return_may_end_is_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("p.st");
+    let code = |text: &str| {
+        std::fs::write(&file, text).expect("written");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["check", "--limit", "1s"])
+            .arg(&file)
+            .output()
+            .expect("the command runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let body = |end: &str| {
+        format!("PROGRAM p\nVAR n : INT; END_VAR\nn := 1; // x{end}n := 2;\nEND_PROGRAM\n")
+    };
+    let (lone, told) = code(&body("\r"));
+    assert_eq!(lone, Some(2), "{told}");
+    assert!(told.contains("error[comments]"), "{told}");
+    for end in ["\n", "\r\n"] {
+        assert_eq!(code(&body(end)).0, Some(0), "{end:?}");
+    }
+}

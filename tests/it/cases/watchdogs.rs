@@ -118,6 +118,14 @@ fn the_watchdog_of_the_fx_is_what_d8000_sets_it_to() {
     assert!(high.stdout.contains("500 ms (D8000: MOV K500 D8000"), "{}", high.stdout);
 }
 
+#[test]
+fn a_watchdog_of_unknown_time_before_the_program_sets_it_proves_nothing() {
+    let check = "check no-default.il --table no-default.csv --cpu FX3U --limit watchdog";
+    let run = scanbound("fx-watchdog", check);
+    assert_eq!(run.code, Some(3), "{}{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("@watchdog"), "{}", run.stdout);
+}
+
 /// Programs for an FX3U, before a loop of 300 ms, and what becomes of its watchdog.
 const SET: [(&str, &str, &str, &str); 14] = [
     ("default", "", "", "refuted"),
