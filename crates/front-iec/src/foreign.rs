@@ -28,16 +28,21 @@ pub(super) fn stated<'p>(project: &'p Project, facts: &Facts) -> Cow<'p, Project
     let mut project = project.clone();
     let files = project.files.clone();
     for pou in &mut project.pous {
-        let file = files.get(pou.file).map_or("", String::as_str);
-        in_unit(pou, &mut |line| of(facts, file, line));
+        let names = names(&files, pou.file);
+        in_unit(pou, &mut |line| of(facts, names, line));
     }
     Cow::Owned(project)
 }
 
-/// What is stated of the pragma in this line. Its file may be named without its directory.
-fn of<'f>(facts: &'f Facts, file: &str, line: u32) -> Option<(String, &'f StatedCall)> {
-    let base = file.rsplit(['/', '\\']).next().unwrap_or(file);
-    [file, base].into_iter().find_map(|file| {
+/// What facts may call a file: its whole name, and the name without its directories where no other file has it.
+pub(super) fn names(files: &[String], file: usize) -> [&str; 2] {
+    let whole = files.get(file).map_or("", String::as_str);
+    [whole, scanbound_ir::place::short(whole, files.iter().map(String::as_str))]
+}
+
+/// What is stated of the pragma in this line.
+fn of<'f>(facts: &'f Facts, names: [&str; 2], line: u32) -> Option<(String, &'f StatedCall)> {
+    names.into_iter().find_map(|file| {
         let name = plain(&format!("{file}:{line}"));
         facts.calls.get(&name).map(|call| (name, call))
     })

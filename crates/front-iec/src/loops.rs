@@ -253,16 +253,16 @@ impl Emit<'_> {
 
     /// The most turns that are stated of the loop in a line.
     fn most_stated(&self, fewest: u32, line: u32) -> Result<Option<u16>, Fault> {
-        let file = self.project.files.get(self.file).map_or("", String::as_str);
-        let base = file.rsplit(['/', '\\']).next().unwrap_or(file);
-        let is_it = |place: &str| {
-            let named =
-                place.rsplit_once(':').filter(|(_, number)| number.trim() == line.to_string());
-            named.is_some_and(|(own, _)| own == file || own.eq_ignore_ascii_case(base))
+        let stated = |name: &str| {
+            self.stated_turns.iter().find(|(place, _)| {
+                let place = place.rsplit_once(':');
+                place.is_some_and(|(own, number)| {
+                    number.trim() == line.to_string() && own.eq_ignore_ascii_case(name)
+                })
+            })
         };
-        let Some((place, &(low, high))) =
-            self.stated_turns.iter().find(|(place, _)| is_it(place.as_str()))
-        else {
+        let names = super::foreign::names(&self.project.files, self.file);
+        let Some((place, &(low, high))) = names.into_iter().find_map(stated) else {
             return Ok(None);
         };
         let most = u16::try_from(high).ok().filter(|&most| i64::from(most) <= MOST);

@@ -298,12 +298,8 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
         Err(Fault::new(line, told).code(Code::Pragma).text(text).help(help))
     };
     if word == "attribute" {
-        let name = quoted(rest).map(|length| rest[1..length - 1].trim().to_ascii_lowercase());
-        let known = |name: &String| {
-            let first = name.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
-            ATTRIBUTES.contains(&name.as_str()) || ATTRIBUTES.contains(&first.as_str())
-        };
-        if name.as_ref().is_some_and(known) {
+        let name = quoted(rest).map(|length| &rest[1..length - 1]);
+        if name.is_some_and(is_harmless_attribute) {
             return Ok(Pragma::Harmless);
         }
         let told = format!(
@@ -324,6 +320,13 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
     let is_assigned = rest.starts_with(['(', '{', '=', '.', '-']);
     let is_harmless = HARMLESS.contains(&word.as_str()) && !is_code && !is_assigned && !begins_anew;
     Ok(if is_harmless || inner.is_empty() { Pragma::Harmless } else { Pragma::Code })
+}
+
+/// Whether an attribute of this name changes nothing that runs.
+pub(super) fn is_harmless_attribute(name: &str) -> bool {
+    let name = name.trim().to_ascii_lowercase();
+    let first = name.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
+    ATTRIBUTES.contains(&name.as_str()) || ATTRIBUTES.contains(&first.as_str())
 }
 
 /// A text without what stands in quotes.

@@ -42,10 +42,13 @@ impl Emitter<'_> {
             return;
         }
         let written = self.written(item);
-        let registers: Vec<Device> =
-            written.iter().copied().filter(|device| matches!(device.name, "D" | "SD")).collect();
-        let relays: Vec<Device> =
-            written.into_iter().filter(|device| matches!(device.name, "M" | "SM")).collect();
+        // What an address in a word leads to may be any of them.
+        let is_any = |device: &Device| matches!(device.place, Place::Indirect);
+        let of = |names: [&str; 2]| -> Vec<Device> {
+            let all = written.iter().copied();
+            all.filter(|device| names.contains(&device.name) || is_any(device)).collect()
+        };
+        let (registers, relays) = (of(["D", "SD"]), of(["M", "SM"]));
         for register in [WATCHDOG, CONSTANT] {
             if registers.iter().any(|device| self.may_reach(item, device, register)) {
                 let setting = self.setting(item, register);
@@ -102,7 +105,8 @@ impl Emitter<'_> {
                         && special - first < 16 * LONGEST_BLOCK;
             }
             Place::Indexed(Kind::VolatileBit | Kind::VolatileWord, _)
-            | Place::IndexedDigits(Kind::VolatileBit, _) => return true,
+            | Place::IndexedDigits(Kind::VolatileBit, _)
+            | Place::Indirect => return true,
             Place::Indexed(..) | Place::IndexedDigits(..) => {
                 return self.index_reaches(device, special);
             }
@@ -120,9 +124,12 @@ impl Emitter<'_> {
 
     /// How many devices an instruction may write from its operand on.
     fn block_length(&self, item: &Item<'_>) -> u32 {
-        let Category::Listed(found) = &item.category else { return 1 };
+        let found = match &item.category {
+            Category::Listed(found) => found,
+            Category::User | Category::Unknown { .. } => return LONGEST_BLOCK,
+            _ => return 1,
+        };
         match found.entry.meaning {
-            _ if matches!(item.category, Category::User) => LONGEST_BLOCK,
             Operation::Copy
             | Operation::Fill
             | Operation::Havoc
@@ -199,32 +206,35 @@ impl Emitter<'_> {
                 let time = Picos(MS).times(u64::from(*value as u16));
                 Setting::Range(time, time)
             }
-            Some(Ok(Operand::Device(Device { place: Place::At(..), .. }))) => {
-                self.stated_times(&item.raw.operands[0]).unwrap_or_else(unknown)
+            Some(Ok(Operand::Device(device))) => {
+                self.stated_times(device, &item.raw.operands[0]).unwrap_or_else(unknown)
             }
             _ => unknown(),
         }
     }
 
-    /// The range that is stated of a word, where the program writes nothing else into it.
-    fn stated_times(&self, word: &str) -> Option<Setting> {
+    /// The range that is stated of a word, where the program writes nothing into it but constants of that range.
+    fn stated_times(&self, word: &Device, name: &str) -> Option<Setting> {
+        let Place::At(_, number) = word.place else { return None };
         let ranges = &self.options.facts.ranges;
-        let stated = ranges.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
+        let stated = ranges.iter().find(|(own, _)| own.eq_ignore_ascii_case(name));
         let (low, high) = *stated?.1;
-        let is_within = |item: &Item<'_>| {
-            let written = self.written(item);
-            let names = item.raw.operands.iter().any(|operand| operand.eq_ignore_ascii_case(word));
-            let is_source = matches!(unpulsed(&item.name), "MOV")
-                && item.raw.operands.first().is_some_and(|one| one.eq_ignore_ascii_case(word));
-            match item.operands.first() {
-                Some(Ok(Operand::Constant(value))) if unpulsed(&item.name) == "MOV" => {
-                    !names || (low..=high).contains(value)
+        let keeps = |item: &Item<'_>| {
+            let constant = match item.operands.first() {
+                Some(Ok(Operand::Constant(value))) if unpulsed(&item.name) == "MOV" => Some(value),
+                _ => None,
+            };
+            self.written(item).iter().all(|device| match device.place {
+                Place::At(_, first) if device.name == word.name && first == number => {
+                    constant.is_some_and(|value| (low..=high).contains(value))
                 }
-                _ => !names || is_source || written.is_empty(),
-            }
+                Place::Indirect => false,
+                Place::Indexed(..) | Place::IndexedDigits(..) => device.name != word.name,
+                _ => device.name != word.name || !self.may_reach(item, device, number),
+            })
         };
         let time = |value: i64| Some(Picos(MS).times(u64::try_from(value).ok()?));
-        let all = self.resolved.items.iter().all(is_within);
+        let all = self.resolved.items.iter().all(keeps);
         if all { Some(Setting::Range(time(low)?, time(high)?)) } else { None }
     }
 }

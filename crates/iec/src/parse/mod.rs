@@ -94,17 +94,20 @@ pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
     Ok(found)
 }
 
-/// Reads variables' declarations (`VAR ... END_VAR`).
+/// Reads the variables of a unit's declaration as text: all of its sections (`VAR ... END_VAR`), whatever stands around them.
 ///
 /// # Errors
 /// Their first fault.
 pub fn declarations(text: &str, line: u32) -> Result<Vec<Variable>, Fault> {
     let mut cursor = Cursor::new(text, line)?;
     let mut found = Vec::new();
-    while let Some(section) = declaration::section(&mut cursor) {
-        found.extend(declaration::variables(&mut cursor, section)?);
+    loop {
+        match declaration::section(&mut cursor) {
+            Some(section) => found.extend(declaration::variables(&mut cursor, section)?),
+            None if cursor.next() == Token::End => return Ok(found),
+            None => {}
+        }
     }
-    Ok(found)
 }
 
 /// Looks at the pragmas and comments of a declaration.

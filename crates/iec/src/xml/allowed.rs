@@ -3,8 +3,10 @@
 //! `docs/sfc.md` lists what is skipped, and why that is harmless.
 
 use super::node::{Text, elements};
+use crate::comment::is_harmless_attribute;
 use crate::fault::Fault;
 use roxmltree::Node;
+use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
 /// Elements, and the elements that may stand in them; with the element around them where that matters.
@@ -149,6 +151,22 @@ const NAMESPACES: &[&str] =
 pub(super) fn data_name<'a>(data: Node<'a, '_>) -> Option<&'a str> {
     let name = data.attribute("name")?;
     NAMESPACES.iter().find_map(|own| name.strip_prefix(own))
+}
+
+/// The fault of additional data with attributes of which one may change what runs or what variables hold.
+pub(super) fn attribute(text: &Text, data: Node<'_, '_>) -> Option<Fault> {
+    let is_one = |node: &Node<'_, '_>| node.tag_name().name().eq_ignore_ascii_case("attribute");
+    let name = |node: Node<'_, '_>| {
+        ["Name", "name"].into_iter().find_map(|own| node.attribute(own).map(str::to_owned))
+    };
+    let mut all = data.descendants().filter(is_one);
+    let found = all.find(|node| !name(*node).is_some_and(|name| is_harmless_attribute(&name)))?;
+    let told = format!(
+        "whether the attribute {} changes what the controller carries out, or what variables hold, is not known here",
+        name(found).unwrap_or_default()
+    );
+    let help = "take it out of a copy of the file if it changes neither";
+    Some(text.fault(found, told).code(Code::Pragma).help(help))
 }
 
 /// What stands in a unit that is not read and that a controller may carry out.

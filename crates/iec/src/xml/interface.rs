@@ -140,11 +140,20 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
 /// Takes over direct addresses from the declaration as text, which TwinCAT and CODESYS write beside the elements.
 ///
 /// # Errors
-/// That a pragma or a comment in it is not read.
+/// That a pragma or a comment in it is not read, or that it says what the elements do not and cannot be read.
 pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Result<(), Fault> {
     parse::pragmas(declaration)?;
-    let Some(at) = declaration.to_ascii_uppercase().find("VAR") else { return Ok(()) };
-    let Ok(written) = parse::declarations(&declaration[at..], 1) else { return Ok(()) };
+    let written = match parse::declarations(declaration, 1) {
+        Ok(written) => written,
+        // The elements say the same, but for these.
+        Err(fault) => {
+            let mut words = declaration.split(|c: char| !c.is_alphanumeric() && c != '_');
+            let says_more = words.any(|word| {
+                ["AT", "CONSTANT", "VAR_STAT", "VAR_INST"].iter().any(|more| same(word, more))
+            });
+            return if says_more { Err(fault) } else { Ok(()) };
+        }
+    };
     let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
     // What no element has a place for.
     for one in written.iter().filter(is_apart) {

@@ -1,6 +1,6 @@
 //! The project's tree: types, units, global variables, tasks.
 
-use super::allowed::unread;
+use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition, condition_body};
 use super::interface::{addresses, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
@@ -36,6 +36,10 @@ impl<'t> Reader<'t> {
     pub(super) fn project(&mut self, root: Node<'_, '_>) {
         for node in root.descendants().filter(Node::is_element) {
             match node.tag_name().name() {
+                "data" if data_name(node) == Some("attributes") => {
+                    let fault = attribute(self.text, node).map(|fault| (0, fault));
+                    self.project.unread.extend(fault);
+                }
                 "pou" if node.attribute("pouType").is_some() => {
                     let pou = self.pou(node);
                     let unread = unread(self.text, node).into_iter();

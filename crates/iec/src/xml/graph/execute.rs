@@ -10,10 +10,15 @@ use crate::xml::node::{child, children, elements};
 use roxmltree::Node;
 use scanbound_base::code::Code;
 
-/// The element with the text of an EXECUTE box, or nothing for other blocks.
+/// The elements with the text of an EXECUTE box; other blocks have none.
+fn codes<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    let data = child(node, "addData").into_iter().flat_map(|all| children(all, "data"));
+    data.filter(|one| data_name(*one) == Some("stcode")).flat_map(elements)
+}
+
+/// The first of them.
 pub(super) fn code<'a, 'i>(node: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
-    let all = children(child(node, "addData")?, "data");
-    all.filter(|one| data_name(*one) == Some("stcode")).find_map(|one| elements(one).next())
+    codes(node).next()
 }
 
 /// Whether a block is an EXECUTE box.
@@ -39,6 +44,9 @@ impl<'a, 'i> Graph<'a, 'i> {
                 && node.attribute("instanceName").is_none_or(str::is_empty);
         if !is_execute {
             return refused("it holds structured text and is no EXECUTE box");
+        }
+        if codes(node).nth(1).is_some() {
+            return refused("it holds structured text twice");
         }
         let lists = ["inputVariables", "inOutVariables", "outputVariables"].into_iter();
         let mut others = lists.flat_map(|list| pins(node, list)).filter(|pin| {
