@@ -19,7 +19,8 @@ use std::time::Duration;
 ///
 /// ```
 /// let program = "LD X0\nMOV K1 D0\nLDI X0\nMOV K2 D1\nEND\n";
-/// let report = scanbound::Analysis::new().file("main.il", program).cpu("Q26UDV").run()?;
+/// let analysis = scanbound::Analysis::new().file("main.il", program).cpu("Q26UDV");
+/// let report = analysis.time("MOV=1.5us/0.3us").run()?;
 /// // The two moves are mutually exclusive, so the bound is below the sum of all instructions.
 /// assert!(report.is_exact() && report.upper() < report.audit().bound.naive);
 /// # Ok::<(), scanbound::Error>(())

@@ -2,7 +2,9 @@
 
 use petgraph::graphmap::DiGraphMap;
 use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::{Join, Logic, Program, Region, Role, Source, Step, WordSource, Write, flow};
+use scanbound_ir::{
+    BitSource, ChoiceId, Join, Logic, Program, Region, Role, Source, Step, WordSource, Write, flow,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 type Reads = BTreeSet<Region>;
@@ -137,19 +139,35 @@ fn walk(
     let mut slots: BTreeMap<u32, Reads> = BTreeMap::new();
     let mut masters: Vec<(u32, Reads)> = Vec::new();
     let mut jumps: Vec<(usize, Reads)> = Vec::new();
+    // How often something in a loop runs is decided by its count and by all that ends it.
+    let loops: Vec<_> = range
+        .clone()
+        .filter_map(|at| match &program.instructions[at].step {
+            Step::ForBegin { end, .. } => Some(at..=*end),
+            Step::Summary(summary) => Some(at..=summary.end),
+            _ => None,
+        })
+        .collect();
     for at in range {
         let instruction = &program.instructions[at];
         jumps.retain(|(target, _)| *target > at);
         let mut own = Reads::new();
-        instruction.each_read(&mut |source: Source| own.extend(source.region()));
-        for effect in &instruction.effects {
-            if let Write::Havoc(_, choice) = &effect.write
-                && let Some(ChoiceKind::Exact(_)) = program.kinds.get(choice)
-            {
-                program.kinds[choice].each_word(&mut |word: WordSource| {
-                    own.extend(Source::Word(word).region());
-                });
+        instruction.each_read(&mut |source: Source| match source {
+            Source::Bit(BitSource::Free(choice)) | Source::Word(WordSource::Free(choice)) => {
+                own.extend(of_choice(program, choice));
             }
+            _ => own.extend(source.region()),
+        });
+        for effect in &instruction.effects {
+            if let Write::Havoc(_, choice) = &effect.write {
+                // Of an operation that is not known it is not known what it reads.
+                let is_worked_out = !program.kinds.contains_key(choice);
+                own.extend(is_worked_out.then_some(Region::Everything));
+                own.extend(of_choice(program, *choice));
+            }
+        }
+        if loops.iter().any(|inside| inside.contains(&at)) {
+            own.insert(Region::Everything);
         }
         if let Step::Logic { join, value } = &instruction.step {
             let is_new = matches!(join, Join::Start | Join::Load)
@@ -197,6 +215,14 @@ fn walk(
         if !writes.is_empty() {
             found.push(Site { at, in_place, reads, writes });
         }
+    }
+}
+
+/// What a choice is worked out from: nothing if the outside gives it, and anything at all if an operation does.
+fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
+    match program.kinds.get(&choice) {
+        None | Some(ChoiceKind::World | ChoiceKind::ScanTicks { .. }) => None,
+        Some(_) => Some(Region::Everything),
     }
 }
 

@@ -205,16 +205,22 @@ pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos>
     let edge = [all.head, end.through, end.since].into_iter().flatten().max().unwrap_or(0);
     let stretch = all.inner.max(edge.saturating_add(around));
     // Interrupts come where they please.
-    let mut interrupts = 0_u128;
-    let mut walk = Walk { routines: BTreeMap::new(), restarts: false, ..walk };
+    let stretch = Picos(u64::try_from(stretch).unwrap_or(u64::MAX / 2));
+    Some(stretch + interrupts(program, times))
+}
+
+/// What all interrupts of a scan take at most.
+pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
+    let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
+    let mut all = 0_u128;
     for interrupt in &program.interrupts {
         let part = walk.part(interrupt.entry..program.instructions.len(), Some(true), true);
         let most = [part.out, part.returned, part.ended, part.stopped]
             .map(|passed| passed.through.unwrap_or(0));
         let most = most.into_iter().max().unwrap_or(0);
-        interrupts = interrupts.saturating_add(most.saturating_mul(interrupt.times.into()));
+        all = all.saturating_add(most.saturating_mul(interrupt.times.into()));
     }
-    Some(Picos(u64::try_from(stretch.saturating_add(interrupts)).unwrap_or(u64::MAX)))
+    Picos(u64::try_from(all).unwrap_or(u64::MAX / 2))
 }
 
 /// By how much these instructions surely make the watchdog's time longer in every scan before it runs out: those that stand

@@ -148,6 +148,8 @@ impl Look<'_> {
         let default = self.default();
         let times = self.prices.times();
         let around = self.prices.overhead_sum() + self.prices.more_points();
+        // All interrupts of a scan may come before the watchdog is set, or before its time is made longer.
+        let before = around + stretch::interrupts(self.program, &times);
         let settings = control.watchdog.values();
         // What is stated stands for what is not known.
         let set = settings.map(|setting| match setting.range() {
@@ -156,13 +158,13 @@ impl Look<'_> {
         });
         let extensions = &control.extensions;
         let extended = default
-            .map(|time| time + stretch::surely(self.program, &times, (time, around), extensions));
+            .map(|time| time + stretch::surely(self.program, &times, (time, before), extensions));
         Watchdog {
             default,
             is_stated: self.facts.watchdog.is_some(),
             device: control.devices[0],
             settings: self.uses(&control.watchdog),
-            least: match self.is_set_first(&times, around) {
+            least: match self.is_set_first(&times, before) {
                 true => set.min(),
                 false => set.chain(extended).min(),
             },
@@ -241,9 +243,10 @@ impl Look<'_> {
             |event: &&Event| event.fired && control.restarts.contains(&event.instruction);
         let interrupts =
             |event: &&Event| event.frames.first().is_some_and(|frame| entries.contains(&frame.at));
+        // Interrupts may come less often than they are counted, or not at all.
         if !events.iter().any(|event| restarts(&event)) {
-            let all: Picos = events.iter().map(|event| event.cost).sum();
-            return all + overhead.unwrap_or_default();
+            let main = events.iter().filter(|event| !interrupts(event));
+            return main.map(|event| event.cost).sum::<Picos>() + overhead.unwrap_or_default();
         }
         // An interrupt may restart it at any moment.
         if events.iter().any(|event| restarts(&event) && interrupts(&event)) {

@@ -21,6 +21,17 @@ pub enum Manner {
     CountsBothWays,
 }
 
+impl Manner {
+    /// Whether time makes it go, and not an input that counts.
+    #[must_use]
+    pub fn is_timer(&self) -> bool {
+        match self {
+            Manner::TimesDown(_) | Manner::TimesUp(..) | Manner::AddsUp(_) => true,
+            Manner::CountsDown | Manner::CountsBothWays => false,
+        }
+    }
+}
+
 /// A timer's or counter's instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Timed {

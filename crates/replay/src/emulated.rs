@@ -97,7 +97,7 @@ impl<'p> Emulated<'p> {
         let (total, executed, stopped, unbounded, mut state) = machine.summed(most);
         let left = Left::by(&mut state);
         drop(state);
-        self.memory.take(self.program, left);
+        self.memory.take(left);
         self.first = false;
         self.flag_first(false);
         Scan { total, executed, stopped, unbounded }

@@ -3,7 +3,7 @@
 use super::Free;
 use super::state::State;
 use rustc_hash::FxHashMap;
-use scanbound_ir::{AreaId, Cell, Program, Region};
+use scanbound_ir::{Cell, Region};
 use std::collections::BTreeSet;
 
 /// A region of so many cells at most that took any value is kept cell by cell.
@@ -14,8 +14,8 @@ const SMALL: u32 = 64;
 pub(super) struct Memory {
     /// Each cell's value, and which of its bits are not known.
     cells: FxHashMap<Cell, (u16, u16)>,
-    /// Areas of which nothing is known but what stands in `cells`.
-    lost: BTreeSet<AreaId>,
+    /// Regions of which nothing is known but what stands in `cells`.
+    lost: BTreeSet<Region>,
 }
 
 /// What a scan leaves.
@@ -49,17 +49,17 @@ impl Memory {
 
     /// What a cell holds, and which of its bits are not known; `None` if nothing has changed it yet.
     pub(super) fn get(&self, cell: Cell) -> Option<(u16, u16)> {
-        let is_lost = || self.lost.contains(&cell.area).then_some((0, u16::MAX));
+        let is_lost = || self.lost.iter().any(|region| region.holds(cell)).then_some((0, u16::MAX));
         self.cells.get(&cell).copied().or_else(is_lost)
     }
 
     /// Takes over what a scan leaves; the cells that it changed.
-    pub(super) fn take(&mut self, program: &Program, left: Left) -> Vec<Cell> {
+    pub(super) fn take(&mut self, left: Left) -> Vec<Cell> {
         let is_new =
             |&&(cell, value, unknown): &&(Cell, u16, u16)| self.get(cell) != Some((value, unknown));
         let changed = left.touched.iter().filter(is_new).map(|&(cell, ..)| cell).collect();
         for region in left.lost {
-            self.lose(program, region);
+            self.lose(region);
         }
         let touched = left.touched.into_iter();
         self.cells.extend(touched.map(|(cell, value, unknown)| (cell, (value, unknown))));
@@ -67,21 +67,14 @@ impl Memory {
     }
 
     /// Nothing is known of a region any more.
-    fn lose(&mut self, program: &Program, region: Region) {
-        let cells = &mut self.cells;
+    fn lose(&mut self, region: Region) {
         match region {
-            Region::Range { first, count } => {
-                cells.extend((0..count).map(|n| (first.plus(n), (0, u16::MAX))));
+            Region::Range { first, count } if count <= SMALL => {
+                self.cells.extend((0..count).map(|n| (first.plus(n), (0, u16::MAX))));
             }
-            Region::Area(area) => {
-                cells.retain(|cell, _| cell.area != area);
-                self.lost.insert(area);
-            }
-            Region::Everything => {
-                cells.clear();
-                // No program has as many areas as that.
-                let areas = 0..u16::try_from(program.areas.len()).unwrap_or(u16::MAX);
-                self.lost.extend(areas.map(AreaId));
+            _ => {
+                self.cells.retain(|cell, _| !region.holds(*cell));
+                self.lost.insert(region);
             }
         }
     }

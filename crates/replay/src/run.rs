@@ -113,8 +113,10 @@ impl<'p> Run<'p> {
     /// Power-up. `times` is parallel to `Program::instructions`, and a scan takes `overhead` besides.
     #[must_use]
     pub fn new(outside: &'p Outside<'p>, times: &'p [Times], overhead: Picos) -> Run<'p> {
-        let coils = &outside.program.timekeeping.coils;
-        let presents: BTreeSet<Cell> = coils.values().map(|timed| timed.present).collect();
+        // Counters count scans and not time: a scan that changes one differs from the next.
+        let coils = outside.program.timekeeping.coils.values();
+        let timers = coils.filter(|timed| timed.manner.is_timer());
+        let presents: BTreeSet<Cell> = timers.map(|timed| timed.present).collect();
         Run {
             outside,
             times,
@@ -142,7 +144,7 @@ impl<'p> Run<'p> {
         let left = Left::by(&mut state);
         let rested = std::mem::take(&mut state.rested);
         drop(state);
-        let changed = self.memory.take(program, left);
+        let changed = self.memory.take(left);
         let scratch = &program.timekeeping.scratch;
         let matters = |cell: &Cell| !self.presents.contains(cell) && !scratch.contains(&cell.area);
         let is_steady = !self.is_first && !changed.iter().any(matters);

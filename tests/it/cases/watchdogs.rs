@@ -126,6 +126,50 @@ fn a_watchdog_of_unknown_time_before_the_program_sets_it_proves_nothing() {
     assert!(run.stdout.contains("@watchdog"), "{}", run.stdout);
 }
 
+#[test]
+fn blocks_from_below_may_set_the_constant_scan_time() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("p.il");
+    let code = |text: &str, arguments: &[&str]| {
+        std::fs::write(&file, format!("{text}END\n")).expect("written");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["check", "--cpu", "FX3U", "--limit", "50ms"])
+            .args(arguments)
+            .arg(&file)
+            .output()
+            .expect("the command runs");
+        output.status.code()
+    };
+    let on = "LD M8000\nOUT M8039\nLD X0\n";
+    assert_eq!(code(&format!("{on}MOV K20 D8039\n"), &[]), Some(0), "20 ms are known");
+    // A user's instruction may write any number of words, and the shift writes from 40 words below on.
+    let user = ["--time", "SwOp0=1us"];
+    assert_eq!(code(&format!("{on}SwOp0 D8030\n"), &user), Some(3));
+    assert_eq!(code(&format!("{on}WSFL D0 D7990 K60 K1\n"), &["--time", "WSFL=1us"]), Some(3));
+}
+
+#[test]
+fn loops_and_indices_count_as_reading_anything_before_a_response() {
+    let scans = |text: &str| {
+        let directory = tempfile::tempdir().expect("a directory");
+        let file = directory.path().join("p.il");
+        std::fs::write(&file, text).expect("written");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+            .args(["audit", "--cpu", "Q26UDV", "--response", "--format", "json"])
+            .args(["--input-delay", "10ms", "--output-delay", "10ms"])
+            .arg(&file)
+            .output()
+            .expect("the command runs");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        report["response"]["scans"].as_u64().expect("scans")
+    };
+    // The index register decides which word goes out, and it is worked out behind that.
+    let index = "LD SM400\nMOV D0Z0 K4Y0\nLD X0\nMOV K1 Z0\nEND\n";
+    assert_eq!(scans(index), 3);
+    let plain = "LD SM400\nMOV D0 K4Y0\nLD X0\nMOV K1 D5\nEND\n";
+    assert_eq!(scans(plain), 2);
+}
+
 /// Programs for an FX3U, before a loop of 300 ms, and what becomes of its watchdog.
 const SET: [(&str, &str, &str, &str); 14] = [
     ("default", "", "", "refuted"),

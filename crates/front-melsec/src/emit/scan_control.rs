@@ -155,12 +155,12 @@ impl Emitter<'_> {
                     (true, _) => 1,
                     (_, true) => 2,
                     // A count that stands in a word may be any.
-                    _ if item.operands.len() > 2 && words => match item.operands.last() {
-                        Some(Ok(Operand::Constant(count))) => {
-                            u32::try_from(*count).unwrap_or(LONGEST_BLOCK).clamp(4, LONGEST_BLOCK)
-                        }
-                        _ => LONGEST_BLOCK,
-                    },
+                    _ if item.operands.len() > 2
+                        && words
+                        && !matches!(item.operands.last(), Some(Ok(Operand::Constant(_)))) =>
+                    {
+                        LONGEST_BLOCK
+                    }
                     _ => constants.max().unwrap_or(4).clamp(4, LONGEST_BLOCK),
                 }
             }
