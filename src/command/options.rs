@@ -439,7 +439,7 @@ impl ProjectOptions {
             times: &self.time,
             clock: self.clock.as_ref(),
             facts: &facts,
-            apart: true,
+            use_chart_exclusion: true,
             task: self.task.as_deref(),
             alone: false,
             proves_facts: true,

@@ -8,7 +8,7 @@ use scanbound::program::{Cell, Program, Witness};
 use scanbound::replay;
 
 /// What ran, and the instruction at which it was followed no further.
-pub struct Real {
+pub struct RealRun {
     pub fired: Vec<(String, bool)>,
     pub stopped: Option<String>,
 }
@@ -25,7 +25,7 @@ pub fn program(dialect: &str, text: &str) -> Program {
 }
 
 /// Runs one scan from the given values, all others 0.
-pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> Real {
+pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> RealRun {
     let program = program(dialect, text);
     let mut witness = Witness::default();
     for &(name, value) in start {
@@ -33,13 +33,13 @@ pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> Real {
     }
     let times = vec![Times::new(Picos(1), Picos(1)); program.instructions.len()];
     let found = replay::real(&program, &times, || &witness, 100_000);
-    assert_eq!(found.beyond, [], "{text}");
+    assert_eq!(found.undeclared_writes, [], "{text}");
     let priced = |event: &&replay::Event| {
         let instruction = &program.instructions[event.instruction];
         instruction.timing.is_some() && !instruction.text.starts_with("END")
     };
     let told = |at: usize| program.instructions[at].text.to_string();
-    Real {
+    RealRun {
         fired: found
             .replay
             .events

@@ -6,7 +6,7 @@ use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
     AreaKind, Cell, ChoiceKey, Compare, Logic, Number, Program, Step, WordSource, Write,
 };
-use scanbound::replay::{Free, Replay, replay, replay_with};
+use scanbound::replay::{FreeValues, Replay, replay, replay_with};
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,7 +53,7 @@ impl Path<'_> {
     }
 }
 
-impl Free for &mut Path<'_> {
+impl FreeValues for &mut Path<'_> {
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
         self.answer(Question::Start(cell), kind)
     }
@@ -92,7 +92,7 @@ impl Dice<'_> {
     }
 }
 
-impl Free for &mut Dice<'_> {
+impl FreeValues for &mut Dice<'_> {
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
         let answer = self.answer(Question::Start(cell));
         if kind == AreaKind::Bit { answer & 1 } else { answer }

@@ -9,7 +9,7 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::memory::Family;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
-use scanbound::replay::{Free, Real, real};
+use scanbound::replay::{FreeValues, RealRun, real};
 use std::collections::BTreeMap;
 
 /// Start values by device name; the rest is 0.
@@ -20,7 +20,7 @@ struct At<'a> {
     start: &'a Start,
 }
 
-impl Free for At<'_> {
+impl FreeValues for At<'_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         self.start.get(&self.program.cell_name(cell)).copied().unwrap_or(0)
     }
@@ -31,7 +31,7 @@ impl Free for At<'_> {
 }
 
 /// Runs a list really, in which every `Op1` costs one picosecond.
-fn run(family: Family, text: &str, start: &Start) -> Real {
+fn run(family: Family, text: &str, start: &Start) -> RealRun {
     let program = decoded(family, &[("MAIN", text)], &Facts::default());
     let program = program.unwrap_or_else(|faults| panic!("{text}\n{faults}"));
     let price = |text: &str| Picos(u64::from(text == "Op1"));
@@ -80,7 +80,7 @@ fn agree(family: Family, instruction: &str, start: &Start) {
     let text = format!("LD {on}; {instruction}; {}END", checks.concat());
     let found = run(family, &text, start);
     let told = || format!("{family:?} {text}\nfrom {start:?}");
-    assert!(found.beyond.is_empty(), "{}: {:?}", told(), found.beyond);
+    assert!(found.undeclared_writes.is_empty(), "{}: {:?}", told(), found.undeclared_writes);
     assert_eq!(found.stopped, None, "{}", told());
     assert_eq!(found.replay.total.0, checks.len() as u64, "{}", told());
 }
@@ -416,7 +416,7 @@ fn what_no_manual_settles_is_not_known() {
 fn real_cost(text: &str, start: &[(&str, u16)]) -> (u64, bool) {
     let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
     let found = run(Family::Q, text, &start);
-    assert!(found.beyond.is_empty(), "{text}: {:?}", found.beyond);
+    assert!(found.undeclared_writes.is_empty(), "{text}: {:?}", found.undeclared_writes);
     (found.replay.total.0, found.stopped.is_none())
 }
 

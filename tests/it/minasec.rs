@@ -7,7 +7,7 @@ use scanbound::front::minasec::{BINARY, Device, Kind, Opcode, Source, WORDS, Wor
 use scanbound::minasec::stimulus::{Change, Stimulus, What};
 use scanbound::minasec::{Machine, Settings, View};
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
-use scanbound::replay::{Free, replay_with};
+use scanbound::replay::{FreeValues, replay_with};
 
 /// Gives the interpreter the devices as the machine has them when the scan begins.
 struct Begun<'a> {
@@ -15,7 +15,7 @@ struct Begun<'a> {
     view: View,
 }
 
-impl Free for &Begun<'_> {
+impl FreeValues for &Begun<'_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         let device = Device::from_name(&self.program.cell_name(cell)).expect("a device");
         u16::from(self.view.device(device))

@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::real::{Real, real};
+use common::real::{RealRun, real};
 
 /// A source of numbers that is the same in every run.
 struct Dice(u64);
@@ -172,7 +172,7 @@ fn check(name: &str, places: &str, at: u32, a: &[u16], b: &[u16], carry: bool) {
     let asked: String = tests.iter().map(|test| format!("\n{test}\nSwOp0")).collect();
     // What is asked changes the flags: they are kept.
     let text = head + "\nLD P_EQ\nOUT W0.00\nLD P_CY\nOUT W0.01" + &asked;
-    let Real { fired, stopped } = real("omron-cx", &text, &start);
+    let RealRun { fired, stopped } = real("omron-cx", &text, &start);
     assert_eq!(stopped, None, "{text} {start:?}");
     let done = fired.iter().filter(|(text, fired)| text.starts_with("SwOp0") && *fired).count();
     assert_eq!(done, hits, "{text} {start:?}");
@@ -213,7 +213,7 @@ fn every_result_is_the_simulators() {
 /// Whether a test holds behind some lines, and nothing on the way was unknown.
 fn holds(dialect: &str, lines: &[&str], start: &[(&str, u16)], test: &str) -> bool {
     let text = [lines, &[test, "SwOp0"]].concat().join("\n");
-    let Real { fired, stopped } = real(dialect, &text, start);
+    let RealRun { fired, stopped } = real(dialect, &text, start);
     assert_eq!(stopped, None, "{text}");
     fired.last().is_some_and(|(text, fired)| text.starts_with("SwOp0") && *fired)
 }

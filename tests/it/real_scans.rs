@@ -2,12 +2,12 @@
 
 use crate::common;
 
-use common::real::{Real, real};
+use common::real::{RealRun, real};
 
 /// What the scan leaves in these words, for a program that asks for each value.
 fn is(dialect: &str, lines: &[&str], start: &[(&str, u16)], test: &str) -> bool {
     let text = [lines, &[test, "SwOp0"]].concat().join("\n");
-    let Real { fired, stopped } = real(dialect, &text, start);
+    let RealRun { fired, stopped } = real(dialect, &text, start);
     assert_eq!(stopped, None, "{text}");
     fired.last().is_some_and(|(text, fired)| text.starts_with("SwOp0") && *fired)
 }

@@ -16,7 +16,7 @@ use scanbound::program::{
     Logic, Number, Program, Radix, Reading, Region, Relation, Step, When, WordSource, WordTarget,
     Write,
 };
-use scanbound::replay::{Free, real};
+use scanbound::replay::{FreeValues, real};
 use scanbound::scan::scan_model;
 use scanbound::solve::Method;
 use std::cell::Cell as Shared;
@@ -174,7 +174,7 @@ fn generate(tape: &mut Tape<'_>) -> Program {
 /// Start values; what else is asked is not known.
 struct Start([u16; 6]);
 
-impl Free for Start {
+impl FreeValues for Start {
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
         let first = if kind == AreaKind::Bit { 4 } else { 0 };
         self.0[first + cell.index as usize]

@@ -19,7 +19,7 @@ use scanbound::program::{
     Write,
 };
 use scanbound::replay::emulated::Emulated;
-use scanbound::replay::{Free, real};
+use scanbound::replay::{FreeValues, real};
 use std::cell::Cell as Shared;
 
 /// So many words are used.
@@ -358,7 +358,7 @@ impl Start {
     }
 }
 
-impl Free for Start {
+impl FreeValues for Start {
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
         let of = u64::from(cell.area.0) << 32 | u64::from(cell.index);
         if kind == AreaKind::Bit { self.number(of) as u16 >> 3 & 1 } else { self.word(of) }
@@ -403,12 +403,12 @@ fn within(tape: &[u16], tally: &Tally) -> Result<(), String> {
         }
         let less = real(&after, &times, || Start(seed), MOST);
         // Where less is lost to an index more is known, and costs more.
-        if less.replay.total < full.replay.total || !less.beyond.is_empty() {
+        if less.replay.total < full.replay.total || !less.undeclared_writes.is_empty() {
             return Err(format!(
                 "start {seed}: {:?}, narrowed {:?}, beyond {:?}\n{}\nbefore: {}",
                 full.replay.total,
                 less.replay.total,
-                less.beyond,
+                less.undeclared_writes,
                 told(&after),
                 told(&before)
             ));

@@ -17,7 +17,7 @@ use scanbound::front::melsec::source::RawProject;
 use scanbound::front::{Input, read};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
-use scanbound::replay::{Free, real, replay_knowing};
+use scanbound::replay::{FreeValues, real, replay_knowing};
 use scanbound::solve::{Limits, Method};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -286,7 +286,7 @@ impl Drawn<'_> {
     }
 }
 
-impl Free for Drawn<'_> {
+impl FreeValues for Drawn<'_> {
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16 {
         let is_index = self.program.areas[usize::from(cell.area.0)].name == "Z";
         self.draw(cell, kind, is_index)
@@ -308,8 +308,11 @@ fn learned(
     for seed in 0..LESSONS {
         let start = || Drawn { words, program, seed };
         let found = real(program, times, start, 5_000);
-        if !found.beyond.is_empty() {
-            return Err(format!("written beyond its effects: {:?}", found.beyond));
+        if !found.undeclared_writes.is_empty() {
+            return Err(format!(
+                "writes that its effects do not declare: {:?}",
+                found.undeclared_writes
+            ));
         }
         for (moment, facts) in found.learned {
             let known = knowledge.entry(moment).or_default();

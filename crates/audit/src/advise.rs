@@ -266,7 +266,7 @@ impl On {
 /// Pairs of bits that are both on in the dearest scan, and that it needs for different things.
 fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     let followed = &concluded.followed;
-    if followed.is_whole() {
+    if followed.is_structural_only() {
         return Vec::new();
     }
     let (model, program) = (&followed.model, &followed.program);

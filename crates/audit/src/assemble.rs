@@ -12,7 +12,7 @@ use super::method::SearchUse;
 use super::model_search::Prepared;
 use super::names::Names;
 use super::proved::Proved;
-use super::real::{Found, other_starts};
+use super::real::{RunResults, other_starts};
 use super::request::Request;
 use super::response::Delays;
 use super::rung::rungs;
@@ -76,7 +76,7 @@ struct ExplainedGroup {
 /// What the stages behind the search found.
 pub struct Finished<'a> {
     /// The longest real run, and the values with which it starts.
-    pub found: &'a Found,
+    pub found: &'a RunResults,
     /// Whether that is the assignment's scan.
     pub same: bool,
     /// When the audit began.
@@ -268,7 +268,12 @@ impl<'a> Findings<'a> {
         always.chain(overhead).chain(self.maxima.iter().map(|maximum| maximum.upper)).sum()
     }
 
-    fn bound(&self, always: &[ChargeUse], overhead: &[OverheadUse], real: Option<&Found>) -> Bound {
+    fn bound(
+        &self,
+        always: &[ChargeUse],
+        overhead: &[OverheadUse],
+        real: Option<&RunResults>,
+    ) -> Bound {
         let upper = self.upper(always, overhead);
         let always: Picos = always.iter().map(|charge| charge.cost).sum();
         let overhead: Picos = overhead.iter().map(|term| term.time).sum();
@@ -348,7 +353,7 @@ impl<'a> Findings<'a> {
         search: SearchUse,
         names: &Names<'_>,
         uses: &[usize],
-        real: Option<&Found>,
+        real: Option<&RunResults>,
     ) -> GroupUse {
         let (group, maximum) = (&self.groups[index], &self.maxima[index]);
         let mut ties: Vec<Tie> = Vec::new();
@@ -489,7 +494,12 @@ impl<'a> Findings<'a> {
 
     /// What is free in the scan that is shown, and what the groups' charges cost in the scan of the model that starts so:
     /// [`FreeValue::worth`] is a part of that.
-    fn witness(&self, names: &Names<'_>, found: &Found, same: bool) -> (Vec<FreeValue>, Picos) {
+    fn witness(
+        &self,
+        names: &Names<'_>,
+        found: &RunResults,
+        same: bool,
+    ) -> (Vec<FreeValue>, Picos) {
         let charges: Vec<usize> =
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
         let started = (!same).then(|| started(self.model, found));
@@ -563,7 +573,7 @@ impl<'a> Findings<'a> {
     }
 
     /// What each execution cost in the scan that is shown, by instruction.
-    fn costs(&self, real: Option<&Found>) -> Vec<(usize, Picos)> {
+    fn costs(&self, real: Option<&RunResults>) -> Vec<(usize, Picos)> {
         match real {
             None => {
                 let values = self.model.circuit.evaluate(self.assignment);

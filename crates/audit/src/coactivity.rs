@@ -38,7 +38,7 @@ fn of(
     request: &Request<'_>,
 ) -> Result<Option<Coactivity>, Failure> {
     if program.charts.apart == 0
-        || !request.apart
+        || !request.use_chart_exclusion
         || request.limit.is_some()
         || !found.unbounded.is_empty()
     {
@@ -49,7 +49,7 @@ fn of(
         limit.saturating_sub(found.elapsed).min(found.elapsed).max(limit / LEAST_SHARE)
     };
     let all = Request {
-        apart: false,
+        use_chart_exclusion: false,
         proves_facts: false,
         confirm: false,
         trace: false,

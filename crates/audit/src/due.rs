@@ -4,7 +4,7 @@ use super::doubt::Doubt;
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use scanbound_ir::{Interrupt, Program};
-use scanbound_replay::Real;
+use scanbound_replay::RealRun;
 
 /// How often an interrupt of this interval is due in a scan that takes so long: once where it begins, and then anew whenever
 /// the interval is over.
@@ -26,7 +26,7 @@ pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<D
 
 /// What a scan that was found takes less where interrupts ran in it more often than they are due in its time: they may not
 /// have come. What is left may be too short for others, and so on.
-pub(super) fn not_due(program: &Program, facts: &Facts, run: &Real, took: Picos) -> Picos {
+pub(super) fn not_due(program: &Program, facts: &Facts, run: &RealRun, took: Picos) -> Picos {
     let mut less = Picos::ZERO;
     loop {
         let left = took.checked_sub(less).unwrap_or_default();

@@ -1,10 +1,10 @@
 //! What a real run says about the model's charges and free variables.
 
-use super::real::Found;
+use super::real::RunResults;
 use scanbound_base::time::Picos;
 use scanbound_ir::{ChoiceKey, Frame, Program, Step};
 use scanbound_model::{Assignment, Origin, ScanModel};
-use scanbound_replay::{Real, Stopped, Why};
+use scanbound_replay::{RealRun, StopReason, Stopped};
 use std::collections::BTreeMap;
 
 /// What to do where a CPU is set up otherwise than by default.
@@ -15,7 +15,7 @@ pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
 
 impl Executed {
     /// The executions of a scan. Those in a loop of which the model does not follow the iterations count as one.
-    pub fn of(program: &Program, real: &Real) -> Executed {
+    pub fn of(program: &Program, real: &RealRun) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
         let is_summary =
             |frame: &&Frame| !matches!(program.instructions[frame.at].step, Step::Summary(_));
@@ -40,7 +40,7 @@ impl Executed {
 }
 
 /// The values of the model's variables in the scan: what it started from and what the outside gave.
-pub fn started(model: &ScanModel, found: &Found) -> Assignment {
+pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     let value = |origin: &Origin| match origin {
         Origin::Start(cell) => found.witness.start.get(cell).copied(),
         Origin::Choice(key) => found.witness.choices.get(key).copied(),
@@ -55,7 +55,7 @@ pub fn started(model: &ScanModel, found: &Found) -> Assignment {
 }
 
 /// Why a real run is not known to take as long as the model's longest scan.
-pub fn stands_between(program: &Program, real: &Real) -> String {
+pub fn stands_between(program: &Program, real: &RealRun) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];
         let file = &one.place.of(&program.files).name;
@@ -63,23 +63,23 @@ pub fn stands_between(program: &Program, real: &Real) -> String {
         format!("`{}` ({file}{})", one.text, one.place.line)
     };
     match &real.stopped {
-        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) if stop == cause => {
+        Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) if stop == cause => {
             format!("the simulation stops at {}: which way it goes on is not known", at(*stop))
         }
-        Some(Stopped { at: stop, why: Why::Unknown(cause), .. }) => {
+        Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) => {
             format!(
                 "the simulation stops at {}: its path depends on what {} gives, which is not known",
                 at(*stop),
                 at(*cause)
             )
         }
-        Some(Stopped { at: stop, why: Why::Error, .. }) => {
+        Some(Stopped { at: stop, reason: StopReason::Error, .. }) => {
             format!(
                 "an operation error at {} stops the CPU in each scan that was tried{CHOICE}",
                 at(*stop)
             )
         }
-        Some(Stopped { at: stop, why: Why::TooLong, .. }) => {
+        Some(Stopped { at: stop, reason: StopReason::TooLong, .. }) => {
             format!("the simulation was ended at {}, since the scan is long", at(*stop))
         }
         _ => {

@@ -37,7 +37,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
         && program.narrowed.is_empty()
         && program.indexed.values().all(|one| one.found.is_empty());
     let (mut files, mut index) = (Vec::new(), Vec::new());
-    if concluded.followed.is_whole() || nothing {
+    if concluded.followed.is_structural_only() || nothing {
         return Invariants { files, index };
     }
     if !given.is_empty() {

@@ -25,7 +25,7 @@ pub struct ModelSearch<'a, 'r> {
     pub budget: &'a Budget<'a>,
     pub doubtful_from: Option<Picos>,
     /// Whether the model is only the structural bound: the sum of all that can run.
-    pub whole: bool,
+    pub structural_only: bool,
     /// What ends the search for reasons.
     pub limits: Limits<'r>,
 }
@@ -70,7 +70,7 @@ impl<'r> ModelSearch<'_, 'r> {
             deadline: self.budget.deadline(),
             doubtful_from: self.doubtful_from,
         };
-        let searching = || if self.whole { search.sums() } else { search.run() };
+        let searching = || if self.structural_only { search.sums() } else { search.run() };
         let ((mut maxima, ended_early), prepared) =
             rayon::join(searching, || self.prepared(&model, &groups));
         let assignment = together(self.request, self.budget, &model, &groups, &mut maxima)?;
@@ -96,7 +96,8 @@ impl<'r> ModelSearch<'_, 'r> {
     fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
         let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();
-        let group = (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.whole)?;
+        let group =
+            (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.structural_only)?;
         Some(Prepared { group, exclusions: Exclusions::of(model, &groups[group], &self.limits) })
     }
 }

@@ -2,7 +2,6 @@
 
 use super::Audit;
 use super::assemble::{Findings, Finished};
-use super::closing::{Closing, Runs};
 use super::contradiction::{self, Stages};
 use super::failure::Failure;
 use super::hints::Hints;
@@ -13,7 +12,8 @@ use super::power_up;
 use super::priced::Priced;
 use super::proved::{self, Proved};
 use super::reachable;
-use super::real::{self, Scouted};
+use super::real::{self, EarlyRuns};
+use super::refinement::{Refinement, Runs};
 use super::remembered;
 use super::request::{Progress, Request};
 use super::response::Delays;
@@ -55,7 +55,7 @@ pub struct Followed {
     /// The stages that the time limit or the user cut short.
     cuts: Vec<Cut>,
     /// The model is the sum of all that can run, and says nothing of what can run together.
-    whole: bool,
+    structural_only: bool,
     /// What was found of the relays that are trusted.
     relays: reachable::Relays,
 }
@@ -67,8 +67,8 @@ impl Followed {
     }
 
     /// Whether its model is the sum of all that can run, and says nothing of what can run together.
-    pub(super) fn is_whole(&self) -> bool {
-        self.whole
+    pub(super) fn is_structural_only(&self) -> bool {
+        self.structural_only
     }
 }
 
@@ -88,13 +88,17 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
 pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
-    let fitted = Prepared::of(request)?.fitted(request)?;
-    let scout = Scout::of(&fitted, request);
-    let (searched, scouted) = rayon::join(
-        || fitted.followed(request)?.searched(request, scout.as_ref().map(|one| &one.program)),
-        || scout.as_ref().map(|scout| scout.run(request)),
+    let limited = Prepared::of(request)?.limit_size(request)?;
+    let lower_bound = LowerBoundSearch::of(&limited, request);
+    let (searched, early) = rayon::join(
+        || {
+            limited
+                .followed(request)?
+                .searched(request, lower_bound.as_ref().map(|one| &one.program))
+        },
+        || lower_bound.as_ref().map(|lower_bound| lower_bound.run(request)),
     );
-    searched?.concluded(request, scouted)
+    searched?.concluded(request, early)
 }
 
 /// Reads a project, and follows nothing of it.
@@ -153,7 +157,7 @@ impl Prepared {
         let start = Instant::now();
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
         let mut understood = Understood::of(request)?;
-        if !request.apart {
+        if !request.use_chart_exclusion {
             let apart = std::mem::take(&mut understood.program.charts.apart);
             let program = &mut understood.program;
             program.invariants.drain(..apart);
@@ -192,10 +196,10 @@ impl Prepared {
     /// # Errors
     /// All instructions that have no time.
     pub fn priced(self, request: &Request<'_>) -> Result<Followed, Failure> {
-        self.fitted(request)?.followed(request)
+        self.limit_size(request)?.followed(request)
     }
 
-    fn fitted(self, request: &Request<'_>) -> Result<Fitted, Failure> {
+    fn limit_size(self, request: &Request<'_>) -> Result<SizeLimited, Failure> {
         let Prepared { start, understood, cuts } = self;
         let open = understood.open;
         let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
@@ -203,12 +207,12 @@ impl Prepared {
         // Instructions that summarising appended have no price.
         prices.instructions.resize(program.instructions.len(), None);
         timers::settle_by_sum(&mut program, &prices);
-        Ok(Fitted { start, program, table, prices, executed, open, warnings, cuts })
+        Ok(SizeLimited { start, program, table, prices, executed, open, warnings, cuts })
     }
 }
 
 /// A project with its prices, in which what runs too often to be followed is summarised.
-struct Fitted {
+struct SizeLimited {
     start: Instant,
     program: Program,
     table: Table,
@@ -220,29 +224,31 @@ struct Fitted {
     cuts: Vec<Cut>,
 }
 
-impl Fitted {
+impl SizeLimited {
     fn followed(self, request: &Request<'_>) -> Result<Followed, Failure> {
-        let Fitted { start, mut program, table, mut prices, executed, open, warnings, cuts } = self;
+        let SizeLimited { start, mut program, table, mut prices, executed, open, warnings, cuts } =
+            self;
         let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         (request.progress)(Progress::Stage("following the scan"));
-        let (mut model, mut whole) = model_of(&mut program, &mut prices, executed, &budget)?;
-        if !whole && timers::settle(&mut program, &prices, &model) {
-            (model, whole) = model_of(&mut program, &mut prices, executed, &budget)?;
+        let (mut model, mut structural_only) =
+            model_of(&mut program, &mut prices, executed, &budget)?;
+        if !structural_only && timers::settle(&mut program, &prices, &model) {
+            (model, structural_only) = model_of(&mut program, &mut prices, executed, &budget)?;
         }
-        if !whole {
-            let closer = remembered::exclude(&mut program, &prices, &model, &budget);
-            model = closer.unwrap_or(model);
+        if !structural_only {
+            let tighter = remembered::exclude(&mut program, &prices, &model, &budget);
+            model = tighter.unwrap_or(model);
         }
         let trusts_relays = trusts_relays(&program, request);
         let mut relays = reachable::Relays::default();
-        if trusts_relays && request.relays && !whole {
+        if trusts_relays && request.relays && !structural_only {
             (request.progress)(Progress::Stage(reachable::STAGE));
             let trust = request.trusted();
             let hints = request.net.map_or_else(Vec::new, |net| Hints::of(net, &program).bits());
-            let closer;
-            (closer, relays) =
+            let tighter;
+            (tighter, relays) =
                 reachable::exclude(&mut program, &prices, &model, trust, &hints, &budget);
-            model = closer.unwrap_or(model);
+            model = tighter.unwrap_or(model);
         }
         keep_in_range(&program, &table, &prices, &model)?;
         let groups = groups::groups(&model);
@@ -257,7 +263,7 @@ impl Fitted {
             open,
             warnings,
             cuts,
-            whole,
+            structural_only,
             relays,
         })
     }
@@ -285,27 +291,27 @@ const MANY: u64 = 10_000;
 ///
 /// Following may change the program: it takes reads as any value, or follows summarised loops after all. Then these
 /// runs are of no use, and others are made behind the search.
-struct Scout {
+struct LowerBoundSearch {
     /// The program before it is followed.
     program: Program,
     least: Vec<Times>,
     deadline: Option<Instant>,
 }
 
-impl Scout {
+impl LowerBoundSearch {
     /// `None` for small programs, and for those that are surely changed: by what is found of relays.
-    fn of(fitted: &Fitted, request: &Request<'_>) -> Option<Scout> {
-        let is_worth_it = fitted.executed >= MANY && !trusts_relays(&fitted.program, request);
-        is_worth_it.then(|| Scout {
-            program: fitted.program.clone(),
-            least: fitted.prices.least_times(),
-            deadline: request.time_limit.map(|limit| fitted.start + limit),
+    fn of(limited: &SizeLimited, request: &Request<'_>) -> Option<LowerBoundSearch> {
+        let is_worth_it = limited.executed >= MANY && !trusts_relays(&limited.program, request);
+        is_worth_it.then(|| LowerBoundSearch {
+            program: limited.program.clone(),
+            least: limited.prices.least_times(),
+            deadline: request.time_limit.map(|limit| limited.start + limit),
         })
     }
 
-    fn run(&self, request: &Request<'_>) -> Result<Scouted, String> {
+    fn run(&self, request: &Request<'_>) -> Result<EarlyRuns, String> {
         let limits = limits(request, self.deadline);
-        real::Search { program: &self.program, least: &self.least, limits }.scout()
+        real::Search { program: &self.program, least: &self.least, limits }.search_early()
     }
 }
 
@@ -328,7 +334,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
 }
 
 /// A project of which the groups' maxima were searched.
-struct Sought<'r> {
+struct Solved<'r> {
     /// The project. Its model and groups are in `searched`.
     followed: Followed,
     delays: Option<Delays>,
@@ -341,18 +347,18 @@ impl Followed {
     fn searched<'r>(
         mut self,
         request: &Request<'r>,
-        scouted: Option<&Program>,
-    ) -> Result<Sought<'r>, Failure> {
+        early: Option<&Program>,
+    ) -> Result<Solved<'r>, Failure> {
         let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
         let delays = delays.transpose()?;
         let budget = self.budget(request);
-        let closing = self.closing(request, &budget);
+        let refinement = self.refinement(request, &budget);
         let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
-        let found = closing.search(&mut self.program, &mut self.prices, model, scouted);
+        let found = refinement.search(&mut self.program, &mut self.prices, model, early);
         let (searched, runs) =
             found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
         self.cuts = budget.cuts();
-        Ok(Sought { followed: self, delays, searched, runs })
+        Ok(Solved { followed: self, delays, searched, runs })
     }
 
     /// The budget of the next stage. It takes over which stages were cut short so far.
@@ -361,13 +367,17 @@ impl Followed {
         Budget::new(self.start, request.time_limit, request.cancelled, cuts)
     }
 
-    fn closing<'a, 'r>(&self, request: &'a Request<'r>, budget: &'a Budget<'a>) -> Closing<'a, 'r> {
-        Closing {
+    fn refinement<'a, 'r>(
+        &self,
+        request: &'a Request<'r>,
+        budget: &'a Budget<'a>,
+    ) -> Refinement<'a, 'r> {
+        Refinement {
             request,
             budget,
             limits: limits(request, budget.deadline()),
             doubtful_from: self.program.shortest_timer,
-            whole: self.whole,
+            structural_only: self.structural_only,
         }
     }
 
@@ -381,7 +391,7 @@ impl Followed {
         let times = self.prices.times();
         let mut loops =
             unbounded::loops(&self.program, &times, model, limits).map_err(Failure::Internal)?;
-        if self.whole {
+        if self.structural_only {
             loops.open = unbounded::unasked(&self.program);
         }
         if !loops.open.is_empty() {
@@ -391,21 +401,21 @@ impl Followed {
     }
 }
 
-impl Sought<'_> {
+impl Solved<'_> {
     /// The audit, with the real runs that were made meanwhile, if any were.
     fn concluded(
         self,
         request: &Request<'_>,
-        scouted: Option<Result<Scouted, String>>,
+        early: Option<Result<EarlyRuns, String>>,
     ) -> Result<Concluded, Failure> {
-        let Sought { mut followed, delays, searched, runs } = self;
-        let runs = match (runs, scouted) {
-            (Runs::Elsewhere, Some(found)) => Runs::Scouted(found.map_err(Failure::Internal)?),
+        let Solved { mut followed, delays, searched, runs } = self;
+        let runs = match (runs, early) {
+            (Runs::OtherThread, Some(found)) => Runs::Early(found.map_err(Failure::Internal)?),
             (runs, _) => runs,
         };
         let budget = followed.budget(request);
         note_open(&searched, &budget);
-        let closing = followed.closing(request, &budget);
+        let refinement = followed.refinement(request, &budget);
         let limits = limits(request, budget.deadline());
         let Followed { program, table, prices, .. } = &followed;
         let Searched {
@@ -435,9 +445,9 @@ impl Sought<'_> {
         };
         let traces = request.trace.then(|| method::traces(program, &model, &groups, &maxima));
         let loops = followed.endless_loops(&model, &limits, &budget)?;
-        let is_bounded = loops.found.is_empty() && !followed.whole;
+        let is_bounded = loops.found.is_empty() && !followed.structural_only;
         let running = || {
-            let mut found = closing.longest(program, prices, (&witness, upper), runs)?;
+            let mut found = refinement.longest(program, prices, (&witness, upper), runs)?;
             let least = prices.least_times();
             let search = real::Search { program, least: &least, limits };
             let is_sought = is_bounded && found.best.is_possible();
@@ -451,14 +461,14 @@ impl Sought<'_> {
         if request.proves_facts {
             let least = prices.least_times();
             let search = real::Search { program, least: &least, limits };
-            proved = proved::proved(&search, request.facts, followed.whole, &mut found)
+            proved = proved::proved(&search, request.facts, followed.structural_only, &mut found)
                 .map_err(Failure::Internal)?;
         }
         let look = Look { program, prices, table, facts: request.facts };
         let least = prices.least_times();
         let search = real::Search { program, least: &least, limits };
         let (watchdog, cycle) = look.see(&found, &search).map_err(Failure::Internal)?;
-        let left = stated::left(program, request.facts, &found.broken)?;
+        let left = stated::violations(program, request.facts, &found.violations)?;
         let warnings = [&*followed.warnings, &*left].concat();
         let mut opinions = None;
         if request.confirm {

@@ -1,13 +1,13 @@
 //! The search for a run from power-up to a scan: a few sequences of inputs are simulated.
 
-use super::real::{Found, Search};
+use super::real::{RunResults, Search};
 use super::{RunScan, Value};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Witness};
-use scanbound_replay::Real;
+use scanbound_replay::RealRun;
 use scanbound_replay::run::{Given, Outside, Run};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
@@ -53,7 +53,7 @@ struct Plan {
 
 /// A run of scans that begins at power-up and ends with one that takes as long as the one that was found; none if no
 /// sequence that is tried leads there. Where that last scan takes longer, it is the longest that was found from then on.
-pub fn run(search: &Search<'_>, prices: &Prices, found: &mut Found) -> Vec<RunScan> {
+pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<RunScan> {
     let (program, limits) = (search.program, search.limits);
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
     let outside = Outside::of(program);
@@ -133,7 +133,7 @@ fn on(program: &Program, inputs: &BTreeMap<Cell, u16>) -> Vec<(String, Value)> {
 struct Simulation<'a> {
     times: &'a [Times],
     outside: &'a Outside<'a>,
-    found: &'a Found,
+    found: &'a RunResults,
     overhead: Picos,
     /// Where the longest first scan starts.
     first: &'a Witness,
@@ -155,7 +155,7 @@ struct Made {
 struct Simulated {
     scans: Vec<Made>,
     /// Its last scan and the values with which that starts, if it takes long enough.
-    last: Option<(Real, Witness)>,
+    last: Option<(RealRun, Witness)>,
     /// How many instructions were executed.
     executed: u64,
 }

@@ -2,7 +2,7 @@
 //! runs.
 
 use super::own::Owners;
-use super::real::{Found, Search, standing, summary_choices};
+use super::real::{RunResults, Search, standing, summary_choices};
 use super::stated::bit;
 use scanbound_base::facts::{Facts, plain};
 use scanbound_base::time::{Picos, Times};
@@ -59,10 +59,12 @@ struct Asked {
 
 impl Asked {
     /// Whether a real run was found that breaks it.
-    fn is_broken(&self, found: &Found) -> bool {
+    fn is_broken(&self, found: &RunResults) -> bool {
         match &self.of {
-            Of::Range(at, _) => found.broken.left.contains_key(at),
-            Of::Set(_, pairs) => pairs.iter().any(|pair| found.broken.parted.contains_key(pair)),
+            Of::Range(at, _) => found.violations.ranges.contains_key(at),
+            Of::Set(_, pairs) => {
+                pairs.iter().any(|pair| found.violations.exclusions.contains_key(pair))
+            }
         }
     }
 }
@@ -75,7 +77,7 @@ pub fn proved(
     search: &Search<'_>,
     facts: &Facts,
     is_whole: bool,
-    found: &mut Found,
+    found: &mut RunResults,
 ) -> Result<Proved, String> {
     let program = search.program;
     let mut proved = Proved::default();
@@ -158,7 +160,7 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
 
 /// Makes scans from power-up on of which nothing is known that the outside gives: what these break is broken whatever it
 /// gives.
-fn run_unseen(search: &Search<'_>, found: &mut Found) {
+fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     let outside = Outside::unseen(search.program);
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
     let (choices, mut executed) = (BTreeMap::new(), 0);
@@ -166,10 +168,14 @@ fn run_unseen(search: &Search<'_>, found: &mut Found) {
         let given = Given { inputs: BTreeMap::new(), choices: &choices, chance: None };
         let scan = run.scan(&given, MOST_RUN - executed);
         executed += scan.replay.events.len() as u64;
-        found.broken.note(search.program, &scan, Some(number));
+        found.violations.note(search.program, &scan, Some(number));
         // What follows a broken fact is not as is stated.
         let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MOST_RUN;
-        if !goes_on || !scan.left.is_empty() || !scan.parted.is_empty() || search.limits.reached() {
+        if !goes_on
+            || !scan.range_violations.is_empty()
+            || !scan.exclusion_violations.is_empty()
+            || search.limits.reached()
+        {
             break;
         }
     }
@@ -221,7 +227,7 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
 }
 
 /// Looks for real runs that break what no run has broken so far.
-fn seek(search: &Search<'_>, asked: &[Asked], found: &mut Found) -> Result<(), String> {
+fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<(), String> {
     let program = search.program;
     let stays: Vec<Stays> = asked.iter().map(|one| one.stays.clone()).collect();
     let summary = summary_choices(program);

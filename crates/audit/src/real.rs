@@ -1,7 +1,7 @@
 //! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
 
-use super::broken::Broken;
 use super::modelling::LONGEST_SCAN;
+use super::violations::Violations;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
@@ -9,7 +9,7 @@ use scanbound_model::certain::{Standing, certain};
 use scanbound_model::groups::{groups, unpriced, witness};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
-use scanbound_replay::{Free, Real, Why, real};
+use scanbound_replay::{FreeValues, RealRun, StopReason, real};
 use scanbound_scan::fit::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_knowing};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
@@ -32,35 +32,36 @@ const WORTH: u64 = 100;
 const MOST_DECISIONS: u64 = 200_000;
 
 /// The longest real run that was found, and what was learned until then.
-pub struct Found {
+pub struct RunResults {
     /// The run.
-    pub best: Real,
+    pub best: RealRun,
     /// The values with which it starts.
     pub witness: Witness,
     /// What all runs taught.
     pub knowledge: Knowledge,
     /// What runs break of what is stated.
-    pub broken: Broken,
+    pub violations: Violations,
 }
 
-impl Found {
+impl RunResults {
     /// What a first run found, beside what was known before it.
-    fn first(program: &Program, run: Real, start: Witness, knowledge: Knowledge) -> Found {
-        let mut found = Found { best: run, witness: start, knowledge, broken: Broken::default() };
+    fn first(program: &Program, run: RealRun, start: Witness, knowledge: Knowledge) -> RunResults {
+        let mut found =
+            RunResults { best: run, witness: start, knowledge, violations: Violations::default() };
         learn(&mut found.knowledge, &mut found.best);
-        found.broken.note(program, &found.best, None);
+        found.violations.note(program, &found.best, None);
         found
     }
 
     /// Takes from a run what it teaches and breaks; whether it taught something new.
-    pub(super) fn note(&mut self, program: &Program, run: &mut Real) -> bool {
+    pub(super) fn note(&mut self, program: &Program, run: &mut RealRun) -> bool {
         let news = learn(&mut self.knowledge, run);
-        self.broken.note(program, run, None);
+        self.violations.note(program, run, None);
         news
     }
 
     /// Lets no time stand of a run that is not possible: where there is no other, nothing is known of any scan.
-    fn without_impossible(mut self) -> Found {
+    fn without_impossible(mut self) -> RunResults {
         if !self.best.is_possible() {
             self.best.replay.total = Picos::ZERO;
             self.best.replay.events.clear();
@@ -69,15 +70,15 @@ impl Found {
     }
 
     /// Keeps a run that takes longer than the best so far.
-    pub(super) fn replace(&mut self, run: Real, start: Witness) {
+    pub(super) fn replace(&mut self, run: RealRun, start: Witness) {
         if run.replay.total > self.best.replay.total {
             (self.best, self.witness) = (run, start);
         }
     }
 
     /// Keeps a run if it is better than the best so far: possible, then longer.
-    fn keep_better(&mut self, run: Real, start: Witness) {
-        let rank = |run: &Real| (run.is_possible(), run.replay.total);
+    fn keep_better(&mut self, run: RealRun, start: Witness) {
+        let rank = |run: &RealRun| (run.is_possible(), run.replay.total);
         if rank(&run) > rank(&self.best) {
             (self.best, self.witness) = (run, start);
         }
@@ -85,8 +86,8 @@ impl Found {
 }
 
 /// What runs found beside the search of the bound, without its scan.
-pub struct Scouted {
-    found: Found,
+pub struct EarlyRuns {
+    found: RunResults,
     /// Whether rounds are worth going on with, once more is learned.
     goes_on: bool,
     /// How many gates the models had.
@@ -104,26 +105,26 @@ pub struct Search<'a> {
 impl Search<'_> {
     /// What runs find before any start is known: those of the dearest scans that surely go as the model has them.
     /// `Err` if an operation wrote what its effects do not allow.
-    pub fn scout(&self) -> Result<Scouted, String> {
+    pub fn search_early(&self) -> Result<EarlyRuns, String> {
         let start = Witness::default();
         let run = self.real(&start)?;
-        let mut found = Found::first(self.program, run, start, Knowledge::new());
+        let mut found = RunResults::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
         let goes_on = self.go_on(&mut found, None, &mut gates)?;
-        Ok(Scouted { found, goes_on, gates })
+        Ok(EarlyRuns { found, goes_on, gates })
     }
 
     /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
     /// is the longest. `Err` if an operation wrote what its effects do not allow, or a run costs more than `upper`.
-    pub fn run_scouted(
+    pub fn continue_from(
         &self,
         dearest: &Witness,
         upper: Picos,
-        scouted: Scouted,
-    ) -> Result<Found, String> {
-        let Scouted { mut found, goes_on, mut gates } = scouted;
+        early: EarlyRuns,
+    ) -> Result<RunResults, String> {
+        let EarlyRuns { mut found, goes_on, mut gates } = early;
         self.within(&found.best, upper)?;
-        let scouted = found.best.replay.total;
+        let early = found.best.replay.total;
         let mut one = self.real(dearest)?;
         self.within(&one, upper)?;
         found.note(self.program, &mut one);
@@ -131,7 +132,7 @@ impl Search<'_> {
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, dearest.clone());
         found.keep_better(before, start);
-        if goes_on && found.best.replay.total > scouted {
+        if goes_on && found.best.replay.total > early {
             self.go_on(&mut found, Some(upper), &mut gates)?;
             self.within(&found.best, upper)?;
         }
@@ -146,9 +147,9 @@ impl Search<'_> {
         [dearest, other]: [&Witness; 2],
         upper: Picos,
         knowledge: Knowledge,
-    ) -> Result<Found, String> {
+    ) -> Result<RunResults, String> {
         let run = self.real(dearest)?;
-        let mut found = Found::first(self.program, run, dearest.clone(), knowledge);
+        let mut found = RunResults::first(self.program, run, dearest.clone(), knowledge);
         if !found.best.is_possible() || found.best.replay.total < upper {
             let mut one = self.real(other)?;
             found.note(self.program, &mut one);
@@ -164,7 +165,7 @@ impl Search<'_> {
     /// models of earlier rounds had as many `gates` as all may have, one more round is made.
     fn go_on(
         &self,
-        found: &mut Found,
+        found: &mut RunResults,
         upper: Option<Picos>,
         gates: &mut usize,
     ) -> Result<bool, String> {
@@ -186,7 +187,8 @@ impl Search<'_> {
             let total = one.replay.total;
             goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
             // A run that was left for its length is not tried again from other starts: that takes as long each time.
-            let left = one.stopped.as_ref().is_some_and(|stopped| stopped.why == Why::TooLong);
+            let left =
+                one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
             found.keep_better(one, start);
             if total >= most || !news || left || !goes_on || *gates > MOST_GATES {
                 break;
@@ -269,7 +271,7 @@ impl Search<'_> {
 
     /// Makes a real run. `Err` if an operation wrote what its effects do not allow, or a word left its range of which the
     /// analysis says that the program keeps it.
-    pub(super) fn real(&self, witness: &Witness) -> Result<Real, String> {
+    pub(super) fn real(&self, witness: &Witness) -> Result<RealRun, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
         let run = real(self.program, self.least, start, MOST_RUN);
@@ -278,9 +280,9 @@ impl Search<'_> {
     }
 
     /// `Err` if a run does what the analysis says that no run does.
-    fn agrees(&self, run: &Real) -> Result<(), String> {
+    fn agrees(&self, run: &RealRun) -> Result<(), String> {
         let program = self.program;
-        if let Some(&(instruction, cell)) = run.beyond.first() {
+        if let Some(&(instruction, cell)) = run.undeclared_writes.first() {
             let at = &program.instructions[instruction];
             let (file, line) = (&at.place.of(&program.files).name, at.place.line);
             let (text, cell) = (&at.text, program.cell_name(cell));
@@ -292,7 +294,7 @@ impl Search<'_> {
             let cells = &program.ranges[*range].cells;
             cells.len() == 1 && program.kept.contains(&cells[0])
         };
-        let left = run.left.iter().find(is_kept).filter(|_| run.is_possible());
+        let left = run.range_violations.iter().find(is_kept).filter(|_| run.is_possible());
         if let Some(&(range, value)) = left {
             let cell = program.cell_name(program.ranges[range].cells[0]);
             return Err(format!(
@@ -303,7 +305,7 @@ impl Search<'_> {
     }
 
     /// `Err` if a run costs more than the bound.
-    pub(super) fn within(&self, one: &Real, upper: Picos) -> Result<(), String> {
+    pub(super) fn within(&self, one: &RealRun, upper: Picos) -> Result<(), String> {
         if one.is_possible() && one.replay.total > upper {
             return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
         }
@@ -336,13 +338,13 @@ impl Search<'_> {
 }
 
 /// Whether a run is known not to be worth the round that it took: one that could not go on tells what to do otherwise.
-fn is_hardly_longer(one: &Real, best: &Real) -> bool {
+fn is_hardly_longer(one: &RealRun, best: &RealRun) -> bool {
     let (took, before) = (one.replay.total.0, best.replay.total.0);
     one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
 }
 
 /// Adds what a run taught; whether something was new.
-fn learn(knowledge: &mut Knowledge, real: &mut Real) -> bool {
+fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     let mut news = false;
     for (moment, facts) in std::mem::take(&mut real.learned) {
         let known = knowledge.entry(moment).or_default();
@@ -423,7 +425,7 @@ fn counts(program: &Program) -> Vec<(usize, Cell)> {
 /// and whether each counts a loop that the run comes to.
 pub(super) fn other_starts(
     program: &Program,
-    found: &Found,
+    found: &RunResults,
     known: &BTreeSet<Cell>,
 ) -> Vec<(Cell, u16, bool)> {
     let counts = counts(program);
@@ -454,7 +456,7 @@ struct Start<'a> {
     counts: &'a [(usize, Cell)],
 }
 
-impl Free for Start<'_> {
+impl FreeValues for Start<'_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         if let Some(&value) = self.witness.start.get(&cell) {
             return value;
@@ -507,8 +509,8 @@ mod tests {
         let search = Search { program: &followed.program, least: &least, limits };
         let other = Witness::default();
         let run = search.run([&dearest, &other], upper, Knowledge::new()).unwrap();
-        let scouted = search.scout().unwrap();
-        let beside = search.run_scouted(&dearest, upper, scouted).unwrap();
+        let early = search.search_early().unwrap();
+        let beside = search.continue_from(&dearest, upper, early).unwrap();
         assert!(beside.best.is_possible() && run.best.is_possible());
         (run.best.replay.total, beside.best.replay.total, upper)
     }
@@ -551,10 +553,10 @@ mod tests {
         let least = followed.prices.least_times();
         let limits = Limits::default();
         let search = Search { program: &followed.program, least: &least, limits };
-        let scouted = search.scout().unwrap();
-        assert!(scouted.goes_on);
-        let low = Picos(scouted.found.best.replay.total.0 - 1);
-        let found = search.run_scouted(&Witness::default(), low, scouted);
+        let early = search.search_early().unwrap();
+        assert!(early.goes_on);
+        let low = Picos(early.found.best.replay.total.0 - 1);
+        let found = search.continue_from(&Witness::default(), low, early);
         assert!(found.is_err_and(|told| told.contains("the bound is")));
     }
 }

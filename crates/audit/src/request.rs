@@ -43,7 +43,7 @@ pub struct Request<'a> {
     /// Whose writes between scans are reckoned with.
     pub trust: Trust,
     /// Whether what charts say excludes each other is used.
-    pub apart: bool,
+    pub use_chart_exclusion: bool,
     /// The task whose scan is bounded, where the project has several.
     pub task: Option<&'a str>,
     /// Whether that scan is bounded as if no other task interrupted it, whatever is stated.
@@ -106,7 +106,7 @@ impl<'a> Request<'a> {
             facts,
             trust: Trust::default(),
             incomplete: false,
-            apart: true,
+            use_chart_exclusion: true,
             task: None,
             alone: false,
             proves_facts: true,

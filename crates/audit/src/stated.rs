@@ -1,7 +1,7 @@
 //! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
 
-use super::broken::{Broken, Left, Parted, bits_of, writes_constant};
 use super::own::Owners;
+use super::violations::{ExclusionViolation, RangeViolation, Violations, bits_of, writes_constant};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part, StatedCall, plain};
@@ -287,10 +287,10 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
 /// # Errors
 /// Where the program writes a constant outside of a range, or a run from power-up leads there whatever the outside gives:
 /// what is stated does not hold whenever a scan starts.
-pub fn left(
+pub fn violations(
     program: &Program,
     facts: &Facts,
-    found: &Broken,
+    found: &Violations,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (plain(key), key)).collect();
@@ -302,7 +302,7 @@ pub fn left(
     };
     let from_power_up =
         |scan: usize| format!("whatever comes from outside, in scan {scan} from power-up on");
-    for (&range, &Left { value, by, scan }) in &found.left {
+    for (&range, &RangeViolation { value, by, scan }) in &found.ranges {
         let word = program.cell_name(program.ranges[range].cells[0]);
         // What is trusted was proved.
         let Some(key) = keys.get(&plain(&word)) else { continue };
@@ -323,7 +323,7 @@ pub fn left(
                 .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
         }
     }
-    for (&pair, Parted { by, scan }) in found.parted.iter().take(MOST_TOLD) {
+    for (&pair, ExclusionViolation { by, scan }) in found.exclusions.iter().take(MOST_TOLD) {
         let names: Vec<String> = bits_of(&program.invariants[pair])
             .iter()
             .filter_map(|bit| bit_name(program, bit))

@@ -1,13 +1,13 @@
 //! What a scan is held against: the watchdog and what restarts it, and a constant scan time.
 
-use super::real::{Found, Search};
+use super::real::{RunResults, Search};
 use super::{Audit, stretch};
 use scanbound_base::facts::Facts;
 use scanbound_base::location::Location;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
 use scanbound_replay::run::{Given, Outside, Run};
-use scanbound_replay::{Event, Real};
+use scanbound_replay::{Event, RealRun};
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,7 +104,11 @@ struct Seen {
 
 impl Look<'_> {
     /// The watchdog and the least cycle.
-    pub fn see(&self, found: &Found, search: &Search<'_>) -> Result<(Watchdog, Cycle), String> {
+    pub fn see(
+        &self,
+        found: &RunResults,
+        search: &Search<'_>,
+    ) -> Result<(Watchdog, Cycle), String> {
         let control = &self.program.scan_control;
         let is_quiet = control.restarts.is_empty()
             && control.watchdog.is_empty()
@@ -198,7 +202,7 @@ impl Look<'_> {
     /// The longest stretches of the longest scan that was found, and of the same one where it is not the first.
     fn others(
         &self,
-        found: &Found,
+        found: &RunResults,
         search: &Search<'_>,
         is_set: bool,
     ) -> Result<Vec<Stretch>, String> {
@@ -216,7 +220,7 @@ impl Look<'_> {
         Ok(runs.map(|(run, is_first)| self.stretch(run, !is_set || is_first, false)).collect())
     }
 
-    fn stretch(&self, run: &Real, may_be_default: bool, is_reached: bool) -> Stretch {
+    fn stretch(&self, run: &RealRun, may_be_default: bool, is_reached: bool) -> Stretch {
         let events = &run.replay.events;
         let extended: Picos = events
             .iter()

@@ -3,7 +3,7 @@
 use super::clockwork::{Clockwork, Found};
 use super::machine::Machine;
 use super::memory::{Left, Memory};
-use super::{Free, Mode, Stopped};
+use super::{FreeValues, Mode, Stopped};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::timed::Timed;
 use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};
@@ -104,7 +104,7 @@ impl<'p> Emulated<'p> {
     }
 }
 
-impl Free for Start<'_, '_> {
+impl FreeValues for Start<'_, '_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         match self.cpu.program.power_up.first_scan.contains(&cell) {
             true => u16::from(self.cpu.first),

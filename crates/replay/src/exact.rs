@@ -1,6 +1,6 @@
 //! Exact choices: operations on operands that are carried out, and what is learned from it.
 
-use super::Free;
+use super::FreeValues;
 use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Which bits of a cell an operation writes, and their values.
 type Written = BTreeMap<Cell, (u16, u16)>;
 
-impl<F: Free> State<'_, F> {
+impl<F: FreeValues> State<'_, F> {
     /// The value of a choice that is read; `None` where it is not settled, and so not known.
     pub(super) fn value_of(&mut self, choice: ChoiceId, meaning: &Meaning) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
@@ -54,7 +54,7 @@ impl<F: Free> State<'_, F> {
         let allowed = self.allowed(choice);
         for &cell in written.keys() {
             if !allowed.iter().any(|region| region.holds(cell)) {
-                self.beyond.push((self.at, cell));
+                self.undeclared_writes.push((self.at, cell));
             }
         }
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();

@@ -59,7 +59,7 @@ pub struct Replay {
 }
 
 /// Gives the values that a program leaves free. The same question gets the same answer throughout a scan.
-pub trait Free {
+pub trait FreeValues {
     /// The cell's value at the start of the scan; bit 0 counts if the kind is `Bit`.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
     /// The bits of that value that nobody knows.
@@ -99,7 +99,7 @@ pub trait Free {
     }
 }
 
-impl Free for &Witness {
+impl FreeValues for &Witness {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         self.start.get(&cell).copied().unwrap_or(0)
     }
@@ -131,7 +131,7 @@ enum Mode {
 
 /// Why a real run is followed no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Why {
+pub enum StopReason {
     /// The further path depends on what is not known: this instruction's result.
     Unknown(usize),
     /// What the user stated excludes this scan.
@@ -150,12 +150,12 @@ pub struct Stopped {
     /// The call context: calls and loop iterations on the path there.
     pub frames: Arc<[Frame]>,
     /// Why.
-    pub why: Why,
+    pub reason: StopReason,
 }
 
 /// A real run: one scan as a PLC makes it, as far as it is known what that does.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Real {
+pub struct RealRun {
     /// What was run. It takes at least `total`: what follows a stop is not counted, and of an instruction of which it is
     /// not known whether it fires the lesser time.
     pub replay: Replay,
@@ -165,19 +165,20 @@ pub struct Real {
     pub learned: Knowledge,
     /// Indices into `Program::ranges` that the start keeps and the scan's end does not, and what the words hold then; empty
     /// where it is not followed to its end.
-    pub left: Vec<(usize, i64)>,
+    pub range_violations: Vec<(usize, i64)>,
     /// Those of `Program::exclusive` that the start keeps and the scan's end surely does not; empty likewise.
-    pub parted: Vec<usize>,
+    pub exclusion_violations: Vec<usize>,
     /// Writes of operations that their instruction's effects do not allow: instruction and cell. There must be none.
-    pub beyond: Vec<(usize, Cell)>,
+    pub undeclared_writes: Vec<(usize, Cell)>,
 }
 
-impl Real {
+impl RealRun {
     /// Whether the CPU makes this scan: the user's statements allow it, those of start values and those of counts within it,
     /// and no operation error ends it.
     #[must_use]
     pub fn is_possible(&self) -> bool {
-        let excluded = |stopped: &Stopped| matches!(stopped.why, Why::Excluded | Why::Error);
+        let excluded =
+            |stopped: &Stopped| matches!(stopped.reason, StopReason::Excluded | StopReason::Error);
         self.replay.broken_ranges.is_empty()
             && self.replay.broken_invariants.is_empty()
             && !self.stopped.as_ref().is_some_and(excluded)
@@ -187,13 +188,13 @@ impl Real {
 /// Makes a real run of at most `most` instructions. Where loops make one iteration or none and manuals do not say which,
 /// each case is run, and the cheapest is the result. Each call of `free` gives the same values from the beginning.
 #[must_use]
-pub fn real<F: Free>(
+pub fn real<F: FreeValues>(
     program: &Program,
     times: &[Times],
     mut free: impl FnMut() -> F,
     most: u64,
-) -> Real {
-    let mut best: Option<Real> = None;
+) -> RealRun {
+    let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
     // For each such loop met whether it makes one iteration: all cases, in depth-first order.
     let mut once: Vec<bool> = Vec::new();
@@ -209,7 +210,7 @@ pub fn real<F: Free>(
             }
         }
         // A run that is not possible is taken only if there is no other.
-        let rank = |one: &Real| (!one.is_possible(), one.replay.total);
+        let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
         if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
             best = Some(found);
         }
@@ -245,6 +246,6 @@ pub fn replay_knowing(
 
 /// Runs one scan, asking `free` for every value that the program leaves free at the moment it is needed.
 #[must_use]
-pub fn replay_with(program: &Program, times: &[Times], free: impl Free) -> Replay {
+pub fn replay_with(program: &Program, times: &[Times], free: impl FreeValues) -> Replay {
     machine::Machine::new(program, times, free, Mode::Model).scan()
 }

@@ -1,7 +1,7 @@
 //! The control of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
 use super::state::{Doubt, State, Truth};
-use super::{Event, Free, Mode, Real, Replay, Stopped, Why};
+use super::{Event, FreeValues, Mode, RealRun, Replay, StopReason, Stopped};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{
@@ -72,7 +72,7 @@ pub(super) struct Machine<'p, F> {
     /// Where a real run is followed no further, and why.
     stopped: Option<Stopped>,
     /// How many more instructions may be executed.
-    left: u64,
+    remaining: u64,
     /// For loops that make one iteration or none: whether each makes one, in the order in which they are met, and how
     /// many were met.
     once: Vec<bool>,
@@ -83,7 +83,7 @@ pub(super) struct Machine<'p, F> {
     executed: Range<usize>,
 }
 
-impl<'p, F: Free> Machine<'p, F> {
+impl<'p, F: FreeValues> Machine<'p, F> {
     pub(super) fn new(program: &'p Program, times: &'p [Times], free: F, mode: Mode) -> Self {
         assert_eq!(times.len(), program.instructions.len(), "a time for every instruction");
         Machine {
@@ -95,7 +95,7 @@ impl<'p, F: Free> Machine<'p, F> {
             events: Vec::with_capacity(program.instructions.len()),
             unbounded: None,
             stopped: None,
-            left: u64::MAX,
+            remaining: u64::MAX,
             once: Vec::new(),
             asked: 0,
             sums: false,
@@ -117,9 +117,9 @@ impl<'p, F: Free> Machine<'p, F> {
         mut self,
         most: u64,
     ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
-        (self.left, self.asked) = (most, MOST_ASKED);
+        (self.remaining, self.asked) = (most, MOST_ASKED);
         let replay = self.scan();
-        (replay.total, most - self.left, self.stopped, replay.unbounded, self.state)
+        (replay.total, most - self.remaining, self.stopped, replay.unbounded, self.state)
     }
 
     /// The same with what was learned of exact choices.
@@ -130,40 +130,60 @@ impl<'p, F: Free> Machine<'p, F> {
 
     /// Makes a real run of at most so many instructions; `once` says of each loop that makes one iteration or none whether
     /// it makes one.
-    pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (Real, usize) {
-        (self.left, self.once) = (most, once);
+    pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (RealRun, usize) {
+        (self.remaining, self.once) = (most, once);
         let replay = self.scan();
-        let beyond = std::mem::take(&mut self.state.beyond);
+        let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
         let learned = std::mem::take(&mut self.state.learned);
-        let (left, parted) = self.left(&replay);
-        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.asked)
+        let (range_violations, exclusion_violations) = self.end_violations(&replay);
+        (
+            RealRun {
+                replay,
+                stopped: self.stopped,
+                learned,
+                range_violations,
+                exclusion_violations,
+                undeclared_writes,
+            },
+            self.asked,
+        )
     }
 
     /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
     /// loop of which it is not known which it does ends the run.
-    pub(super) fn real_from(mut self, most: u64, asked: usize) -> (Real, State<'p, F>) {
-        (self.left, self.asked) = (most, asked);
+    pub(super) fn real_from(mut self, most: u64, asked: usize) -> (RealRun, State<'p, F>) {
+        (self.remaining, self.asked) = (most, asked);
         let replay = self.scan();
-        let beyond = std::mem::take(&mut self.state.beyond);
+        let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
         let learned = std::mem::take(&mut self.state.learned);
-        let (left, parted) = self.left(&replay);
-        (Real { replay, stopped: self.stopped, learned, left, parted, beyond }, self.state)
+        let (range_violations, exclusion_violations) = self.end_violations(&replay);
+        (
+            RealRun {
+                replay,
+                stopped: self.stopped,
+                learned,
+                range_violations,
+                exclusion_violations,
+                undeclared_writes,
+            },
+            self.state,
+        )
     }
 
     /// What the scan's end does not keep of what is stated of starts: ranges and invariants.
-    fn left(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
+    fn end_violations(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
         if self.stopped.is_some() {
             return (Vec::new(), Vec::new());
         }
-        let mut parted = Vec::new();
+        let mut exclusion_violations = Vec::new();
         for index in self.program.exclusive.clone() {
             let holds = &self.program.invariants[index];
             let end = self.state.logic(holds, Truth::TRUE);
             if !end.value && end.doubt.is_none() && !replay.broken_invariants.contains(&index) {
-                parted.push(index);
+                exclusion_violations.push(index);
             }
         }
-        (self.state.left_ranges(), parted)
+        (self.state.range_violations(), exclusion_violations)
     }
 
     pub(super) fn scan(&mut self) -> Replay {
@@ -249,10 +269,10 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     fn execute(&mut self, at: usize) -> Next {
-        if self.left == 0 {
-            return self.stop(at, Why::TooLong);
+        if self.remaining == 0 {
+            return self.stop(at, StopReason::TooLong);
         }
-        self.left -= 1;
+        self.remaining -= 1;
         self.state.at = at;
         self.state.now = self.total;
         let instruction = &self.program.instructions[at];
@@ -280,7 +300,7 @@ impl<'p, F: Free> Machine<'p, F> {
         if fired == Truth::TRUE
             && (self.breaks_count(instruction) || self.breaks_index(instruction))
         {
-            return self.stop(at, Why::Excluded);
+            return self.stop(at, StopReason::Excluded);
         }
         let is_contact = matches!(instruction.step, Step::Logic { .. });
         let executed = if is_contact { Truth::TRUE } else { fired };
@@ -302,7 +322,7 @@ impl<'p, F: Free> Machine<'p, F> {
         let decides =
             matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });
         if let (true, Some(cause)) = (decides, fired.doubt) {
-            return self.stop(at, Why::Unknown(cause));
+            return self.stop(at, StopReason::Unknown(cause));
         }
         match iterations {
             Some(Err(why)) => self.stop(at, why),
@@ -312,15 +332,15 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     /// Why the CPU does not go on from the instruction, or may not: an operation error.
-    fn fails(&mut self, condition: Truth, executed: Truth) -> Option<Why> {
+    fn fails(&mut self, condition: Truth, executed: Truth) -> Option<StopReason> {
         if self.state.mode != Mode::Real {
             return None;
         }
         let error = self.program.errors.get(&self.state.at)?;
         let fails = self.state.logic(error, condition).and(executed);
         match fails {
-            Truth { doubt: Some(cause), .. } => Some(Why::Unknown(cause)),
-            Truth { value: true, .. } => Some(Why::Error),
+            Truth { doubt: Some(cause), .. } => Some(StopReason::Unknown(cause)),
+            Truth { value: true, .. } => Some(StopReason::Error),
             Truth { value: false, .. } => None,
         }
     }
@@ -388,14 +408,14 @@ impl<'p, F: Free> Machine<'p, F> {
     }
 
     /// Follows the scan no further.
-    fn stop(&mut self, at: usize, why: Why) -> Next {
+    fn stop(&mut self, at: usize, reason: StopReason) -> Next {
         let frames = self.state.frames().clone();
-        self.stopped.get_or_insert(Stopped { at, frames, why });
+        self.stopped.get_or_insert(Stopped { at, frames, reason });
         Next::Stop
     }
 
     /// How many iterations a loop makes.
-    fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, Why> {
+    fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, StopReason> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
             Step::Summary(summary) => {
@@ -421,22 +441,22 @@ impl<'p, F: Free> Machine<'p, F> {
         let value = self.state.word(word);
         let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
         match (doubtful, doubt) {
-            (_, Some(cause)) => Err(Why::Unknown(cause)),
+            (_, Some(cause)) => Err(StopReason::Unknown(cause)),
             // What the user stated of this count excludes the scan.
             (_, None)
                 if self.state.mode == Mode::Real && !self.allows_iterations(value, is_signed) =>
             {
-                Err(Why::Excluded)
+                Err(StopReason::Excluded)
             }
             (Some(_), None) if number(value) > most && self.state.mode == Mode::Real => {
-                Err(Why::Excluded)
+                Err(StopReason::Excluded)
             }
             (None, None) => Ok(limited(value)),
             (Some(_), None) if number(value) >= 1 => Ok(limited(value)),
             (Some(choice), None) if self.state.mode == Mode::Model => {
                 Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
             }
-            (Some(_), None) if self.asked >= MOST_ASKED => Err(Why::Unknown(self.state.at)),
+            (Some(_), None) if self.asked >= MOST_ASKED => Err(StopReason::Unknown(self.state.at)),
             (Some(_), None) => {
                 let once = self.once.get(self.asked).copied().unwrap_or(false);
                 self.asked += 1;
@@ -576,7 +596,7 @@ impl<'p, F: Free> Machine<'p, F> {
                 self.begin_loop(at, summary.end, iterations);
             }
             Step::Summary(_) if self.state.mode == Mode::Real => {
-                return self.stop(at, Why::Unknown(at));
+                return self.stop(at, StopReason::Unknown(at));
             }
             Step::ForEnd => return self.end_iteration(at),
             Step::Summary(summary) => {
@@ -651,7 +671,7 @@ impl<'p, F: Free> Machine<'p, F> {
         if !self.sums {
             return None;
         }
-        let (total, executed, changes) = (self.total, self.left, self.state.changes);
+        let (total, executed, changes) = (self.total, self.remaining, self.state.changes);
         let Routine { stack, slots, masters, .. } = self.routine();
         let (stack, slots, masters) = (stack.clone(), slots.clone(), masters.len());
         Some(Begun { total, executed, changes, stack, slots, masters })
@@ -660,7 +680,7 @@ impl<'p, F: Free> Machine<'p, F> {
     /// Where an iteration has changed nothing at all, the others are like it: they are charged, and the loop is at its last.
     fn skip_alike(&mut self) {
         let now = self.stands();
-        let (total, left) = (self.total, self.left);
+        let (total, remaining) = (self.total, self.remaining);
         let Some(current) = self.routine().loops.last_mut() else { return };
         let (Some(begun), Some(now)) = (current.begun.take(), now) else { return };
         let alike = begun.changes == now.changes
@@ -669,11 +689,11 @@ impl<'p, F: Free> Machine<'p, F> {
             && begun.slots == now.slots;
         let more = u64::from(current.iterations - current.iteration - 1);
         let each = Picos(total.0 - begun.total.0);
-        let took = (begun.executed - left).saturating_mul(more);
-        if alike && took < left {
+        let took = (begun.executed - remaining).saturating_mul(more);
+        if alike && took < remaining {
             current.iteration = current.iterations - 1;
             self.total += each.times(more);
-            self.left -= took;
+            self.remaining -= took;
         } else {
             current.begun = Some(now);
         }

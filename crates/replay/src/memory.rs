@@ -1,6 +1,6 @@
 //! What the cells hold between two scans that follow each other.
 
-use super::Free;
+use super::FreeValues;
 use super::state::State;
 use rustc_hash::FxHashMap;
 use scanbound_ir::{Cell, Region};
@@ -28,7 +28,7 @@ pub(super) struct Left {
 
 impl Left {
     /// What it leaves in this state.
-    pub(super) fn by<F: Free>(state: &mut State<'_, F>) -> Left {
+    pub(super) fn by<F: FreeValues>(state: &mut State<'_, F>) -> Left {
         let lost = state.lost();
         for &region in &lost {
             if let Region::Range { first, count } = region

@@ -7,7 +7,7 @@ use scanbound_ir::{
     ChoiceId, Effect, Join, Logic, Region, Step, When, WordSource, WordTarget, Write,
 };
 
-fn run(program: &Program) -> Real {
+fn run(program: &Program) -> RealRun {
     let times = vec![Times::new(Picos(10), Picos(1)); program.instructions.len()];
     let witness = Witness::default();
     real(program, &times, || &witness, 1000)
@@ -32,7 +32,7 @@ fn what_is_not_known_costs_the_lesser_time_and_decides_no_way() {
     let mut p = program(vec![havoc, contact(bit(0)), jump(3), contact(bit(1))]);
     let found = run(&p);
     assert_eq!(found.stopped.as_ref().map(|stopped| stopped.at), Some(2));
-    assert_eq!(found.stopped.map(|stopped| stopped.why), Some(Why::Unknown(0)));
+    assert_eq!(found.stopped.map(|stopped| stopped.reason), Some(StopReason::Unknown(0)));
     assert_eq!(found.replay.total, Picos(10 + 1 + 1));
     // What the outside gives is a value like any other.
     p.kinds.insert(ChoiceId(0), ChoiceKind::World);
@@ -51,7 +51,7 @@ fn a_write_of_what_is_there_already_leaves_it_known() {
     assert_eq!(run(&p).stopped, None);
     let set = Write::Bit(scanbound_ir::BitTarget::Cell(bit(1)), Logic::Const(true));
     let p = program(vec![havoc, perhaps(set), contact(bit(1)), jump(4), contact(bit(2))]);
-    assert_eq!(run(&p).stopped.map(|stopped| stopped.why), Some(Why::Unknown(0)));
+    assert_eq!(run(&p).stopped.map(|stopped| stopped.reason), Some(StopReason::Unknown(0)));
 }
 
 #[test]
@@ -64,9 +64,9 @@ fn an_operation_that_writes_beyond_its_effects_is_told() {
         outputs: vec![Target::Words(vec![WordTarget::Cell(cell)])],
     };
     p.kinds.insert(ChoiceId(0), ChoiceKind::Exact(Box::new(meaning(word(0)))));
-    assert_eq!(run(&p).beyond, []);
+    assert_eq!(run(&p).undeclared_writes, []);
     p.kinds.insert(ChoiceId(0), ChoiceKind::Exact(Box::new(meaning(word(1)))));
-    assert_eq!(run(&p).beyond, [(0, word(1))]);
+    assert_eq!(run(&p).undeclared_writes, [(0, word(1))]);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_loop_of_one_turn_or_none_takes_the_cheaper() {
         run(&p)
     };
     let set = Write::Bit(scanbound_ir::BitTarget::Cell(bit(1)), Logic::Const(true));
-    let ran = |real: &Real| real.replay.events.iter().any(|event| event.instruction == 1);
+    let ran = |real: &RealRun| real.replay.events.iter().any(|event| event.instruction == 1);
     assert!(ran(&body(vec![act(set)])));
     assert!(!ran(&body(vec![instruction(Step::Nothing, vec![])])));
 }

@@ -3,7 +3,7 @@
 use super::clockwork::{Clockwork, Found};
 use super::machine::{MOST_ASKED, Machine};
 use super::memory::{Left, Memory};
-use super::{Free, Mode, Real};
+use super::{FreeValues, Mode, RealRun};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Operand;
 use scanbound_ir::timed::Timed;
@@ -134,7 +134,7 @@ impl<'p> Run<'p> {
     }
 
     /// Makes the next scan, of at most `most` instructions. After one that was not followed to its end none follows.
-    pub fn scan(&mut self, given: &Given<'p>, most: u64) -> Real {
+    pub fn scan(&mut self, given: &Given<'p>, most: u64) -> RealRun {
         let program = self.outside.program;
         self.asked.borrow_mut().clear();
         let start = Start { run: self, given };
@@ -211,7 +211,7 @@ impl<'p> Run<'p> {
     }
 }
 
-impl Free for Start<'_, '_> {
+impl FreeValues for Start<'_, '_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         let Run { outside, memory, is_first, .. } = self.run;
         let value = if outside.own.is_none() && outside.sets(cell) {

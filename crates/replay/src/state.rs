@@ -2,7 +2,7 @@
 
 use super::clockwork::Found;
 use super::words::bcd;
-use super::{Free, Mode};
+use super::{FreeValues, Mode};
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
@@ -109,7 +109,7 @@ pub(super) struct State<'p, F> {
     /// What was learned: on the way of a real run, before a run of the model.
     pub(super) learned: Knowledge,
     /// Writes of operations beyond what their effects allow.
-    pub(super) beyond: Vec<(usize, Cell)>,
+    pub(super) undeclared_writes: Vec<(usize, Cell)>,
     /// How long the scan has been running.
     pub(super) now: Picos,
     /// The memories of timers, and the value of each while its timer is at rest.
@@ -120,7 +120,7 @@ pub(super) struct State<'p, F> {
     pub(super) changes: u64,
 }
 
-impl<'p, F: Free> State<'p, F> {
+impl<'p, F: FreeValues> State<'p, F> {
     pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
         let ranged = program.ranges.iter().flat_map(|range| &range.cells);
         let expiries = program.timekeeping.expiries.values();
@@ -140,7 +140,7 @@ impl<'p, F: Free> State<'p, F> {
             changing: false,
             known: Known::new(),
             learned: Knowledge::new(),
-            beyond: Vec::new(),
+            undeclared_writes: Vec::new(),
             now: Picos::ZERO,
             memories: expiries.map(|one| (one.memory, one.rest)).collect(),
             rested: BTreeSet::new(),
@@ -617,7 +617,7 @@ impl<'p, F: Free> State<'p, F> {
     }
 
     /// The ranges that the scan's start keeps and its end does not, where both are known, and what the words hold then.
-    pub(super) fn left_ranges(&mut self) -> Vec<(usize, i64)> {
+    pub(super) fn range_violations(&mut self) -> Vec<(usize, i64)> {
         let number = |words: &[u16]| match *words {
             [word] => Some(i64::from(word.cast_signed())),
             [low, high] => Some(double(low, high)),

@@ -12,7 +12,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{Area, AreaId, AreaKind, Cell, Program, Radix};
 use scanbound_link::State;
 use scanbound_link::registers::{Register, Registers};
-use scanbound_replay::Why;
+use scanbound_replay::StopReason;
 use scanbound_replay::emulated::{Emulated, Scan};
 
 /// What disturbs the scans.
@@ -29,7 +29,7 @@ pub struct Disturbance {
 /// The most instructions that one scan may execute.
 const MOST: u64 = 200_000_000;
 
-/// Why the CPU went to STOP by itself.
+/// StopReason the CPU went to STOP by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Halt {
     /// What the program does next depends on what this instruction gives, which is not known.
@@ -102,7 +102,7 @@ impl<'p> Cpu<'p> {
         self.state = state;
     }
 
-    /// Why it went to STOP by itself.
+    /// StopReason it went to STOP by itself.
     #[must_use]
     pub fn halted(&self) -> Option<Halt> {
         self.halted
@@ -134,10 +134,10 @@ impl<'p> Cpu<'p> {
         self.cpu.set_clock(self.clock);
         let Scan { total, stopped, unbounded, .. } = self.cpu.scan(MOST);
         let halt = match (stopped, unbounded) {
-            (Some(stopped), _) => Some(match stopped.why {
-                Why::Unknown(cause) => Halt::Unknown(cause),
-                Why::Excluded | Why::Error => Halt::Unknown(stopped.at),
-                Why::TooLong => Halt::Endless(stopped.at),
+            (Some(stopped), _) => Some(match stopped.reason {
+                StopReason::Unknown(cause) => Halt::Unknown(cause),
+                StopReason::Excluded | StopReason::Error => Halt::Unknown(stopped.at),
+                StopReason::TooLong => Halt::Endless(stopped.at),
             }),
             (None, at) => at.map(Halt::Endless),
         };

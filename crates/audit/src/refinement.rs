@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::iterations::most_iterations;
 use super::model_search::{LARGE, ModelSearch, Searched};
 use super::modelling::put_back;
-use super::real::{self, Found, Scouted};
+use super::real::{self, EarlyRuns, RunResults};
 use super::request::{Progress, Request};
 use scanbound_base::budget::Budget;
 use scanbound_base::time::{Picos, Times};
@@ -24,26 +24,26 @@ const MOST_LEARNED: usize = 4_000_000;
 const MOST_ROUNDS: usize = 8;
 
 /// What both bounds are searched with.
-pub struct Closing<'a, 'r> {
+pub struct Refinement<'a, 'r> {
     pub request: &'a Request<'r>,
     pub budget: &'a Budget<'a>,
     pub limits: Limits<'r>,
     pub doubtful_from: Option<Picos>,
     /// Whether the model is only the structural bound: the sum of all that can run.
-    pub whole: bool,
+    pub structural_only: bool,
 }
 
 /// The real runs that were made by the end of a search.
 pub enum Runs {
     /// All that are made.
-    Made(Found),
+    Complete(RunResults),
     /// Those that need nothing from the search.
-    Scouted(Scouted),
+    Early(EarlyRuns),
     /// None: they are made on another thread.
-    Elsewhere,
+    OtherThread,
 }
 
-impl<'r> Closing<'_, 'r> {
+impl<'r> Refinement<'_, 'r> {
     /// The model's dearest scan, and the real runs that were made by then. Where these show how many iterations summarised
     /// loops make, the program has these loops again. Real runs of the program that is `scouted` are left to others.
     pub fn search(
@@ -51,7 +51,7 @@ impl<'r> Closing<'_, 'r> {
         program: &mut Program,
         prices: &mut Prices,
         (mut model, mut groups): (ScanModel, Vec<Group>),
-        scouted: Option<&Program>,
+        early: Option<&Program>,
     ) -> Result<(Searched<'r>, Runs), Failure> {
         let mut knowledge = Knowledge::new();
         // Where the longest run of the round before starts.
@@ -62,10 +62,10 @@ impl<'r> Closing<'_, 'r> {
             let search = self.model_search(program, prices);
             // To search a large one again takes several times as long as the first time, and what single scans teach
             // hardly ever lowers its bound.
-            if model.circuit.nodes().len() > LARGE && !self.whole {
-                return match scouted == Some(program) {
-                    true => Ok((search.run(model, groups, &knowledge)?, Runs::Elsewhere)),
-                    false => self.search_and_scout(&search, (model, groups), &knowledge),
+            if model.circuit.nodes().len() > LARGE && !self.structural_only {
+                return match early == Some(program) {
+                    true => Ok((search.run(model, groups, &knowledge)?, Runs::OtherThread)),
+                    false => self.search_with_runs(&search, (model, groups), &knowledge),
                 };
             }
             let searched = search.run(model, groups, &knowledge)?;
@@ -74,9 +74,9 @@ impl<'r> Closing<'_, 'r> {
             let starts = [&searched.witness, &other];
             let found = self.reals(program, &least).run(starts, searched.upper, knowledge);
             let found = found.map_err(Failure::Internal)?;
-            let is_open = found.best.replay.total < searched.upper && !self.whole;
+            let is_open = found.best.replay.total < searched.upper && !self.structural_only;
             if !is_open || found.knowledge.is_empty() {
-                return Ok((searched, Runs::Made(found)));
+                return Ok((searched, Runs::Complete(found)));
             }
             let limits = SizeLimits {
                 per_execution: usize::MAX,
@@ -86,24 +86,24 @@ impl<'r> Closing<'_, 'r> {
             let times = prices.times();
             let learned = &found.knowledge;
             let known = scan_model_knowing(program, &times, learned, Purpose::UpperBound, &limits);
-            let Ok(known) = known else { return Ok((searched, Runs::Made(found))) };
+            let Ok(known) = known else { return Ok((searched, Runs::Complete(found))) };
             let iterations = most_iterations(&known, &self.limits);
             if rounds < MOST_ROUNDS
-                && let Some(closer) = put_back(program, prices, learned, &iterations, &limits)
+                && let Some(tighter) = put_back(program, prices, learned, &iterations, &limits)
             {
-                (*program, *prices, model) = closer;
+                (*program, *prices, model) = tighter;
                 groups = groups::groups(&model);
                 (knowledge, other) = (found.knowledge, found.witness);
                 rounds += 1;
                 continue;
             }
-            return Ok((closer(&search, searched, known, &found)?, Runs::Made(found)));
+            return Ok((tighter(&search, searched, known, &found)?, Runs::Complete(found)));
         }
     }
 
     /// Searches a large model once, and makes those real runs at the same time that need nothing from the search: each
     /// takes about as long, and much of it on one core only.
-    fn search_and_scout(
+    fn search_with_runs(
         &self,
         search: &ModelSearch<'_, 'r>,
         (model, groups): (ScanModel, Vec<Group>),
@@ -111,10 +111,10 @@ impl<'r> Closing<'_, 'r> {
     ) -> Result<(Searched<'r>, Runs), Failure> {
         let least = search.prices.least_times();
         let reals = self.reals(search.program, &least);
-        let (searched, scouted) =
-            rayon::join(|| search.run(model, groups, knowledge), || reals.scout());
-        let scouted = scouted.map_err(Failure::Internal)?;
-        Ok((searched?, Runs::Scouted(scouted)))
+        let (searched, early) =
+            rayon::join(|| search.run(model, groups, knowledge), || reals.search_early());
+        let early = early.map_err(Failure::Internal)?;
+        Ok((searched?, Runs::Early(early)))
     }
 
     /// The longest real run, after the search of the model.
@@ -124,15 +124,15 @@ impl<'r> Closing<'_, 'r> {
         prices: &Prices,
         (dearest, upper): (&Witness, Picos),
         runs: Runs,
-    ) -> Result<Found, Failure> {
+    ) -> Result<RunResults, Failure> {
         let least = prices.least_times();
         let reals = self.reals(program, &least);
-        let scouted = match runs {
-            Runs::Made(found) => return Ok(found),
-            Runs::Scouted(scouted) => scouted,
-            Runs::Elsewhere => reals.scout().map_err(Failure::Internal)?,
+        let early = match runs {
+            Runs::Complete(found) => return Ok(found),
+            Runs::Early(early) => early,
+            Runs::OtherThread => reals.search_early().map_err(Failure::Internal)?,
         };
-        reals.run_scouted(dearest, upper, scouted).map_err(Failure::Internal)
+        reals.continue_from(dearest, upper, early).map_err(Failure::Internal)
     }
 
     fn model_search<'s>(&'s self, program: &'s Program, prices: &'s Prices) -> ModelSearch<'s, 'r> {
@@ -142,7 +142,7 @@ impl<'r> Closing<'_, 'r> {
             prices,
             budget: self.budget,
             doubtful_from: self.doubtful_from,
-            whole: self.whole,
+            structural_only: self.structural_only,
             limits: self.limits,
         }
     }
@@ -153,11 +153,11 @@ impl<'r> Closing<'_, 'r> {
 }
 
 /// The closer of two searches: the one made before, and that of the model which knows what runs taught of operations.
-fn closer<'r>(
+fn tighter<'r>(
     search: &ModelSearch<'_, 'r>,
     before: Searched<'r>,
     known: ScanModel,
-    found: &Found,
+    found: &RunResults,
 ) -> Result<Searched<'r>, Failure> {
     let groups = groups::groups(&known);
     let again = search.run(known, groups, &found.knowledge)?;

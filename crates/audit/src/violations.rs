@@ -1,38 +1,38 @@
 //! What real runs break of what is stated to hold whenever a scan starts.
 
 use scanbound_ir::{BitSource, Effect, Logic, Number, Program, Region, WordSource, Write, flow};
-use scanbound_replay::Real;
+use scanbound_replay::RealRun;
 use std::collections::BTreeMap;
 
 /// What is stated to hold whenever a scan starts and does not hold when a real run ends, each with what breaks it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Broken {
+pub struct Violations {
     /// Ranges, by their places in `Program::ranges`.
-    pub left: BTreeMap<usize, Left>,
+    pub ranges: BTreeMap<usize, RangeViolation>,
     /// Bits that are stated not to be on together, by their places in `Program::invariants`.
-    pub parted: BTreeMap<usize, Parted>,
+    pub exclusions: BTreeMap<usize, ExclusionViolation>,
 }
 
-impl Broken {
+impl Violations {
     /// Notes what is stated and a run does not keep; what a program writes of itself comes before what it works out. The
     /// run may be the scan of this number from power-up on, in which nothing is known of what the outside gives.
-    pub fn note(&mut self, program: &Program, one: &Real, scan: Option<usize>) {
+    pub fn note(&mut self, program: &Program, one: &RealRun, scan: Option<usize>) {
         if !one.is_possible() {
             return;
         }
-        for &(range, value) in &one.left {
+        for &(range, value) in &one.range_violations {
             let cells = &program.ranges[range].cells;
             let Some(by) =
                 last_to_write(program, one, &|region| cells.iter().any(|&cell| region.holds(cell)))
             else {
                 continue;
             };
-            let known = self.left.entry(range).or_insert(Left { value, by, scan });
+            let known = self.ranges.entry(range).or_insert(RangeViolation { value, by, scan });
             if known.scan.is_none() && !writes_constant(program, known.by) {
-                *known = Left { value, by, scan };
+                *known = RangeViolation { value, by, scan };
             }
         }
-        for &pair in &one.parted {
+        for &pair in &one.exclusion_violations {
             let bits = bits_of(&program.invariants[pair]);
             let by = bits.iter().filter_map(|bit| {
                 let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *bit else {
@@ -46,9 +46,12 @@ impl Broken {
             if by.is_empty() {
                 continue;
             }
-            let known = self.parted.entry(pair).or_insert_with(|| Parted { by: by.clone(), scan });
+            let known = self
+                .exclusions
+                .entry(pair)
+                .or_insert_with(|| ExclusionViolation { by: by.clone(), scan });
             if known.scan.is_none() && scan.is_some() {
-                *known = Parted { by, scan };
+                *known = ExclusionViolation { by, scan };
             }
         }
     }
@@ -56,7 +59,7 @@ impl Broken {
 
 /// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Left {
+pub struct RangeViolation {
     /// What it holds.
     pub value: i64,
     /// The last instruction that wrote it.
@@ -67,15 +70,19 @@ pub struct Left {
 
 /// Two bits that a real run leaves on together, and that are stated never to be so.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parted {
+pub struct ExclusionViolation {
     /// The last instructions that wrote them.
     pub by: Vec<usize>,
-    /// As in [`Left`].
+    /// As in [`RangeViolation`].
     pub scan: Option<usize>,
 }
 
 /// The last instruction of a run that wrote what is asked for.
-fn last_to_write(program: &Program, one: &Real, asked: &dyn Fn(&Region) -> bool) -> Option<usize> {
+fn last_to_write(
+    program: &Program,
+    one: &RealRun,
+    asked: &dyn Fn(&Region) -> bool,
+) -> Option<usize> {
     let writes = |at: usize| flow::written(program, at).iter().any(asked);
     let mut events = one.replay.events.iter().rev();
     events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
