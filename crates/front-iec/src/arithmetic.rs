@@ -1,6 +1,6 @@
 //! Numbers worked out from two others, at the size of their type.
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::open::{beyond, opened};
 use super::types::Kind;
 use super::value::{Value, constant, wrapped};
@@ -9,7 +9,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Arithmetic, Operand as Input, Operation};
 use scanbound_ir::{Compare, Logic, Number, Reading, Region, Relation, WordSource, Write};
 
-impl Emit<'_> {
+impl Assembler {
     /// A number worked out from two of one kind.
     pub(super) fn arithmetic(
         &mut self,

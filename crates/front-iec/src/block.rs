@@ -1,5 +1,6 @@
 //! The standard's function blocks.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::mixed::below_zero;
 use super::open::opened;
@@ -57,7 +58,7 @@ impl Emit<'_> {
             Some(q) => Logic::cell(q),
             None => cell("Q1").map_or(Logic::Const(true), Logic::cell),
         };
-        self.builder.add(Some(Self::key(&[kind], "timer")), effects, Step::Act { fires });
+        self.builder.add(Some(Assembler::key(&[kind], "timer")), effects, Step::Act { fires });
     }
 
     /// Takes note of a part of a block, if it is what a counter stands at, or where it is through.
@@ -65,17 +66,6 @@ impl Emit<'_> {
         let is_one = matches!(of, Ty::Standard("CTU" | "CTD" | "CTUD", _));
         if is_one && matches!(part.ty, Ty::Number(_)) {
             self.counts.extend(part.tag.cell());
-        }
-    }
-
-    /// What was read of a cell: of a counter's, it may be a number without a sign.
-    pub(super) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
-        match value {
-            Value::Number(kind, number) if cell.is_some_and(|cell| self.counts.contains(&cell)) => {
-                let below = below_zero(INT, &number);
-                opened(Value::Number(kind, number), Some(below))
-            }
-            value => value,
         }
     }
 
@@ -160,6 +150,19 @@ impl Emit<'_> {
             }
         }
     }
+}
+
+impl Assembler {
+    /// What was read of a cell: of a counter's, it may be a number without a sign.
+    pub(super) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
+        match value {
+            Value::Number(kind, number) if cell.is_some_and(|cell| self.counts.contains(&cell)) => {
+                let below = below_zero(INT, &number);
+                opened(Value::Number(kind, number), Some(below))
+            }
+            value => value,
+        }
+    }
 
     fn finish(
         &mut self,
@@ -173,7 +176,7 @@ impl Emit<'_> {
         writes.extend(other.map(|(cell, value)| set(cell, value)));
         let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
         self.builder.add(
-            Some(Self::key(&[kind], "counter")),
+            Some(Assembler::key(&[kind], "counter")),
             effects,
             Step::Act { fires: Logic::cell(q) },
         );

@@ -1,7 +1,8 @@
 //! Charts as instructions: steps and stored actions are bits that nobody else knows.
 
+use super::assembler::{Assembler, OpenEnd};
 use super::control::{Output, Whole};
-use super::emit::{Emit, OpenEnd, What};
+use super::emit::{Emit, What};
 use super::memory::{Memory, all, any, layout, memory, set};
 use super::resolve::{Context, Found};
 use super::statement::ENDS_CHART;
@@ -62,7 +63,7 @@ impl Emit<'_> {
         let tag = self.chart_memory(at.instance, what);
         let Some(memory) = tag.and_then(|tag| memory(chart, &tag)) else {
             let fault = Fault::new(chart.line, "there is no room for the chart");
-            return self.faults.push((self.file, fault));
+            return self.fault(fault);
         };
         let flag = |name: &str| {
             let part = Self::part(&self.instances[at.instance].place, name)?;
@@ -139,13 +140,13 @@ impl Emit<'_> {
             let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
             let enabled = all(steps.chain(rivals));
             let enabled = self.keep_bit(enabled);
-            let key = Self::key(&["TRANSITION"], "nothing");
+            let key = Assembler::key(&["TRANSITION"], "nothing");
             self.builder.add(Some(key), Vec::new(), Step::Act { fires: enabled.clone() });
             let skip = self.jump(enabled.not(), None);
             match self.bit(at, &one.condition, one.line) {
                 Ok(condition) => {
                     let effects = vec![always(set(memory.clears[number], condition.clone()))];
-                    let key = Self::key(&["CLEAR"], "nothing");
+                    let key = Assembler::key(&["CLEAR"], "nothing");
                     self.builder.add(Some(key), effects, Step::Act { fires: condition });
                     if one.has_priority && number + 1 < chart.transitions.len() {
                         self.flags_end_early(memory, &one.from, memory.clears[number]);
@@ -158,9 +159,7 @@ impl Emit<'_> {
                         chart.transition_name(number)
                     );
                     let fault = fault.within(&place);
-                    if !self.faults.contains(&(self.file, fault.clone())) {
-                        self.faults.push((self.file, fault));
-                    }
+                    self.fault(fault);
                 }
             }
             self.land(skip);
@@ -198,7 +197,7 @@ impl Emit<'_> {
     fn act(&mut self, at: &Context, pou: &Pou, chart: &Chart, memory: &Memory) {
         for (step, one) in chart.steps.iter().enumerate() {
             self.at(one.line, &format!("STEP {}", one.name));
-            let key = Self::key(&["STEP"], "nothing");
+            let key = Assembler::key(&["STEP"], "nothing");
             let fires = Logic::cell(memory.steps[step]);
             self.builder.add(Some(key), Vec::new(), Step::Act { fires });
         }
@@ -232,7 +231,7 @@ impl Emit<'_> {
             // A macro step has a flag and a time of its own to keep up.
             self.at(one.line, &format!("STEP {}", one.name));
             let fires = memory.active(&one.steps);
-            let key = Self::key(&["STEP"], "nothing");
+            let key = Assembler::key(&["STEP"], "nothing");
             self.builder.add(Some(key), Vec::new(), Step::Act { fires });
         }
         let names = chart.actions();
@@ -276,19 +275,16 @@ impl Emit<'_> {
 
     /// Carries out what stands in an action block itself.
     fn inline(&mut self, at: &Context, body: &Body, runs: Logic, line: u32) {
-        let skip = self.jump(runs.not(), Some(Self::key(&["JMP"], "jump")));
+        let skip = self.jump(runs.not(), Some(Assembler::key(&["JMP"], "jump")));
         match body {
             Body::Code(_, statements) => {
                 let around = self.enter(body);
                 self.in_block(at, statements);
                 self.leave(around);
             }
-            Body::Unread(_, fault) => self.faults.push((self.file, fault.clone())),
+            Body::Unread(_, fault) => self.fault(fault.clone()),
             Body::Chart(_) => {
-                self.faults.push((
-                    self.file,
-                    Fault::new(line, "a chart within an action block is not followed"),
-                ));
+                self.fault(Fault::new(line, "a chart within an action block is not followed"));
             }
         }
         self.land(skip);
@@ -315,11 +311,11 @@ impl Emit<'_> {
             let effects = match self.writes(found, Value::Bit(on), line) {
                 Ok(writes) => writes.into_iter().map(always).collect(),
                 Err(fault) => {
-                    self.faults.push((self.file, fault));
+                    self.fault(fault);
                     return None;
                 }
             };
-            let key = Some(Self::key(&["ST"], "move"));
+            let key = Some(Assembler::key(&["ST"], "move"));
             let writes = self.builder.add(key, effects, Step::Nothing);
             let only_here = self.begins_off(at, path) && !self.others_write;
             let (says, cell) = open.filter(|_| only_here)?;
@@ -354,7 +350,7 @@ impl Emit<'_> {
 
     /// Calls an action where a condition holds.
     fn carried_out(&mut self, at: &Context, path: &Path, fires: Logic, line: u32) {
-        let skip = self.jump(fires.not(), Some(Self::key(&["JMP"], "jump")));
+        let skip = self.jump(fires.not(), Some(Assembler::key(&["JMP"], "jump")));
         let call = Statement { line, kind: Statements::Call(path.clone(), Vec::new()) };
         // It is counted with the action's control.
         let around = self.leave_out();

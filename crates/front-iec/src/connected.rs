@@ -22,7 +22,7 @@ impl Emit<'_> {
         self.builder.at(place, format!("PROGRAM {}", connected.name).into(), [].into());
         for one in connected.given.iter().filter(|one| one.is_output == outputs) {
             if let Err(fault) = self.connect_one(instance, one, connected.line) {
-                self.faults.push((self.file, fault));
+                self.fault(fault);
             }
         }
         self.file = around;

@@ -1,5 +1,6 @@
 //! The control of actions, as instructions: as the standard draws it, or as others do it (`docs/sfc.md`).
 
+use super::assembler::Assembler;
 use super::emit::Emit;
 use super::memory::{ActionMemory, InputMemory, Memory, all, any, set};
 use super::resolve::{Context, Found};
@@ -113,7 +114,7 @@ impl Emit<'_> {
         let runs = self.keep_bit(any([on.clone(), pulse.clone(), last]));
         keep.push(set(action.on, on.clone()));
         let effects = keep.into_iter().map(always).collect();
-        let key = Self::key(&["ACTION"], "nothing");
+        let key = Assembler::key(&["ACTION"], "nothing");
         self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
         let stays_off = all([on.clone().not(), ends.not(), reset.not()]);
         let stays_on = all([on.clone(), was_on, unstored.not()]);
@@ -274,7 +275,7 @@ impl Emit<'_> {
                 self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
             }
             Err(fault) => {
-                self.faults.push((self.file, fault));
+                self.fault(fault);
                 Logic::Const(false)
             }
         }

@@ -1,6 +1,6 @@
 //! Conversions of numbers.
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::mixed::below_zero;
 use super::types::{DINT, Kind, Ty, elementary, holding};
 use super::value::{Value, constant, wrapped};
@@ -37,7 +37,7 @@ pub(super) fn lengthens_bits(name: &str) -> bool {
     }
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// A number of one kind as one of another.
     pub(super) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
         self.charge_conversion(from, to);

@@ -1,6 +1,6 @@
 //! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::tally::{Current, key};
 use scanbound_base::location::Location;
 use scanbound_iec::ast::{Expr, Kind as Statements, Statement};
@@ -16,7 +16,7 @@ pub(super) enum Counted {
     Part,
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// What is put together from here on is this body; gives what to go back to.
     pub(super) fn enter(&mut self, body: &Body) -> Option<Current> {
         let known = self.tally.bodies.get(&key(body)).copied();

@@ -154,7 +154,8 @@ fn emitted(
     let shared = merged(super::address::share(emit));
     emit.begin_shared(image);
     emit.bound_bytes();
-    emit.settle();
+    let own = emit.of_functions();
+    emit.settle(&own);
     if !emit.faults.is_empty() {
         super::unknown_types::list_all(emit);
         return Err(told(project, std::mem::take(&mut emit.faults)));
@@ -349,7 +350,7 @@ fn program(emit: &mut Emit<'_>, task: &Task, name: &str, of: &str) {
             emit.call(Logic::Const(true), instance, What::Body, "PROGRAM");
             connected.into_iter().for_each(|one| emit.connect(instance, one, true));
         }
-        Err(fault) => emit.faults.push((emit.file, fault)),
+        Err(fault) => emit.fault(fault),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What controllers do differently: the upper bound takes either way at each place, a real run one way throughout.
 
-use super::emit::{Emit, OpenEnd};
+use super::assembler::{Assembler, OpenEnd};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Logic, Number, Region, Type, WordSource, WordTarget, Write,
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// What writes a cell: an instruction, and the constant word that it writes there, if it is one.
 type Writer = (usize, Option<u16>);
 
-impl Emit<'_> {
+impl Assembler {
     /// Whether the controller does something another way than the standard has it: it may, or not. `what` names it.
     pub(super) fn differs(&mut self, what: &'static str) -> Logic {
         let known = self.readings.get(what).copied();
@@ -36,8 +36,8 @@ impl Emit<'_> {
         (Logic::cell(cell), at)
     }
 
-    /// Settles what hangs on the whole program, when all of it is put together.
-    pub(super) fn settle(&mut self) {
+    /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every call.
+    pub(super) fn settle(&mut self, own: &[Region]) {
         let open = std::mem::take(&mut self.open_ends);
         let mut asked = BTreeSet::new();
         for one in &open {
@@ -56,7 +56,7 @@ impl Emit<'_> {
         self.program().invariants.extend(signs);
         for one in open {
             match one {
-                OpenEnd::Turns(turns) => self.settle_turns(&turns),
+                OpenEnd::Turns(turns) => self.settle_turns(&turns, own),
                 OpenEnd::Preset { at, preset } => {
                     let is_one = |cell: Cell| {
                         let mut values = of(cell).iter().map(|writer| writer.1);

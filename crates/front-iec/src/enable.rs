@@ -1,5 +1,6 @@
 //! Calls with EN and ENO: what is called is carried out only where EN is true, and ENO says so.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::resolve::Context;
 use super::types::{INT, holding};
@@ -31,7 +32,7 @@ impl Emit<'_> {
         line: u32,
     ) -> Result<Option<Enabled>, Fault> {
         let Some(condition) = self.condition(at, place, given, line)? else { return Ok(None) };
-        let skip = self.jump(condition.clone().not(), Some(Self::key(&["JMP"], "jump")));
+        let skip = self.jump(condition.clone().not(), Some(Assembler::key(&["JMP"], "jump")));
         Ok(Some(Enabled { condition, skip }))
     }
 
@@ -55,7 +56,7 @@ impl Emit<'_> {
         let Enabled { condition, skip } = inputs?;
         self.land(skip);
         self.landing();
-        let skip = self.jump(condition.clone().not(), Some(Self::key(&["JMP"], "jump")));
+        let skip = self.jump(condition.clone().not(), Some(Assembler::key(&["JMP"], "jump")));
         Some(Enabled { condition, skip })
     }
 
@@ -142,7 +143,9 @@ impl Emit<'_> {
         }
         Ok(condition)
     }
+}
 
+impl Assembler {
     /// The result of a call: any value, where it was not carried out.
     pub(super) fn result_if(
         &mut self,

@@ -1,5 +1,6 @@
 //! Expressions, as what the analysis follows.
 
+use super::assembler::Assembler;
 use super::emit::Emit;
 use super::mixed::{mixed, typed};
 use super::open::{complement, joined, may_have_wrapped, opened, parted, wraps_in};
@@ -311,6 +312,200 @@ impl Emit<'_> {
         self.chosen(which, one, two, line)
     }
 
+    /// An expression as a bit.
+    pub(super) fn bit(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Logic, Fault> {
+        match self.value(at, expr, line)? {
+            Value::Bit(logic) => Ok(logic),
+            Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
+            Value::Any | Value::Address(..) => {
+                Ok(self.any_bit("a condition that is not followed: it may be true or false"))
+            }
+            Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
+                Err(wrong(line, expr, "is a number, where a truth value is asked for"))
+            }
+        }
+    }
+
+    /// An expression as a number of a kind.
+    pub(super) fn number(
+        &mut self,
+        at: &Context,
+        expr: &Expr,
+        kind: Kind,
+        line: u32,
+    ) -> Result<Number, Fault> {
+        let value = self.value(at, expr, line)?;
+        self.as_number(value, kind, line)
+    }
+
+    /// Writes a value where a path leads; charged as a store.
+    pub(super) fn assign(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        self.assign_of(at, target, None, value, line)
+    }
+
+    /// The same with the value of an expression.
+    pub(super) fn assign_of(
+        &mut self,
+        at: &Context,
+        target: &Path,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if target.first.starts_with('~')
+            && target.rest.is_empty()
+            && !self.has_variable(at, &target.first)
+        {
+            if let (Value::Any, Some(of)) = (&value, of) {
+                self.note_extent(at, &target.first, of);
+            }
+            if target.first.starts_with(MERGED)
+                && let Some(known) = self.kept.get(&target.first).cloned()
+            {
+                let merged = self.merged(known, value);
+                self.kept.insert(target.first.clone(), merged);
+                return Ok(());
+            }
+            if target.first.starts_with(RESULT) {
+                self.cost(&["ST"], "move");
+            }
+            let kept = self.stored(value, target.first.starts_with(MERGED));
+            self.kept.insert(target.first.clone(), kept);
+            return Ok(());
+        }
+        // A reference is given back as it is, all else goes to what it refers to.
+        let to_end = !matches!(value, Value::Address(..));
+        match self.walk(at, target, to_end) {
+            Walk::Way(Way::Referred(way)) => {
+                let done = self.each_target(at, &way, line, &mut |emit, path| {
+                    emit.assign_of(at, &path, of, value.clone(), line)?;
+                    Ok(Value::Any)
+                });
+                return done.map(|_| ());
+            }
+            Walk::Way(Way::Property(_)) => {
+                let what =
+                    format!("{} is a property, which is not followed here", show::path(target));
+                let help = "take the result into a variable, and assign that to the property";
+                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+            }
+            _ => {}
+        }
+        let found = self.find_plain(at, target, line)?;
+        self.assign_found(found, of, value, line)
+    }
+
+    /// Writes a value to what was found.
+    pub(super) fn assign_found(
+        &mut self,
+        found: Found,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let ty = match &found {
+            Found::Place(place) => Some(&place.ty),
+            Found::Element(element) => Some(&element.place.ty),
+            _ => None,
+        };
+        let value = match (ty, of) {
+            (Some(Ty::Number(kind)), Some(of)) if wraps_in(of, &value, *kind) => {
+                self.between(Value::Number(*kind, constant(0, kind.words())))
+            }
+            (Some(ty), Some(of)) => shown(of, value, ty),
+            _ => value,
+        };
+        let key = self.store_key(&found, of, line)?;
+        let writes = self.writes(found, value, line)?;
+        let effects = writes.into_iter().map(always).collect();
+        self.builder.add(Some(key), effects, Step::Nothing);
+        Ok(())
+    }
+
+    /// What writes a value to what was found.
+    pub(super) fn writes(
+        &mut self,
+        found: Found,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let place = match found {
+            Found::WordBit(cell, bit, last) => {
+                let logic = self.as_bit(value, line)?;
+                let bits = (bit..=last).map(|bit| BitTarget::WordBit(cell, bit));
+                return Ok(bits.map(|bit| Write::Bit(bit, logic.clone())).collect());
+            }
+            Found::Value(_) | Found::Elapsed(_) => {
+                return Err(Fault::new(line, "a constant or a step's flag cannot be written")
+                    .code(Code::Operand));
+            }
+            Found::Element(element) => return self.element_writes(&element, value, line),
+            Found::Place(place) => place,
+        };
+        Ok(match (&place.ty, place.tag.cell()) {
+            (Ty::Bit, Some(cell)) => {
+                let logic = self.as_bit(value, line)?;
+                vec![Write::Bit(BitTarget::Cell(cell), logic)]
+            }
+            (Ty::Number(kind), Some(cell)) => {
+                let number = self.as_number(value, *kind, line)?;
+                let targets = (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
+                vec![Write::Words(targets, number)]
+            }
+            (Ty::Reference(..), Some(cell)) => {
+                let number = self.reference_word(&place, value, line)?;
+                vec![Write::Words(vec![WordTarget::Cell(cell)], number)]
+            }
+            (Ty::Text(_), _) => Vec::new(),
+            _ => {
+                let choice = self.builder.choice();
+                let at = self.builder.next();
+                let why =
+                    "a structure or array as a whole that is not followed: it may hold anything";
+                self.program().approximate(at, why);
+                place.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
+            }
+        })
+    }
+
+    fn element_writes(
+        &mut self,
+        element: &Element,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let region = element.region();
+        let Some(((first, count), address)) = region.zip(element.address()) else {
+            let message = format!(
+                "{}: a whole element of unknown number is not followed",
+                element.place.name
+            );
+            return Err(Fault::new(line, message).code(Code::NotModelled));
+        };
+        let choice: ChoiceId = self.builder.choice();
+        let outputs = vec![Target::Run(address, Shape::Cells)];
+        let input = match element.place.ty {
+            Ty::Bit => Input::Truth(self.as_bit(value, line)?),
+            Ty::Number(kind) => {
+                let number = self.as_number(value, kind, line)?;
+                Input::Number(number)
+            }
+            Ty::Reference(..) => Input::Number(self.reference_word(&element.place, value, line)?),
+            _ => return Ok(Vec::new()),
+        };
+        let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
+        self.builder.followed(choice, meaning);
+        Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
+    }
+}
+
+impl Assembler {
     /// Two values and what is done with them.
     pub(super) fn combined(
         &mut self,
@@ -474,32 +669,6 @@ impl Emit<'_> {
         }))
     }
 
-    /// An expression as a bit.
-    pub(super) fn bit(&mut self, at: &Context, expr: &Expr, line: u32) -> Result<Logic, Fault> {
-        match self.value(at, expr, line)? {
-            Value::Bit(logic) => Ok(logic),
-            Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
-            Value::Any | Value::Address(..) => {
-                Ok(self.any_bit("a condition that is not followed: it may be true or false"))
-            }
-            Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
-                Err(wrong(line, expr, "is a number, where a truth value is asked for"))
-            }
-        }
-    }
-
-    /// An expression as a number of a kind.
-    pub(super) fn number(
-        &mut self,
-        at: &Context,
-        expr: &Expr,
-        kind: Kind,
-        line: u32,
-    ) -> Result<Number, Fault> {
-        let value = self.value(at, expr, line)?;
-        self.as_number(value, kind, line)
-    }
-
     /// A value as a number of a kind.
     pub(super) fn as_number(
         &mut self,
@@ -538,148 +707,12 @@ impl Emit<'_> {
         Number::Words((0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect())
     }
 
-    /// Writes a value where a path leads; charged as a store.
-    pub(super) fn assign(
-        &mut self,
-        at: &Context,
-        target: &Path,
-        value: Value,
-        line: u32,
-    ) -> Result<(), Fault> {
-        self.assign_of(at, target, None, value, line)
-    }
-
-    /// The same with the value of an expression.
-    pub(super) fn assign_of(
-        &mut self,
-        at: &Context,
-        target: &Path,
-        of: Option<&Expr>,
-        value: Value,
-        line: u32,
-    ) -> Result<(), Fault> {
-        if target.first.starts_with('~')
-            && target.rest.is_empty()
-            && !self.has_variable(at, &target.first)
-        {
-            if let (Value::Any, Some(of)) = (&value, of) {
-                self.note_extent(at, &target.first, of);
-            }
-            if target.first.starts_with(MERGED)
-                && let Some(known) = self.kept.get(&target.first).cloned()
-            {
-                let merged = self.merged(known, value);
-                self.kept.insert(target.first.clone(), merged);
-                return Ok(());
-            }
-            if target.first.starts_with(RESULT) {
-                self.cost(&["ST"], "move");
-            }
-            let kept = self.stored(value, target.first.starts_with(MERGED));
-            self.kept.insert(target.first.clone(), kept);
-            return Ok(());
-        }
-        // A reference is given back as it is, all else goes to what it refers to.
-        let to_end = !matches!(value, Value::Address(..));
-        match self.walk(at, target, to_end) {
-            Walk::Way(Way::Referred(way)) => {
-                let done = self.each_target(at, &way, line, &mut |emit, path| {
-                    emit.assign_of(at, &path, of, value.clone(), line)?;
-                    Ok(Value::Any)
-                });
-                return done.map(|_| ());
-            }
-            Walk::Way(Way::Property(_)) => {
-                let what =
-                    format!("{} is a property, which is not followed here", show::path(target));
-                let help = "take the result into a variable, and assign that to the property";
-                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
-            }
-            _ => {}
-        }
-        let found = self.find_plain(at, target, line)?;
-        self.assign_found(found, of, value, line)
-    }
-
-    /// Writes a value to what was found.
-    pub(super) fn assign_found(
-        &mut self,
-        found: Found,
-        of: Option<&Expr>,
-        value: Value,
-        line: u32,
-    ) -> Result<(), Fault> {
-        let ty = match &found {
-            Found::Place(place) => Some(&place.ty),
-            Found::Element(element) => Some(&element.place.ty),
-            _ => None,
-        };
-        let value = match (ty, of) {
-            (Some(Ty::Number(kind)), Some(of)) if wraps_in(of, &value, *kind) => {
-                self.between(Value::Number(*kind, constant(0, kind.words())))
-            }
-            (Some(ty), Some(of)) => shown(of, value, ty),
-            _ => value,
-        };
-        let key = self.store_key(&found, of, line)?;
-        let writes = self.writes(found, value, line)?;
-        let effects = writes.into_iter().map(always).collect();
-        self.builder.add(Some(key), effects, Step::Nothing);
-        Ok(())
-    }
-
     /// The words of a number as they are now.
     pub(super) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         let first = self.words_between(words);
         let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
         self.write(vec![Write::Words(targets, number)]);
         (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
-    }
-
-    /// What writes a value to what was found.
-    pub(super) fn writes(
-        &mut self,
-        found: Found,
-        value: Value,
-        line: u32,
-    ) -> Result<Vec<Write>, Fault> {
-        let place = match found {
-            Found::WordBit(cell, bit, last) => {
-                let logic = self.as_bit(value, line)?;
-                let bits = (bit..=last).map(|bit| BitTarget::WordBit(cell, bit));
-                return Ok(bits.map(|bit| Write::Bit(bit, logic.clone())).collect());
-            }
-            Found::Value(_) | Found::Elapsed(_) => {
-                return Err(Fault::new(line, "a constant or a step's flag cannot be written")
-                    .code(Code::Operand));
-            }
-            Found::Element(element) => return self.element_writes(&element, value, line),
-            Found::Place(place) => place,
-        };
-        Ok(match (&place.ty, place.tag.cell()) {
-            (Ty::Bit, Some(cell)) => {
-                let logic = self.as_bit(value, line)?;
-                vec![Write::Bit(BitTarget::Cell(cell), logic)]
-            }
-            (Ty::Number(kind), Some(cell)) => {
-                let number = self.as_number(value, *kind, line)?;
-                let targets = (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
-                vec![Write::Words(targets, number)]
-            }
-            (Ty::Reference(..), Some(cell)) => {
-                let number = self.reference_word(&place, value, line)?;
-                vec![Write::Words(vec![WordTarget::Cell(cell)], number)]
-            }
-            (Ty::Text(_), _) => Vec::new(),
-            _ => {
-                let choice = self.builder.choice();
-                let at = self.builder.next();
-                let why =
-                    "a structure or array as a whole that is not followed: it may hold anything";
-                self.program().approximate(at, why);
-                place.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
-            }
-        })
     }
 
     fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
@@ -694,36 +727,6 @@ impl Emit<'_> {
                     .code(Code::Operand))
             }
         }
-    }
-
-    fn element_writes(
-        &mut self,
-        element: &Element,
-        value: Value,
-        line: u32,
-    ) -> Result<Vec<Write>, Fault> {
-        let region = element.region();
-        let Some(((first, count), address)) = region.zip(element.address()) else {
-            let message = format!(
-                "{}: a whole element of unknown number is not followed",
-                element.place.name
-            );
-            return Err(Fault::new(line, message).code(Code::NotModelled));
-        };
-        let choice: ChoiceId = self.builder.choice();
-        let outputs = vec![Target::Run(address, Shape::Cells)];
-        let input = match element.place.ty {
-            Ty::Bit => Input::Truth(self.as_bit(value, line)?),
-            Ty::Number(kind) => {
-                let number = self.as_number(value, kind, line)?;
-                Input::Number(number)
-            }
-            Ty::Reference(..) => Input::Number(self.reference_word(&element.place, value, line)?),
-            _ => return Ok(Vec::new()),
-        };
-        let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
-        self.builder.followed(choice, meaning);
-        Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
     }
 }
 

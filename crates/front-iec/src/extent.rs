@@ -1,5 +1,6 @@
 //! How large variables are as wholes, and what it is charged to copy, compare or begin them: by their elements.
 
+use super::assembler::Assembler;
 use super::emit::Emit;
 use super::memory;
 use super::references::{Walk, Way};
@@ -60,7 +61,7 @@ impl Emit<'_> {
         of: Option<&Expr>,
         line: u32,
     ) -> Result<TimingKey, Fault> {
-        let one = || Self::key(&["ST"], "move");
+        let one = || Assembler::key(&["ST"], "move");
         let place = match found {
             Found::Place(place) => place,
             Found::Element(element) => &element.place,
@@ -76,7 +77,7 @@ impl Emit<'_> {
 
     /// What it is charged that a variable begins anew.
     pub(super) fn begin_key(&self, ty: &Ty) -> TimingKey {
-        self.stored_whole(ty, None).unwrap_or_else(|| Self::key(&["INIT"], "move"))
+        self.stored_whole(ty, None).unwrap_or_else(|| Assembler::key(&["INIT"], "move"))
     }
 
     /// Refuses to copy what remembers more than its variables.
@@ -186,6 +187,21 @@ impl Emit<'_> {
         }
     }
 
+    /// Charges what a function of the standard is given by its size, which its own price does not hold.
+    pub(super) fn charge_inputs(&mut self, at: &Context, name: &str, inputs: &[&Expr]) {
+        if name == "SIZEOF" {
+            return;
+        }
+        let all: Vec<_> = inputs.iter().map(|one| self.extent(at, one)).collect();
+        match all.into_iter().fold(Extent::One, Extent::and) {
+            Extent::One => {}
+            Extent::Elements(count) => self.charge("COPY", "block", count),
+            Extent::Characters(count) => self.charge_beyond(count),
+        }
+    }
+}
+
+impl Assembler {
     /// Charges that wholes are compared, element by element: no further than the shorter text.
     pub(super) fn charge_comparison(&mut self, one: Extent, two: Extent) {
         match (one, two) {
@@ -202,19 +218,6 @@ impl Emit<'_> {
                 self.charge_beyond(count);
             }
             (Extent::One, Extent::One) => {}
-        }
-    }
-
-    /// Charges what a function of the standard is given by its size, which its own price does not hold.
-    pub(super) fn charge_inputs(&mut self, at: &Context, name: &str, inputs: &[&Expr]) {
-        if name == "SIZEOF" {
-            return;
-        }
-        let all: Vec<_> = inputs.iter().map(|one| self.extent(at, one)).collect();
-        match all.into_iter().fold(Extent::One, Extent::and) {
-            Extent::One => {}
-            Extent::Elements(count) => self.charge("COPY", "block", count),
-            Extent::Characters(count) => self.charge_beyond(count),
         }
     }
 
@@ -264,7 +267,7 @@ const GIVES_ONE: &[&str] = &[
 ];
 
 fn counted(name: &str, class: &'static str, units: u64) -> TimingKey {
-    TimingKey { units: Units::Exactly(units), ..Emit::key(&[name], class) }
+    TimingKey { units: Units::Exactly(units), ..Assembler::key(&[name], class) }
 }
 
 fn is_real(kind: Kind) -> bool {

@@ -1,5 +1,6 @@
 //! Functions: the standard's, and the project's own.
 
+use super::assembler::Assembler;
 use super::convert::lengthens_bits;
 use super::emit::{Emit, Place, What};
 use super::expr::{is_rounded, row};
@@ -545,6 +546,16 @@ impl<'p> Emit<'p> {
         }
     }
 
+    /// What is done for something that is charged as a whole.
+    pub(super) fn charged_already<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let from = self.builder.next();
+        let found = work(self);
+        self.charge_nothing(from);
+        found
+    }
+}
+
+impl Assembler {
     /// The result of a function that is not followed: any of the type that it gives for what it is given.
     fn any_result(
         &mut self,
@@ -621,16 +632,6 @@ impl<'p> Emit<'p> {
             Ty::Number(kind) => Value::Number(*kind, self.any_number(*kind, ANY_UNIT)),
             _ => Value::Any,
         }
-    }
-
-    /// What is done for something that is charged as a whole.
-    pub(super) fn charged_already<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
-        let from = self.builder.next();
-        let found = work(self);
-        for at in from..self.builder.next() {
-            self.program().instructions[at].timing = None;
-        }
-        found
     }
 }
 

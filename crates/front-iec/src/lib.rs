@@ -6,6 +6,7 @@
 
 mod address;
 mod arithmetic;
+mod assembler;
 mod begin;
 mod block;
 mod by_reference;

@@ -1,5 +1,6 @@
 //! Loops, and how often they go round.
 
+use super::assembler::Assembler;
 use super::emit::Emit;
 use super::expr::read;
 use super::mixed::{below_zero, mixed};
@@ -171,7 +172,7 @@ impl Emit<'_> {
         let (turns, is_stated) = self.turns_while(at, (condition, true), body, 0, line)?;
         let begin = self.begin_loop(&turns, None);
         let goes_on = self.bit(at, condition, line)?;
-        let leave = self.jump(goes_on.not(), Some(Self::key(&["JMP"], "jump")));
+        let leave = self.jump(goes_on.not(), Some(Assembler::key(&["JMP"], "jump")));
         let out = self.around(at, body, ways);
         self.at(line, "END_WHILE");
         self.end_loop(begin, "JMP", Vec::new());
@@ -202,7 +203,7 @@ impl Emit<'_> {
         let mut out = self.around(at, body, ways);
         self.at(line, "END_REPEAT");
         let ends = self.bit(at, until, line)?;
-        out.push(self.jump(ends, Some(Self::key(&["JMP"], "jump"))));
+        out.push(self.jump(ends, Some(Assembler::key(&["JMP"], "jump"))));
         self.close_loop(begin, "JMP");
         if is_stated {
             self.ends_here(Logic::Const(true));
@@ -276,23 +277,6 @@ impl Emit<'_> {
         })
     }
 
-    /// Leaves out scans in which a loop would go round once more than is stated.
-    fn ends_here(&mut self, goes_on: Logic) {
-        let cell = self.words_between(1);
-        let write = |value| Write::Words(vec![WordTarget::Cell(cell)], constant(value, 1));
-        self.write(vec![write(0)]);
-        self.write_if(goes_on, vec![write(1)], None);
-        let more = Turns { count: WordSource::Cell(cell), least: 0, most: 1 };
-        let begin = self.begin_loop(&more, None);
-        let end = self.builder.add(None, Vec::new(), Step::ForEnd);
-        let program = self.program();
-        if let Step::ForBegin { end: own, .. } = &mut program.instructions[begin].step {
-            *own = end;
-        }
-        program.counts.insert(begin, (0, 0));
-        program.names.insert(cell, "a turn more than is stated".to_owned());
-    }
-
     /// How often a loop goes round that counts a variable, but at least so often.
     fn turns_of(
         &mut self,
@@ -326,22 +310,6 @@ impl Emit<'_> {
         self.turns(at, variable, (First::Held, end, *by), (*far, fewest), line)
     }
 
-    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other end of
-    /// its type and may yet come to a value that does, or it goes round more often than is followed.
-    fn without_end(&mut self, condition: Logic) {
-        let skip = self.jump(condition.not(), None);
-        let here = self.builder.next();
-        self.builder.add(None, Vec::new(), Step::Unbounded { from: here, certain: false });
-        self.land(skip);
-        self.landing();
-    }
-
-    fn begin_loop(&mut self, turns: &Turns, row: Option<&str>) -> usize {
-        let Turns { count, least, most } = *turns;
-        let key = row.map(|row| Self::key(&[row], "loop"));
-        self.builder.add(key, Vec::new(), Step::ForBegin { count, least, most, end: 0 })
-    }
-
     /// The body of a loop; gives the jumps out of it.
     fn around(&mut self, at: &Context, body: &[Statement], ways: &mut Ways) -> Vec<usize> {
         ways.loops.push([Vec::new(), Vec::new()]);
@@ -352,27 +320,6 @@ impl Emit<'_> {
         }
         self.landing();
         out
-    }
-
-    fn end_loop(&mut self, begin: usize, row: &str, out: Vec<usize>) {
-        self.close_loop(begin, row);
-        self.leave_loop(out);
-    }
-
-    fn close_loop(&mut self, begin: usize, row: &str) {
-        let end = self.builder.add(Some(Self::key(&[row], "loop")), Vec::new(), Step::ForEnd);
-        if let Step::ForBegin { end: own, .. } = &mut self.builder.program.instructions[begin].step
-        {
-            *own = end;
-        }
-    }
-
-    /// Jumps out of a loop lead to here.
-    fn leave_loop(&mut self, out: Vec<usize>) {
-        for jump in out {
-            self.land(jump);
-        }
-        self.landing();
     }
 
     /// How often a variable goes from one value to another, or one so far from that, by steps, but at least so often. It has no end where the variable,
@@ -523,19 +470,6 @@ impl Emit<'_> {
         show::expr(end)
     }
 
-    fn holds(
-        &mut self,
-        operator: Operator,
-        left: Value,
-        right: Value,
-        line: u32,
-    ) -> Result<Logic, Fault> {
-        match self.combined(operator, left, right, line)? {
-            Value::Bit(logic) => Ok(logic),
-            _ => Err(Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)),
-        }
-    }
-
     /// The type of a loop's variable, and what it can hold.
     fn range_of(
         &mut self,
@@ -671,6 +605,75 @@ impl Emit<'_> {
             _ => None,
         };
         by.filter(|by| *by != 0 && alike(target, variable))
+    }
+}
+
+impl Assembler {
+    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other end of
+    /// its type and may yet come to a value that does, or it goes round more often than is followed.
+    fn without_end(&mut self, condition: Logic) {
+        let skip = self.jump(condition.not(), None);
+        let here = self.builder.next();
+        self.builder.add(None, Vec::new(), Step::Unbounded { from: here, certain: false });
+        self.land(skip);
+        self.landing();
+    }
+
+    fn begin_loop(&mut self, turns: &Turns, row: Option<&str>) -> usize {
+        let Turns { count, least, most } = *turns;
+        let key = row.map(|row| Assembler::key(&[row], "loop"));
+        self.builder.add(key, Vec::new(), Step::ForBegin { count, least, most, end: 0 })
+    }
+
+    fn close_loop(&mut self, begin: usize, row: &str) {
+        let end = self.builder.add(Some(Assembler::key(&[row], "loop")), Vec::new(), Step::ForEnd);
+        if let Step::ForBegin { end: own, .. } = &mut self.builder.program.instructions[begin].step
+        {
+            *own = end;
+        }
+    }
+
+    fn end_loop(&mut self, begin: usize, row: &str, out: Vec<usize>) {
+        self.close_loop(begin, row);
+        self.leave_loop(out);
+    }
+
+    /// Jumps out of a loop lead to here.
+    fn leave_loop(&mut self, out: Vec<usize>) {
+        for jump in out {
+            self.land(jump);
+        }
+        self.landing();
+    }
+
+    /// Leaves out scans in which a loop would go round once more than is stated.
+    fn ends_here(&mut self, goes_on: Logic) {
+        let cell = self.words_between(1);
+        let write = |value| Write::Words(vec![WordTarget::Cell(cell)], constant(value, 1));
+        self.write(vec![write(0)]);
+        self.write_if(goes_on, vec![write(1)], None);
+        let more = Turns { count: WordSource::Cell(cell), least: 0, most: 1 };
+        let begin = self.begin_loop(&more, None);
+        let end = self.builder.add(None, Vec::new(), Step::ForEnd);
+        let program = self.program();
+        if let Step::ForBegin { end: own, .. } = &mut program.instructions[begin].step {
+            *own = end;
+        }
+        program.counts.insert(begin, (0, 0));
+        program.names.insert(cell, "a turn more than is stated".to_owned());
+    }
+
+    fn holds(
+        &mut self,
+        operator: Operator,
+        left: Value,
+        right: Value,
+        line: u32,
+    ) -> Result<Logic, Fault> {
+        match self.combined(operator, left, right, line)? {
+            Value::Bit(logic) => Ok(logic),
+            _ => Err(Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)),
+        }
     }
 }
 

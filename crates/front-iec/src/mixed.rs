@@ -2,7 +2,7 @@
 //! compilers that have take them as mathematical numbers or by their bits, with a sign or without: the result is the same
 //! where all of them are below the half of what the bits hold.
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::open::opened;
 use super::types::{Kind, holding};
 use super::value::{Value, constant};
@@ -54,7 +54,7 @@ pub(super) fn below_zero(kind: Kind, number: &Number) -> Logic {
     }))
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// What an operator makes of such numbers, which have the kind in which they meet.
     pub(super) fn mixed_numbers(
         &mut self,

@@ -2,7 +2,7 @@
 //! these within an expression: some wrap them at once, others work with the 32 or 64 bits of the processor. What takes no
 //! more bits than the type has is the same on all of them; all else is any value where they do not fit.
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::{Expr, Literal, Operator};
@@ -164,7 +164,7 @@ fn known(number: &Number, kind: Kind) -> Option<i64> {
     Some(if is_negative { value - (1 << bits) } else { value })
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
     pub(super) fn between(&mut self, value: Value) -> Value {
         let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";

@@ -2,6 +2,7 @@
 //! where what one of them calls changes what another one is worked out from, they are taken from left to right or from right
 //! to left.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::function::{is_handed, parameters};
 use super::resolve::{Context, Found, unknown};
@@ -219,7 +220,7 @@ impl Emit<'_> {
             let target = Found::Place(target);
             // In and out an address is handed over.
             let key = match is_both {
-                true => Self::key(&["ST"], "move"),
+                true => Assembler::key(&["ST"], "move"),
                 false => self.store_key(&target, Some(of), line)?,
             };
             let writes = self.writes(target, value, line)?;

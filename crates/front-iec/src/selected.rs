@@ -1,6 +1,6 @@
 //! Functions of the standard that move bits, choose among values, or read and write decimal digits.
 
-use super::emit::Emit;
+use super::assembler::Assembler;
 use super::expr::{common, row};
 use super::mixed::{below_zero, mixed, typed};
 use super::open::opened;
@@ -14,7 +14,7 @@ use scanbound_ir::{
     Write,
 };
 
-impl Emit<'_> {
+impl Assembler {
     /// SHL, SHR, ROL and ROR. Controllers differ where bits are moved by as many places as there are, or more.
     pub(super) fn moved(&mut self, name: &str, of: Value, places: Value) -> Value {
         let rotates = name.starts_with('R');

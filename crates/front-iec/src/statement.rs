@@ -1,5 +1,6 @@
 //! Statements, and the routines that they stand in.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
 use super::references::{Walk, Way};
@@ -115,7 +116,7 @@ impl<'p> Emit<'p> {
                         let help = "only jumps to labels further down are followed";
                         let fault =
                             Fault::new(pou.line, format!("there is no label {label} further down"));
-                        self.faults.push((self.file, fault.code(Code::NoLabel).help(help)));
+                        self.fault(fault.code(Code::NoLabel).help(help));
                     }
                 }
             }
@@ -123,7 +124,7 @@ impl<'p> Emit<'p> {
             Body::Unread(language, fault) => {
                 let mut fault = fault.clone();
                 fault.message = format!("{} ({})", fault.message, language.name());
-                self.faults.push((self.file, fault));
+                self.fault(fault);
             }
         }
         self.leave(around);
@@ -141,7 +142,7 @@ impl<'p> Emit<'p> {
         let all = lineage(self.project, pou).into_iter().flat_map(|pou| &pou.variables);
         let own: Vec<_> = all.filter(|one| one.section == Section::Temp).cloned().collect();
         if let Err(fault) = self.begin_anew(at, &place, &own, &[], self.project.pous[pou].line) {
-            self.faults.push((self.file, fault));
+            self.fault(fault);
         }
     }
 
@@ -157,9 +158,7 @@ impl<'p> Emit<'p> {
                     if fault.line == 0 { Fault { line: statement.line, ..fault } } else { fault };
                 let place = &self.instances[at.instance].place.name;
                 let fault = fault.within(place);
-                if !self.faults.contains(&(self.file, fault.clone())) {
-                    self.faults.push((self.file, fault));
-                }
+                self.fault(fault);
             }
         }
     }
@@ -255,7 +254,7 @@ impl<'p> Emit<'p> {
                     Walk::Way(Way::Property(property)) => {
                         // A property is written where the condition holds.
                         let fires = self.bit(at, condition, line)?;
-                        let skip = self.jump(fires.not(), Some(Self::key(&["JMP"], "jump")));
+                        let skip = self.jump(fires.not(), Some(Assembler::key(&["JMP"], "jump")));
                         let done = self.property_written(at, &property, &Expr::bool(*set), line);
                         self.land(skip);
                         self.landing();
@@ -291,7 +290,7 @@ impl<'p> Emit<'p> {
                 let found = self.find(at, target, line)?;
                 let writes = self.writes(found, Value::Bit(Logic::Const(*set)), line)?;
                 let row = if *set { "S" } else { "R" };
-                self.write_if(fires, writes, Some(Self::key(&[row], "coil")));
+                self.write_if(fires, writes, Some(Assembler::key(&[row], "coil")));
                 Ok(())
             }
             Statements::Call(target, given) => self.called(at, target, given, line),
@@ -300,7 +299,7 @@ impl<'p> Emit<'p> {
                     return self.called(at, target, given, line);
                 }
                 let enable = self.bit(at, condition, line)?;
-                let skip = self.jump(enable.not(), Some(Self::key(&["JMP"], "jump")));
+                let skip = self.jump(enable.not(), Some(Assembler::key(&["JMP"], "jump")));
                 let done = self.called(at, target, given, line);
                 self.land(skip);
                 self.landing();
@@ -318,7 +317,7 @@ impl<'p> Emit<'p> {
             Statements::While(condition, body) => self.while_true(at, condition, body, line, ways),
             Statements::Repeat(body, until) => self.repeated(at, body, until, line, ways),
             Statements::Exit | Statements::Continue => {
-                let jump = self.jump(Logic::Const(true), Some(Self::key(&["JMP"], "jump")));
+                let jump = self.jump(Logic::Const(true), Some(Assembler::key(&["JMP"], "jump")));
                 let side = usize::from(one.kind == Statements::Exit);
                 match ways.loops.last_mut() {
                     Some(inner) => inner[side].push(jump),
@@ -332,7 +331,7 @@ impl<'p> Emit<'p> {
                 if let Some(cell) = ways.returned {
                     self.write(vec![set(cell, Logic::Const(true))]);
                 }
-                let key = Some(Self::key(&["RET"], "jump"));
+                let key = Some(Assembler::key(&["RET"], "jump"));
                 if let Some(ends) = &mut ways.ends {
                     let whole = self.differs(ENDS_CHART);
                     ends.push(self.jump(whole.not(), key));
@@ -352,7 +351,7 @@ impl<'p> Emit<'p> {
                         .code(Code::JumpBack)
                         .help(help));
                 }
-                let jump = self.jump(fires, Some(Self::key(&["JMP"], "jump")));
+                let jump = self.jump(fires, Some(Assembler::key(&["JMP"], "jump")));
                 ways.labels.entry(label.to_ascii_uppercase()).or_default().push(jump);
                 Ok(())
             }
@@ -404,12 +403,12 @@ impl<'p> Emit<'p> {
         let mut ends = Vec::new();
         for (number, (condition, body)) in arms.iter().enumerate() {
             let holds = self.bit(at, condition, line)?;
-            let skip = self.jump(holds.not(), Some(Self::key(&["JMP"], "jump")));
+            let skip = self.jump(holds.not(), Some(Assembler::key(&["JMP"], "jump")));
             let kept = self.kept.clone();
             self.statements(at, body, ways);
             self.kept = merged(kept, &self.kept);
             if number + 1 < arms.len() || !otherwise.is_empty() {
-                ends.push(self.jump(Logic::Const(true), Some(Self::key(&["JMP"], "jump"))));
+                ends.push(self.jump(Logic::Const(true), Some(Assembler::key(&["JMP"], "jump"))));
             }
             self.land(skip);
             self.landing();
@@ -459,9 +458,9 @@ impl<'p> Emit<'p> {
                 _ => Logic::Const(false),
             });
             let holds = Logic::Any(bits.collect());
-            let skip = self.jump(holds.not(), Some(Self::key(&["JMP"], "jump")));
+            let skip = self.jump(holds.not(), Some(Assembler::key(&["JMP"], "jump")));
             self.statements(at, body, ways);
-            ends.push(self.jump(Logic::Const(true), Some(Self::key(&["JMP"], "jump"))));
+            ends.push(self.jump(Logic::Const(true), Some(Assembler::key(&["JMP"], "jump"))));
             self.land(skip);
             self.landing();
         }
@@ -471,13 +470,6 @@ impl<'p> Emit<'p> {
         }
         self.landing();
         Ok(())
-    }
-
-    pub(super) fn copies(&mut self, number: Number, kind: Kind) -> Vec<WordSource> {
-        let first = self.words_between(kind.words());
-        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
-        self.write(vec![Write::Words(targets, number)]);
-        (0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect()
     }
 
     /// Assigns to what a path leads to through references, or to a property.
@@ -742,6 +734,15 @@ impl<'p> Emit<'p> {
                 None => Ok(()),
             },
         }
+    }
+}
+
+impl Assembler {
+    pub(super) fn copies(&mut self, number: Number, kind: Kind) -> Vec<WordSource> {
+        let first = self.words_between(kind.words());
+        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        self.write(vec![Write::Words(targets, number)]);
+        (0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect()
     }
 }
 

@@ -1,14 +1,14 @@
 //! How long steps are active. While a step is, time goes on once a scan, so that all that ask for it in one scan see the same.
 //! What is left of it when the step has ended, controllers differ: its last time, as the standard has it, or 0.
 
-use super::emit::{Emit, OpenEnd};
+use super::assembler::{Assembler, OpenEnd};
 use super::memory::{Memory, all, any};
 use super::timer::{double, put};
 use super::value::constant;
 use scanbound_iec::chart::Chart;
 use scanbound_ir::{Cell, Logic};
 
-impl Emit<'_> {
+impl Assembler {
     /// Lets the times of the steps that are active go on.
     pub(super) fn times_go_on(&mut self, memory: &Memory) {
         for time in &memory.times {

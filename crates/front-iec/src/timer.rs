@@ -1,6 +1,7 @@
 //! TON, TOF and TP.
 
-use super::emit::{Emit, OpenEnd, Place};
+use super::assembler::{Assembler, OpenEnd};
+use super::emit::{Emit, Place};
 use super::memory::{all, any, set};
 use super::value::constant;
 use scanbound_base::time::Picos;
@@ -29,21 +30,6 @@ pub(super) fn compared(relation: Relation, left: Number, right: Number) -> Logic
 }
 
 impl Emit<'_> {
-    /// A time that the outside gives, not below another one; the instructions that find it, and where it lies.
-    pub(super) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
-        let time = self.words_between(2);
-        let choice = self.builder.world();
-        // A run from power-up does not count it.
-        self.builder.program.timekeeping.uncounted.insert(choice);
-        // A time is not below 0.
-        let sign = BitTarget::WordBit(time.plus(1), 15);
-        let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
-        let found = self.write(vec![any_time, Write::Bit(sign, Logic::Const(false))]);
-        let earlier = compared(Relation::Less, double(time), double(before));
-        let least = self.write_if(earlier, vec![put(time, double(before))], None);
-        (time, [found, least])
-    }
-
     /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which it
     /// begins, unless its time may be 0.
     pub(super) fn timer(&mut self, kind: &'static str, place: &Place) {
@@ -96,7 +82,7 @@ impl Emit<'_> {
             }
         };
         let effects = vec![always(set(q, value)), always(set(was, input.clone()))];
-        let key = Some(Self::key(&[kind], "timer"));
+        let key = Some(Assembler::key(&[kind], "timer"));
         self.builder.add(key, effects, Step::Act { fires: Logic::cell(q) });
         self.elapsed(
             kind,
@@ -106,6 +92,23 @@ impl Emit<'_> {
             preset,
             elapsed,
         );
+    }
+}
+
+impl Assembler {
+    /// A time that the outside gives, not below another one; the instructions that find it, and where it lies.
+    pub(super) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
+        let time = self.words_between(2);
+        let choice = self.builder.world();
+        // A run from power-up does not count it.
+        self.builder.program.timekeeping.uncounted.insert(choice);
+        // A time is not below 0.
+        let sign = BitTarget::WordBit(time.plus(1), 15);
+        let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
+        let found = self.write(vec![any_time, Write::Bit(sign, Logic::Const(false))]);
+        let earlier = compared(Relation::Less, double(time), double(before));
+        let least = self.write_if(earlier, vec![put(time, double(before))], None);
+        (time, [found, least])
     }
 
     /// How long a timer has run: from 0 to its time, which it has when that is over.

@@ -2,7 +2,8 @@
 //! which one writes what another one reads or writes are put together once for each order, of which one is taken in a run;
 //! all others are put together once.
 
-use super::emit::{Emit, OpenEnd, Turn};
+use super::assembler::{Assembler, OpenEnd, Turn};
+use super::emit::Emit;
 use super::memory::all;
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::PouKind;
@@ -187,11 +188,23 @@ impl Emit<'_> {
         self.open_ends.push(OpenEnd::Turns(turns));
     }
 
+    /// The variables of functions and methods, which begin anew with every call.
+    pub(super) fn of_functions(&self) -> Vec<Region> {
+        let functions = self
+            .instances
+            .iter()
+            .filter(|one| self.project.pous[one.pou].kind == PouKind::Function)
+            .map(|one| &one.place);
+        let methods = self.globals.values().filter(|place| place.name.ends_with("()"));
+        functions.chain(methods).flat_map(|place| place.tag.regions()).collect()
+    }
+}
+
+impl Assembler {
     /// What it makes no difference to is carried out in the first round alone.
-    pub(super) fn settle_turns(&mut self, turns: &[Turn]) {
-        let own = self.of_functions();
+    pub(super) fn settle_turns(&mut self, turns: &[Turn], own: &[Region]) {
         let prints: Vec<Footprint> =
-            turns.iter().map(|turn| self.footprint(&turn.copies[0], &own)).collect();
+            turns.iter().map(|turn| self.footprint(&turn.copies[0], own)).collect();
         for (at, turn) in turns.iter().enumerate() {
             let others = prints.iter().enumerate().filter(|(other, _)| *other != at);
             if { others }.any(|(_, other)| prints[at].meets(other)) {
@@ -208,17 +221,6 @@ impl Emit<'_> {
                 }
             }
         }
-    }
-
-    /// The variables of functions and methods, which begin anew with every call.
-    fn of_functions(&self) -> Vec<Region> {
-        let functions = self
-            .instances
-            .iter()
-            .filter(|one| self.project.pous[one.pou].kind == PouKind::Function)
-            .map(|one| &one.place);
-        let methods = self.globals.values().filter(|place| place.name.ends_with("()"));
-        functions.chain(methods).flat_map(|place| place.tag.regions()).collect()
     }
 
     /// What instructions, and those that they call, read and write of what outlasts them.
@@ -250,8 +252,8 @@ impl Emit<'_> {
         let lasting = |regions: BTreeSet<Region>| {
             let stretch = |region: Region| match region {
                 Region::Range { first, count } => {
-                    let lasts =
-                        !Self::is_between(first) && !own.iter().any(|own| flow::meet(*own, region));
+                    let lasts = !Assembler::is_between(first)
+                        && !own.iter().any(|own| flow::meet(*own, region));
                     lasts.then_some((first, count))
                 }
                 Region::Area(_) | Region::Everything => None,

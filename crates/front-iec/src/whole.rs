@@ -1,5 +1,6 @@
 //! Structures and arrays as wholes: assigned, handed over and given back; and values that later calls must not change.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::open::parted;
 use super::resolve::{Context, Element, Found};
@@ -77,7 +78,7 @@ impl Emit<'_> {
 
     /// What is handed over in and out is copied here, and on a controller its address is.
     pub(super) fn copy_handed(&mut self, from: &Whole, to: &Whole) {
-        self.copy_charged(from, to, Self::key(&["ST"], "move"));
+        self.copy_charged(from, to, Assembler::key(&["ST"], "move"));
     }
 
     fn copy_charged(&mut self, from: &Whole, to: &Whole, key: TimingKey) {
@@ -103,7 +104,9 @@ impl Emit<'_> {
         let why = "a structure or array as a whole that is not followed: it may hold anything";
         self.program().approximate(at, why);
     }
+}
 
+impl Assembler {
     /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does not
     /// fit its type.
     pub(super) fn stored(&mut self, value: Value, merges: bool) -> Value {
