@@ -4,7 +4,7 @@
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::location::Location;
-use scanbound::front::{Dialect, Front, Fronts, Input, Options, Project, Reading, Sniff};
+use scanbound::front::{Dialect, Front, Fronts, Input, Options, Project, Sniff, SourceOptions};
 use scanbound::program::{
     Area, AreaId, AreaKind, BitTarget, Cell, Device, Effect, Instruction, Join, Logic, Operand,
     Program, Radix, Role, SourceFile, Step, TimingKey, Touched, Units, When, Write,
@@ -29,7 +29,7 @@ impl Front for Toy {
         &DIALECTS
     }
 
-    fn is_beside(&self, _name: &str, beginning: &str) -> bool {
+    fn is_comment_file(&self, _name: &str, beginning: &str) -> bool {
         beginning.starts_with("toy's names\n")
     }
 
@@ -37,11 +37,11 @@ impl Front for Toy {
         &self,
         dialect: &Dialect,
         programs: &[&Input],
-        beside: &[&Input],
-        _: Reading,
+        comment_files: &[&Input],
+        _: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let files: Vec<File> = programs.iter().map(|input| file(input)).collect();
-        let names = beside.iter().flat_map(|input| file(input).lines);
+        let names = comment_files.iter().flat_map(|input| file(input).lines);
         let names = names.filter_map(|(_, device, name)| {
             let index = device.strip_prefix("IN")?.parse().ok()?;
             Some((Device { cell: Cell { area: AreaId(0), index }, bit: None }, name))

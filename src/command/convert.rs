@@ -65,7 +65,7 @@ pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
     let input = one(file).with_context(|| format!("{} cannot be read", file.display()))?;
     let name = input.name.clone();
     let project = read(&[input], dialect)?;
-    project.into_of().ok_or_else(|| {
+    project.downcast().ok_or_else(|| {
         Failure::Input(vec![Diagnostic::file(
             Code::OtherDialect,
             &name,

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use scanbound::front::FRONTS;
-use scanbound::front::{Encoding, Input, Reading};
+use scanbound::front::{Encoding, Input, SourceOptions};
 use scanbound::iec::comment::Comments;
 
 /// How source text is read where the file does not say it.
@@ -26,8 +26,8 @@ enum CommentsName {
 
 impl SourceText {
     /// How fronts read text.
-    pub fn reading(self) -> Reading {
-        Reading {
+    pub fn reading(self) -> SourceOptions {
+        SourceOptions {
             comments: self.comments.map(|name| match name {
                 CommentsName::Flat => Comments::Flat,
                 CommentsName::Nested => Comments::Nested,

@@ -26,13 +26,13 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
         all.join("\n")
     };
     let project = read(&inputs, Some("melsec-list")).map_err(told)?;
-    let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
+    let project: RawProject = project.downcast().ok_or("not read as MELSEC")?;
     let is_user_instruction = |name: &str| name.starts_with("Op");
     let options = DecodeOptions {
         family,
         is_user_instruction: &is_user_instruction,
         facts,
-        incomplete: false,
+        absent_calls_take_no_time: false,
     };
     decode(&project, &options).and_then(passed).map_err(told)
 }

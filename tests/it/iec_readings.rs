@@ -3,7 +3,7 @@
 use scanbound::audit::{Audit, Failure, Request, audit};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
-use scanbound::front::{Input, Kind, detect};
+use scanbound::front::{FileKind, Input, detect};
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::{CLASSES, Table};
 
@@ -713,7 +713,7 @@ fn structured_text_with_many_commas_is_known_as_such() {
     ] {
         let input = Input { name: "p.st".to_owned(), bytes: text.as_bytes().to_vec() };
         match detect(&input) {
-            Ok(Kind::Program(dialect)) => assert_eq!(dialect.name, "iec-text", "{text}"),
+            Ok(FileKind::Program(dialect)) => assert_eq!(dialect.name, "iec-text", "{text}"),
             other => panic!("{other:?}\n{text}"),
         }
     }

@@ -132,7 +132,7 @@ fn rows(title: &str, heads: &Heads, program: &[Line]) -> Vec<Vec<String>> {
     out
 }
 
-/// Every field quoted, quotation marks doubled, CR LF.
+/// Every field quoted, quotation known_words doubled, CR LF.
 fn quoted(rows: &[Vec<String>], separator: &str) -> String {
     let mut out = String::new();
     for row in rows {
@@ -153,7 +153,7 @@ fn read(name: &str, bytes: impl Into<Vec<u8>>) -> Result<RawProject, Vec<Diagnos
 }
 
 fn read_project(inputs: &[Input], dialect: Option<&str>) -> Result<RawProject, Vec<Diagnostic>> {
-    scanbound::front::read(inputs, dialect).map(|project| project.into_of().expect("MELSEC"))
+    scanbound::front::read(inputs, dialect).map(|project| project.downcast().expect("MELSEC"))
 }
 
 fn texts(project: &RawProject) -> Vec<&str> {

@@ -6,7 +6,7 @@ use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::melsec::Melsec;
-use scanbound::front::{Fronts, Input, Kind};
+use scanbound::front::{FileKind, Fronts, Input};
 use scanbound::timing::table::Table;
 
 #[allow(dead_code)] // its `main`
@@ -64,8 +64,8 @@ fn a_toys_files_are_told_from_those_of_other_fronts() {
     let kind = |text: &str| {
         let input = Input { name: "a.txt".to_owned(), bytes: text.as_bytes().to_vec() };
         match FRONTS.detect(&input) {
-            Ok(Kind::Program(dialect)) => Ok(dialect.name),
-            Ok(Kind::Comments) => Ok("beside"),
+            Ok(FileKind::Program(dialect)) => Ok(dialect.name),
+            Ok(FileKind::Comments) => Ok("beside"),
             Err(fault) => Err(fault.code),
         }
     };

@@ -41,12 +41,12 @@ fn program(files: &[Vec<String>], facts: &Facts) -> Result<Program, String> {
         faults.iter().map(line).collect::<Vec<_>>().join("\n")
     };
     let project = read(&inputs, Some("melsec-list")).map_err(told)?;
-    let project: RawProject = project.into_of().ok_or("not read as MELSEC")?;
+    let project: RawProject = project.downcast().ok_or("not read as MELSEC")?;
     let options = DecodeOptions {
         family: Family::Q,
         is_user_instruction: &|name| name.starts_with("SwOp"),
         facts,
-        incomplete: false,
+        absent_calls_take_no_time: false,
     };
     decode(&project, &options).and_then(passed).map_err(told)
 }

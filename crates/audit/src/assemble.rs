@@ -28,7 +28,7 @@ use super::{
 use scanbound_base::budget::Cut;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
-use scanbound_front::Open;
+use scanbound_front::MachineOptions;
 use scanbound_ir::{AreaKind, Program};
 use scanbound_model::{Assignment, Atom, Group, Node, Origin, ScanModel, Values, VarKind};
 use scanbound_replay::{Event, Replay};
@@ -51,7 +51,7 @@ pub struct Findings<'a> {
     pub prices: &'a Prices,
     pub model: &'a ScanModel,
     /// What of the machine the user may state.
-    pub open: Open,
+    pub machine: MachineOptions,
     pub groups: &'a [Group],
     pub maxima: &'a [Maximum],
     /// The best assignments of all groups together.
@@ -102,7 +102,7 @@ impl<'a> Findings<'a> {
     /// What the bound rests on and is not known: counts, then where is written.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
-        unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.open));
+        unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.machine));
         unknown_writes::put_last(&mut unknowns, self.program, self.model);
         unknowns
     }

@@ -7,7 +7,7 @@ use super::understood::{choose_table, fitted, other_series, state};
 use super::{Failure, contradiction, doubt};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
-use scanbound_front::{Input, Kind, Options, Project};
+use scanbound_front::{FileKind, Input, Options, Project};
 use scanbound_ir::Program;
 use scanbound_timing::price;
 use scanbound_timing::table::Table;
@@ -238,9 +238,9 @@ impl Doctor<'_, '_> {
                 family: table.and_then(|table| table.family.as_deref()),
                 is_user_instruction: knows,
                 facts: self.request.facts,
-                incomplete,
+                absent_calls_take_no_time: incomplete,
                 task: self.request.task,
-                alone: self.request.alone,
+                uninterrupted: self.request.alone,
                 others_write: self.request.others_write(),
             })
         };
@@ -346,8 +346,8 @@ impl Doctor<'_, '_> {
         };
         let what = match self.request.fronts.detect(input) {
             _ if self.dropped.contains(&input.name) => What::Refused,
-            Ok(Kind::Program(dialect)) => What::Program(dialect.name),
-            Ok(Kind::Comments) => What::Comments,
+            Ok(FileKind::Program(dialect)) => What::Program(dialect.name),
+            Ok(FileKind::Comments) => What::Comments,
             Err(_) => self.request.dialect.map_or(What::Refused, |_| What::Program("as named")),
         };
         let is_standby = |program: &Program| {

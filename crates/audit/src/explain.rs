@@ -2,7 +2,7 @@
 //! its front writes and understands as it does those of any program.
 
 use scanbound_base::facts::Facts;
-use scanbound_front::{Form, Front, Fronts, Input, Options, Reading, Specimens};
+use scanbound_front::{Examples, Form, Front, Fronts, Input, Options, SourceOptions};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Program, Region, Source,
     Step, WordSource, WordTarget, Write,
@@ -87,8 +87,8 @@ impl Follow {
 pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<Explained> {
     let name = name.trim().to_ascii_uppercase();
     let family = table.family.as_deref()?;
-    let (front, Specimens { dialect, variants, forms }) =
-        fronts.0.iter().find_map(|front| Some((*front, front.specimens(&name, family)?)))?;
+    let (front, Examples { dialect, variants, forms }) =
+        fronts.0.iter().find_map(|front| Some((*front, front.examples(&name, family)?)))?;
     let mut bare = table.clone();
     bare.factor = None;
     let forms: Vec<FormUse> =
@@ -121,9 +121,9 @@ fn shown(
 ) -> Option<FormUse> {
     let dialect = front.dialects().iter().find(|one| one.name == dialect)?;
     let facts = Facts::default();
-    form.tries.iter().find_map(|one| {
-        let input = Input { name: "specimen".to_owned(), bytes: one.program.clone().into_bytes() };
-        let project = front.read(dialect, &[&input], &[], Reading::default()).ok()?;
+    form.candidates.iter().find_map(|one| {
+        let input = Input { name: "example".to_owned(), bytes: one.program.clone().into_bytes() };
+        let project = front.read(dialect, &[&input], &[], SourceOptions::default()).ok()?;
         let options = Options { family: Some(family), ..Options::new(&facts) };
         let program = project.decode(&options).ok()?;
         let own = |at: &usize| *program.instructions[*at].text == *one.line;

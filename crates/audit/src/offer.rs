@@ -51,7 +51,7 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     offers.extend(unknowns(audit, program, "counts", &most));
     offers.extend(calls(program));
     offers.extend(unknowns(audit, program, "index", &most));
-    if concluded.followed.open.index {
+    if concluded.followed.machine.index {
         offers.extend(index(program, request));
     }
     offers.extend(external(audit, program));

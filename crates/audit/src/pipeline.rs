@@ -25,7 +25,7 @@ use super::watchdog::Look;
 use scanbound_base::budget::{Budget, Cut};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Times;
-use scanbound_front::Open;
+use scanbound_front::MachineOptions;
 use scanbound_ir::Program;
 use scanbound_model::groups;
 use scanbound_model::{Group, ScanModel};
@@ -50,7 +50,7 @@ pub struct Followed {
     /// Its slices.
     pub groups: Vec<Group>,
     /// What of the machine the user may state.
-    pub open: Open,
+    pub machine: MachineOptions,
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user cut short.
     cuts: Vec<Cut>,
@@ -201,13 +201,13 @@ impl Prepared {
 
     fn limit_size(self, request: &Request<'_>) -> Result<SizeLimited, Failure> {
         let Prepared { start, understood, cuts } = self;
-        let open = understood.open;
+        let machine = understood.machine;
         let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
         let executed = fit(&mut program)?;
         // Instructions that summarising appended have no price.
         prices.instructions.resize(program.instructions.len(), None);
         timers::settle_by_sum(&mut program, &prices);
-        Ok(SizeLimited { start, program, table, prices, executed, open, warnings, cuts })
+        Ok(SizeLimited { start, program, table, prices, executed, machine, warnings, cuts })
     }
 }
 
@@ -219,14 +219,14 @@ struct SizeLimited {
     prices: Prices,
     /// How many instructions a scan executes at most.
     executed: u64,
-    open: Open,
+    machine: MachineOptions,
     warnings: Vec<Diagnostic>,
     cuts: Vec<Cut>,
 }
 
 impl SizeLimited {
     fn followed(self, request: &Request<'_>) -> Result<Followed, Failure> {
-        let SizeLimited { start, mut program, table, mut prices, executed, open, warnings, cuts } =
+        let SizeLimited { start, mut program, table, mut prices, executed, machine, warnings, cuts } =
             self;
         let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         (request.progress)(Progress::Stage("following the scan"));
@@ -260,7 +260,7 @@ impl SizeLimited {
             prices,
             model,
             groups,
-            open,
+            machine,
             warnings,
             cuts,
             structural_only,
@@ -437,7 +437,7 @@ impl Solved<'_> {
             table,
             prices,
             model: &model,
-            open: followed.open,
+            machine: followed.machine,
             groups: &groups,
             maxima: &maxima,
             assignment: &assignment,

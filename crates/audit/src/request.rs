@@ -4,7 +4,7 @@ use super::response::Given;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
-use scanbound_front::{Fronts, Input, Reading};
+use scanbound_front::{Fronts, Input, SourceOptions};
 use scanbound_fronts::FRONTS;
 use scanbound_passes::values::Trust;
 use scanbound_passes::{PASSES, Passes};
@@ -26,7 +26,7 @@ pub struct Request<'a> {
     /// The dialect, if not to be found from the content.
     pub dialect: Option<&'a str>,
     /// How source text is read where its language leaves it open.
-    pub reading: Reading,
+    pub reading: SourceOptions,
     /// The CPU, if the source does not name it or names it wrongly.
     pub cpu: Option<&'a str>,
     /// The timing table, if not to be found by the CPU.
@@ -98,7 +98,7 @@ impl<'a> Request<'a> {
             fronts: FRONTS,
             passes: PASSES,
             dialect: None,
-            reading: Reading::default(),
+            reading: SourceOptions::default(),
             cpu: None,
             table: None,
             times: &[],

@@ -6,7 +6,7 @@ use super::{counts, indices, stated};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Part, StatedFactor};
-use scanbound_front::{Open, Options, Project};
+use scanbound_front::{MachineOptions, Options, Project};
 use scanbound_ir::Program;
 use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
@@ -20,7 +20,7 @@ pub struct Understood {
     pub program: Program,
     pub table: Table,
     /// What of the machine the user may state.
-    pub open: Open,
+    pub machine: MachineOptions,
     /// What was noticed on the way.
     pub warnings: Vec<Diagnostic>,
 }
@@ -31,14 +31,14 @@ impl Understood {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
         let (mut program, table) = understand(&*project, request)?;
-        let open = project.open();
+        let machine = project.machine_options();
         let mut warnings = project.warnings();
         warnings.extend(other_series(request.cpu, project.cpu()));
         warnings.extend(stated::unused_calls(&program, request.facts));
         // The source takes as much memory as the program, which is all that the stages behind look at.
         drop(project);
         warnings.extend(state(&mut program, request)?);
-        Ok(Understood { program, table, open, warnings })
+        Ok(Understood { program, table, machine, warnings })
     }
 
     /// The same with another table of the same family.
@@ -78,11 +78,11 @@ pub fn state(
 
 /// The program that the source means, and the table that prices it.
 fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
-    let open = project.open();
-    if request.clock.is_some() && !open.clock {
+    let machine = project.machine_options();
+    if request.clock.is_some() && !machine.clock {
         return Err(Failure::from(no_clock()));
     }
-    if request.facts.latched.is_some() && !open.latched {
+    if request.facts.latched.is_some() && !machine.latched {
         let message = "[io] latched is stated, but of this PLC it is known";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
@@ -92,7 +92,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         ("bits", request.facts.index_bits.is_some()),
         ("indirect", request.facts.indirect.is_some()),
     ];
-    if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !open.index) {
+    if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
         let message = format!("[index] {key} is stated, but of this PLC it is known");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "leave it out");
@@ -109,9 +109,9 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         family: table.family.as_deref(),
         is_user_instruction: &|name| table.knows(name),
         facts: request.facts,
-        incomplete: request.incomplete,
+        absent_calls_take_no_time: request.incomplete,
         task: request.task,
-        alone: request.alone,
+        uninterrupted: request.alone,
         others_write: request.others_write(),
     })?;
     knows_task(&program, request)?;

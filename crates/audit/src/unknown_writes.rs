@@ -1,7 +1,7 @@
 //! Writes of which it is not known where they go, and what to state of them.
 
 use super::unknown::{INDEX, Unknown, UnknownKind, key};
-use scanbound_front::Open;
+use scanbound_front::MachineOptions;
 use scanbound_ir::{Cell, ChoiceId, Program, WordSource, WordTarget, Write};
 use scanbound_model::{FarWrite, Group, Origin, ScanModel};
 use std::collections::BTreeSet;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 const MOST_PLACES: usize = 20;
 
 /// What is not known of where is written, as far as something depends on it, in the order of the scan. What follows only
-/// from what others may have written is left out: it is known once those are. `open` says whether the CPU has parameters of
+/// from what others may have written is left out: it is known once those are. `machine` says whether the CPU has parameters of
 /// indices and indirect addresses.
 pub(super) fn all(
     program: &Program,
     model: &ScanModel,
     groups: &[Group],
-    open: Open,
+    machine: MachineOptions,
 ) -> Vec<Unknown> {
     let matters = matter(program, model, groups);
     let first = |far: &&FarWrite| far.is_first && matters.contains(&far.choice);
@@ -29,7 +29,7 @@ pub(super) fn all(
     let place = |far: &&FarWrite| (program.instructions[far.instruction].place, text(far));
     let mut found = Vec::new();
     let either: Vec<&FarWrite> = first.iter().filter(is_open).copied().collect();
-    if open.index && !either.is_empty() {
+    if machine.index && !either.is_empty() {
         found.push(Unknown {
             word: "index bits".into(),
             places: either.iter().map(place).take(MOST_PLACES).collect(),
@@ -40,7 +40,7 @@ pub(super) fn all(
     }
     let indirect = |far: &&&FarWrite| !far.has_index && text(far).contains('@');
     let indirect: Vec<&FarWrite> = first.iter().filter(indirect).copied().collect();
-    if open.index && !indirect.is_empty() {
+    if machine.index && !indirect.is_empty() {
         found.push(Unknown {
             word: "indirect addresses".into(),
             places: indirect.iter().map(place).take(MOST_PLACES).collect(),

@@ -14,8 +14,10 @@ mod turn;
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::numbering::{self, Numbered};
-use scanbound_front::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, decoded};
+use scanbound_front::numbering::{self, NumberedLine};
+use scanbound_front::{
+    Dialect, Front, Input, MachineOptions, Options, Project, Sniff, SourceOptions, decoded,
+};
 use scanbound_ir::Program;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -46,7 +48,7 @@ impl Front for Flowchart {
         _dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
-        _reading: Reading,
+        _reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(read(programs)?))
     }
@@ -61,8 +63,8 @@ impl Project for Source {
         self.warnings()
     }
 
-    fn open(&self) -> Open {
-        Open { latched: true, ..Open::default() }
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions { latched: true, ..MachineOptions::default() }
     }
 
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
@@ -302,11 +304,11 @@ pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
 }
 
 /// The instructions of a list with their addresses: each takes one, and a timer's time another.
-fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = Numbered<'_>> {
+fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = NumberedLine<'_>> {
     list.iter().enumerate().map(|(at, one)| {
         let is_head = one.word == parse::Word::Head;
         let before_head = list.get(at + 1).is_some_and(|next| next.word == parse::Word::Head);
-        Numbered {
+        NumberedLine {
             line: one.line,
             address: one.step,
             takes: match one.word {
@@ -315,7 +317,7 @@ fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = Numbered<'_>> {
                 _ => Some(if one.time.is_some() { 2 } else { 1 }),
             },
             text: &one.text,
-            ends: is_head || before_head,
+            restarts: is_head || before_head,
         }
     })
 }

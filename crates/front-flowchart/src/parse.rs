@@ -4,7 +4,7 @@ use scanbound_base::code::Code;
 use std::ops::Range;
 
 use scanbound_front::Faults;
-use scanbound_front::within;
+use scanbound_front::slice_range;
 
 /// How many lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 60;
@@ -202,7 +202,7 @@ pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
         if rest.is_empty() || is_head(rest) {
             continue;
         }
-        let begin = within(text, written).map_or(0, |bytes| bytes.start as u32);
+        let begin = slice_range(text, written).map_or(0, |bytes| bytes.start as u32);
         let mut reader = Line { line, begin, written, comment, step: None };
         if let Some(address) = number(&rest[0].word) {
             reader.step = Some(address);

@@ -98,8 +98,8 @@ fn any_text_ends_in_a_program_or_faults() {
 fn found(text: &str) -> Result<&'static str, Diagnostic> {
     let input = Input { name: "a".to_owned(), bytes: text.as_bytes().to_vec() };
     scanbound_fronts::detect(&input).map(|kind| match kind {
-        scanbound_front::Kind::Program(dialect) => dialect.name,
-        scanbound_front::Kind::Comments => "comments",
+        scanbound_front::FileKind::Program(dialect) => dialect.name,
+        scanbound_front::FileKind::Comments => "comments",
     })
 }
 

@@ -208,7 +208,7 @@ impl Assembler {
             let outputs = vec![Target::Words((0..wide).map(target).collect())];
             let meaning = Meaning { operation, inputs, outputs };
             error = self.error_of(&meaning);
-            self.builder.followed(choice, meaning);
+            self.builder.define_followed(choice, meaning);
         }
         let at = self.write(vec![Write::Havoc(Region::Range { first, count: words }, choice)]);
         self.program().errors.extend(error.map(|error| (at, error)));
@@ -256,14 +256,14 @@ impl Assembler {
 
     /// A bit of how much time has passed, which a run from power-up does not count.
     pub(super) fn uncounted_bit(&mut self) -> Logic {
-        let choice = self.builder.world();
+        let choice = self.builder.external_choice();
         self.builder.program.timekeeping.uncounted.insert(choice);
         Logic::Bit(scanbound_ir::BitSource::Free(choice))
     }
 
     /// A bit that the outside gives.
     pub(super) fn world_bit(&mut self) -> Logic {
-        Logic::Bit(scanbound_ir::BitSource::Free(self.builder.world()))
+        Logic::Bit(scanbound_ir::BitSource::Free(self.builder.external_choice()))
     }
 
     /// A jump whose target is set later.

@@ -108,7 +108,7 @@ fn emitted(
     emit.others_write = asked.others_write;
     emit.calls.clone_from(&asked.facts.calls);
     emit.stated_turns.clone_from(&asked.facts.counts);
-    emit.is_incomplete = asked.incomplete;
+    emit.is_incomplete = asked.absent_calls_take_no_time;
     emit.faults.extend(project.unread.iter().cloned());
     let mut tasks = tasks(project, emit);
     let is_asked = |task: &Task| asked.task.is_some_and(|name| same(name, &named_task(task)));
@@ -177,7 +177,7 @@ fn emitted(
     }
     for (task, &entry) in program.tasks.iter().zip(&entries).skip(1) {
         // What a task of a lower priority writes is there between scans.
-        let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.alone);
+        let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.uninterrupted);
         let (times, name) = (stated.unwrap_or(0), task.name.clone());
         let stated = stated.is_some();
         program.interrupts.push(scanbound_ir::Interrupt { name, entry, times, stated });

@@ -59,7 +59,7 @@ mod within;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::encoding::candidates;
-use scanbound_front::{Dialect, Front, Input, Project, Reading, Sniff, decoded};
+use scanbound_front::{Dialect, Front, Input, Project, Sniff, SourceOptions, decoded};
 use scanbound_iec::{parse, xml};
 use scanbound_ir::Program;
 use std::borrow::Cow;
@@ -160,7 +160,7 @@ impl Front for Iec {
         dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
-        reading: Reading,
+        reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let mut project = scanbound_iec::Project::default();
         let mut options = decode::Options::default();

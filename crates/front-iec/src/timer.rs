@@ -46,7 +46,7 @@ impl Emit<'_> {
             "TOF" => (was, 1, true),
             _ => (q, 0, true),
         };
-        let runs_out = self.builder.world();
+        let runs_out = self.builder.external_choice();
         let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
         let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), MILLISECOND);
         let expiry = Expiry { rest, running, setting, ..on_delay };
@@ -99,7 +99,7 @@ impl Assembler {
     /// A time that the outside gives, not below another one; the instructions that find it, and where it lies.
     pub(super) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
         let time = self.words_between(2);
-        let choice = self.builder.world();
+        let choice = self.builder.external_choice();
         // A run from power-up does not count it.
         self.builder.program.timekeeping.uncounted.insert(choice);
         // A time is not below 0.

@@ -19,7 +19,7 @@ pub(crate) struct Vocabulary;
 impl catalog::Vocabulary for Vocabulary {
     type Role = Axis;
     type Meaning = Operation;
-    type Own = Own;
+    type Extra = Extra;
 
     fn role(word: &str) -> Option<Axis> {
         (word == "a").then_some(Axis)
@@ -30,10 +30,10 @@ impl catalog::Vocabulary for Vocabulary {
         Operation::deserialize(word).ok()
     }
 
-    fn own(line: &Line<'_>) -> Option<Own> {
+    fn extra(line: &Line<'_>) -> Option<Extra> {
         match line.cell("pulse") {
-            "" => Some(Own { pulse: false }),
-            "P" => Some(Own { pulse: true }),
+            "" => Some(Extra { pulse: false }),
+            "P" => Some(Extra { pulse: true }),
             _ => None,
         }
     }
@@ -45,7 +45,7 @@ pub(crate) struct Axis;
 
 /// The columns of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Own {
+pub(crate) struct Extra {
     /// Whether a pulse form exists.
     pub(crate) pulse: bool,
 }
@@ -190,12 +190,12 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
     let named = CATALOG.rows(mnemonic).map(|entries| (entries, false));
     let pulsed = || {
         let entries = CATALOG.rows(&unpulsed(mnemonic)?)?;
-        entries.iter().any(|entry| entry.own.pulse).then_some((entries, true))
+        entries.iter().any(|entry| entry.extra.pulse).then_some((entries, true))
     };
     if let Some((entries, pulsed)) = named.or_else(pulsed) {
         return entries
             .iter()
-            .find(|entry| entry.operands.len() == operands && (entry.own.pulse || !pulsed))
+            .find(|entry| entry.operands.len() == operands && (entry.extra.pulse || !pulsed))
             .map(|entry| Found { entry: Cow::Borrowed(entry), pulsed })
             .ok_or_else(|| NotFound::OperandCount { expected: counts(entries) });
     }
@@ -241,7 +241,7 @@ pub(super) fn forms(mnemonic: &str) -> Option<Vec<&'static Entry>> {
         return Some(rows.iter().collect());
     }
     let plain = rows(&unpulsed(mnemonic)?)?;
-    let forms: Vec<&Entry> = plain.iter().filter(|entry| entry.own.pulse).collect();
+    let forms: Vec<&Entry> = plain.iter().filter(|entry| entry.extra.pulse).collect();
     (!forms.is_empty()).then_some(forms)
 }
 
@@ -264,7 +264,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         true => Operation::Havoc,
         false => Operation::HavocAnytime,
     };
-    let operand = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
+    let operand = Operand { role: Role::ReadWrite, extent: Extent::Devices(Amount::Unknown) };
     let entry = Entry {
         mnemonic: match unpulsed(mnemonic).filter(|_| pulsed) {
             Some(plain) => plain.into(),
@@ -278,7 +278,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         most_units: Some(if OF_FILES.contains(&name) { FILE_WORDS } else { DEDICATED_WORDS }),
         meaning,
         also,
-        own: Own { pulse: true },
+        extra: Extra { pulse: true },
     };
     Found { entry: Cow::Owned(entry), pulsed }
 }

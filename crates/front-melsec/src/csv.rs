@@ -10,7 +10,7 @@ use scanbound_base::code::Code;
 
 use super::source::RawInstruction;
 use super::words;
-use scanbound_front::Places;
+use scanbound_front::WordPositions;
 use scanbound_front::{Faults, shown};
 
 /// Which tool's form a CSV has.
@@ -333,7 +333,7 @@ impl Body<'_, '_, '_> {
     /// The instruction at hand is complete.
     fn close(&mut self) {
         if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
-            let places = Places::Rows(rows.into());
+            let places = WordPositions::Rows(rows.into());
             self.instructions.push(words::instruction(line, step, &mnemonic, operands, places));
         }
     }

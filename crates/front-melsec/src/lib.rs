@@ -5,6 +5,7 @@ mod comments;
 mod csv;
 pub mod decode;
 mod emit;
+mod examples;
 mod frame;
 mod list;
 pub mod memory;
@@ -13,7 +14,6 @@ pub mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
-mod specimens;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -21,7 +21,9 @@ mod words;
 use decode::DecodeOptions;
 use memory::Family;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, Specimens};
+use scanbound_front::{
+    Dialect, Examples, Front, Input, MachineOptions, Options, Project, Sniff, SourceOptions,
+};
 use scanbound_ir::Program;
 use source::RawProject;
 
@@ -63,31 +65,31 @@ impl Front for Melsec {
     }
 
     /// The tools call device comments COMMENT, also where there are none.
-    fn is_beside(&self, name: &str, beginning: &str) -> bool {
+    fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let is_named = || scanbound_front::stem(name).eq_ignore_ascii_case("COMMENT");
         comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())
     }
 
-    fn marks(&self) -> Vec<&'static str> {
-        marks()
+    fn known_words(&self) -> Vec<&'static str> {
+        known_words()
     }
 
     fn instructions(&self) -> Vec<String> {
-        specimens::all()
+        examples::all()
     }
 
-    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
-        specimens::specimens(name, Family::named(family)?)
+    fn examples(&self, name: &str, family: &str) -> Option<Examples> {
+        examples::examples(name, Family::named(family)?)
     }
 
     fn read(
         &self,
         dialect: &Dialect,
         programs: &[&Input],
-        beside: &[&Input],
-        _reading: Reading,
+        comment_files: &[&Input],
+        _reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
-        Ok(Box::new(project::read(dialect, programs, beside)?))
+        Ok(Box::new(project::read(dialect, programs, comment_files)?))
     }
 }
 
@@ -100,21 +102,22 @@ impl Project for RawProject {
         self.warnings.clone()
     }
 
-    fn open(&self) -> Open {
-        Open { index: true, ..Open::default() }
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions { index: true, ..MachineOptions::default() }
     }
 
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        let Options { facts, is_user_instruction, incomplete, .. } = *options;
+        let Options { facts, is_user_instruction, absent_calls_take_no_time, .. } = *options;
         let cpu = options.cpu.or(self.cpu());
         let named = || options.family.and_then(Family::named);
         let family = cpu.and_then(Family::of_cpu).or_else(named).unwrap_or(Family::Q);
-        let options = DecodeOptions { family, is_user_instruction, facts, incomplete };
+        let options =
+            DecodeOptions { family, is_user_instruction, facts, absent_calls_take_no_time };
         decode::decode(self, &options)
     }
 }
 
 /// Words that files in these dialects hold, to tell code pages apart.
-fn marks() -> Vec<&'static str> {
+fn known_words() -> Vec<&'static str> {
     csv::MARKS.into_iter().chain(comments::MARKS).collect()
 }

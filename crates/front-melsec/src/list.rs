@@ -4,7 +4,7 @@ use super::source::RawInstruction;
 use super::words;
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
-use scanbound_front::Places;
+use scanbound_front::WordPositions;
 use scanbound_front::text;
 
 /// How many instruction lines are looked at to tell what a file is.
@@ -123,7 +123,7 @@ fn read_line(
     // A label may share its line with the instruction it stands before.
     let label = rest[0].strip_suffix(':').unwrap_or(rest[0]);
     if words::is_pointer(label) {
-        let places = Places::of_slices(text, [label]);
+        let places = WordPositions::of_slices(text, [label]);
         out.push(words::instruction(number, step, label, Vec::new(), places));
         rest = &rest[1..];
     }
@@ -135,7 +135,7 @@ fn read_line(
         );
         return faults.within(Code::NotAnInstruction, number, line, mnemonic, told);
     }
-    let places = Places::of_slices(text, rest.iter().copied());
+    let places = WordPositions::of_slices(text, rest.iter().copied());
     let operands = operands.iter().map(|&operand| operand.to_owned()).collect();
     out.push(words::instruction(number, step, mnemonic, operands, places));
 }

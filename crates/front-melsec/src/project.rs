@@ -4,7 +4,7 @@ use super::source::{RawFile, RawInstruction, RawProject};
 use super::{comments, csv, list, words};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
-use scanbound_front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
+use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
 /// Reads the programs, all written in `dialect`, and the comment files.
 ///
@@ -27,7 +27,7 @@ pub fn read(
     check_cpus(&mut project);
     for input in comment_files {
         // Comments only give names: a fault in them does not stop the audit.
-        match decoded(input, &super::marks()) {
+        match decoded(input, &super::known_words()) {
             Ok(text) => comments::read(&text, &mut project.comments),
             Err(fault) => project.warnings.push(fault.warning()),
         }
@@ -35,12 +35,12 @@ pub fn read(
     if project.warnings.iter().any(|found| found.severity == Severity::Error) {
         return Err(project.warnings);
     }
-    project.warnings.extend(empty_beside(comment_files));
+    project.warnings.extend(empty_comment_files(comment_files));
     Ok(project)
 }
 
 fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Option<RawFile> {
-    let text = decoded(input, &super::marks()).map_err(|fault| faults.push(fault)).ok()?;
+    let text = decoded(input, &super::known_words()).map_err(|fault| faults.push(fault)).ok()?;
     if words::has_long_line(&text, faults) {
         return None;
     }

@@ -29,7 +29,7 @@ pub struct DecodeOptions<'a> {
     /// What the user states.
     pub facts: &'a Facts,
     /// As [`scanbound_front::Options`] has it.
-    pub incomplete: bool,
+    pub absent_calls_take_no_time: bool,
 }
 
 /// A project's instructions, each understood by itself.
@@ -90,7 +90,7 @@ pub(super) fn fault(
     message: impl Into<String>,
     help: &str,
 ) -> Diagnostic {
-    raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step)
+    raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step)
 }
 
 /// The fault that an instruction has more or fewer operands than `count`, if it has.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Places, Pointer};
+use scanbound_front::{Caret, WordPositions};
 
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,13 +20,13 @@ pub struct RawInstruction {
     /// Mnemonic and operands as in the source, with one blank between each two.
     pub text: Arc<str>,
     /// Where they stand.
-    pub places: Places,
+    pub places: WordPositions,
 }
 
 impl RawInstruction {
     /// What points at a part of it.
-    pub(crate) fn pointer<'a>(&'a self, file: &'a RawFile) -> Pointer<'a> {
-        Pointer {
+    pub(crate) fn caret<'a>(&'a self, file: &'a RawFile) -> Caret<'a> {
+        Caret {
             line: self.line,
             text: &self.text,
             mnemonic: &self.mnemonic,

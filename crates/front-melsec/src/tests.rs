@@ -6,7 +6,7 @@ use crate::memory::Family;
 use crate::source::{RawFile, RawInstruction, RawProject};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
-use scanbound_front::Places;
+use scanbound_front::WordPositions;
 use scanbound_ir::{Cell, Program, Step, Summary, Units, When, WordTarget, Write};
 use scanbound_passes::passed;
 use std::fmt::Write as _;
@@ -25,7 +25,7 @@ fn raw_file(name: &str, text: &str) -> RawFile {
                 mnemonic: words.next().unwrap_or_default(),
                 operands: words.collect(),
                 text: line.into(),
-                places: Places::default(),
+                places: WordPositions::default(),
             }
         })
         .collect();
@@ -52,7 +52,7 @@ fn decode_files(
         family,
         is_user_instruction: &|name| name.starts_with("FB"),
         facts,
-        incomplete: false,
+        absent_calls_take_no_time: false,
     };
     decode(&project, &options).and_then(passed)
 }

@@ -3,8 +3,8 @@
 use super::source::RawInstruction;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::Places;
-use scanbound_front::numbering::{self, Numbered};
+use scanbound_front::WordPositions;
+use scanbound_front::numbering::{self, NumberedLine};
 use scanbound_front::{Faults, shown};
 
 /// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps; plants' projects have
@@ -57,7 +57,7 @@ pub(super) fn instruction(
     step: Option<u32>,
     mnemonic: &str,
     operands: Vec<String>,
-    places: Places,
+    places: WordPositions,
 ) -> RawInstruction {
     let length = operands.iter().map(|operand| operand.len() + 1).sum::<usize>();
     let mut text = String::with_capacity(mnemonic.len() + length);
@@ -116,12 +116,12 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
     let file = faults.file();
     // How many steps an instruction takes is not known of most, and a label may stand at the step of the next one.
     let numbered = instructions.iter().filter(|one| !is_pointer(&one.mnemonic));
-    let numbered = numbered.map(|one| Numbered {
+    let numbered = numbered.map(|one| NumberedLine {
         line: one.line,
         address: one.step,
         takes: None,
         text: &one.text,
-        ends: false,
+        restarts: false,
     });
     numbering::check(numbered, faults);
     let is_end = |i: &RawInstruction| i.mnemonic.eq_ignore_ascii_case("END");

@@ -4,9 +4,9 @@ use super::{Device, Opcode, Source, WORDS, Word};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
-use scanbound_front::numbering::{self, Numbered};
+use scanbound_front::numbering::{self, NumberedLine};
+use scanbound_front::slice_range;
 use scanbound_front::text;
-use scanbound_front::within;
 use std::fmt::Write as _;
 
 /// How many instruction lines are looked at to tell what a file is.
@@ -63,7 +63,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             continue;
         }
         let written = take_address(&mut words);
-        numbered.push(Numbered {
+        numbered.push(NumberedLine {
             line: number,
             address: match written {
                 Some(Address::Number(address)) => u32::try_from(address).ok(),
@@ -71,7 +71,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             },
             takes: Some(1),
             text: line,
-            ends: false,
+            restarts: false,
         });
         let address = match written {
             Some(Address::Number(address)) => address,
@@ -126,7 +126,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
 fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Word, Diagnostic> {
     let fault = |code, message: String, help: &str, part: &str| {
         let mut found = Diagnostic::line(code, name, number, line.trim_end(), message, help);
-        found.span = within(line, part).map(|range| (range.start, range.end));
+        found.span = slice_range(line, part).map(|range| (range.start, range.end));
         Err(found)
     };
     let (words, pattern) = take_pattern(words);

@@ -11,7 +11,9 @@ pub mod machine_code;
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Dialect, Front, Input, Open, Options, Project, Reading, Sniff, decoded};
+use scanbound_front::{
+    Dialect, Front, Input, MachineOptions, Options, Project, Sniff, SourceOptions, decoded,
+};
 use scanbound_ir::Program;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -61,7 +63,7 @@ impl Front for Minasec {
         dialect: &Dialect,
         programs: &[&Input],
         _beside: &[&Input],
-        _reading: Reading,
+        _reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         Ok(Box::new(read(dialect, programs)?))
     }
@@ -72,8 +74,8 @@ impl Project for Source {
         Some(decode::CPU)
     }
 
-    fn open(&self) -> Open {
-        Open { clock: true, ..Open::default() }
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions { clock: true, ..MachineOptions::default() }
     }
 
     fn decode(&self, _options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
@@ -381,8 +383,8 @@ mod tests {
     fn found(bytes: &[u8]) -> Result<&'static str, &'static str> {
         let input = Input { name: "a".to_owned(), bytes: bytes.to_vec() };
         match scanbound_fronts::detect(&input) {
-            Ok(scanbound_front::Kind::Program(dialect)) => Ok(dialect.name),
-            Ok(scanbound_front::Kind::Comments) => Err("comments"),
+            Ok(scanbound_front::FileKind::Program(dialect)) => Ok(dialect.name),
+            Ok(scanbound_front::FileKind::Comments) => Err("comments"),
             Err(fault) => Err(fault.code.name()),
         }
     }
@@ -402,8 +404,9 @@ mod tests {
     fn a_named_dialect_takes_a_shorter_image() {
         let input = |bytes: &[u8]| [Input { name: "a".to_owned(), bytes: bytes.to_vec() }];
         let fronts = scanbound_front::Fronts(&[&FRONT]);
-        let read = |bytes: &[u8]| fronts.read(&input(bytes), Some(BINARY), Reading::default());
-        let source: Source = read(&[0x01, 0xC8]).expect("an image").into_of().expect("its own");
+        let read =
+            |bytes: &[u8]| fronts.read(&input(bytes), Some(BINARY), SourceOptions::default());
+        let source: Source = read(&[0x01, 0xC8]).expect("an image").downcast().expect("its own");
         assert_eq!(source.words[1].to_string(), "ST Y00");
         assert!(read(&[]).is_err());
     }

@@ -74,7 +74,7 @@ fn written(asm: &Assembly, item: &Item<'_>) -> String {
 }
 
 fn is_written(slot: &Slot) -> bool {
-    slot.written_words().is_some() || slot.role == Role::Either
+    slot.written_words().is_some() || slot.role == Role::ReadWriteIfDevice
 }
 
 /// How many words the instruction handles, for times by the word.
@@ -150,7 +150,10 @@ fn refreshed(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
     let mut writes = Vec::new();
     for (slot, operand) in row.operands.iter().zip(&item.operands) {
         if let (
-            Slot { role: Role::Source | Role::Either, extent: Extent::Words(Amount::Fixed(count)) },
+            Slot {
+                role: Role::Source | Role::ReadWriteIfDevice,
+                extent: Extent::Words(Amount::Fixed(count)),
+            },
             Operand::Word(first),
         ) = (slot, operand)
             && Memory::is_refreshed(*first)

@@ -105,7 +105,7 @@ impl Assembly {
     /// A choice that the outside makes: how far a timer has run, what an instruction saw in the last scan. Where it
     /// runs more than once a scan, what it saw is its own doing, which is not followed.
     pub(super) fn world(&mut self) -> ChoiceId {
-        if self.repeated { self.out.choice() } else { self.out.world() }
+        if self.repeated { self.out.choice() } else { self.out.external_choice() }
     }
 
     /// A truth value that the outside gives.
@@ -160,7 +160,7 @@ impl Assembly {
 
     /// Says what gives a choice its value.
     pub(super) fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
-        self.out.exactly(choice, meaning);
+        self.out.define(choice, meaning);
     }
 
     /// When an instruction runs whose condition stands on the stack, by its mark. It is put in as one.

@@ -27,7 +27,7 @@ pub(super) struct Vocabulary;
 impl catalog::Vocabulary for Vocabulary {
     type Role = Timing;
     type Meaning = &'static str;
-    type Own = Own;
+    type Extra = Extra;
 
     fn role(word: &str) -> Option<Timing> {
         match word {
@@ -42,9 +42,9 @@ impl catalog::Vocabulary for Vocabulary {
         MEANINGS.split(' ').any(|known| known == word).then_some(word)
     }
 
-    fn own(line: &Line<'_>) -> Option<Own> {
+    fn extra(line: &Line<'_>) -> Option<Extra> {
         let number = line.cell("number");
-        Some(Own {
+        Some(Extra {
             family: match line.cell("family") {
                 "c" => Some(Family::C),
                 "cs" => Some(Family::Cs),
@@ -71,7 +71,7 @@ pub(super) enum Timing {
 
 /// The columns of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Own {
+pub(super) struct Extra {
     /// `None` for both.
     pub(super) family: Option<Family>,
     /// The function number.
@@ -90,7 +90,7 @@ pub(super) type Slot = catalog::Operand<Timing>;
 pub(super) type Row = catalog::Row<Vocabulary>;
 
 fn is_of(row: &Row, family: Family) -> bool {
-    row.own.family.is_none_or(|own| own == family)
+    row.extra.family.is_none_or(|own| own == family)
 }
 
 /// How a contact with a comparison or a bit test joins the result.
@@ -154,8 +154,9 @@ pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
 
 /// The instruction of this function number.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
-    let fits =
-        |row: &&Row| row.own.number == Some(number) && is_of(row, family) && !row.own.assignable;
+    let fits = |row: &&Row| {
+        row.extra.number == Some(number) && is_of(row, family) && !row.extra.assignable
+    };
     CATALOG.all().find(fits).map(|row| &*row.mnemonic)
 }
 
@@ -200,9 +201,9 @@ mod tests {
     fn a_number_names_one_instruction_of_a_family() {
         for family in [Family::C, Family::Cs] {
             let mut seen = BTreeSet::new();
-            let fixed = CATALOG.all().filter(|row| is_of(row, family) && !row.own.assignable);
+            let fixed = CATALOG.all().filter(|row| is_of(row, family) && !row.extra.assignable);
             let named: BTreeSet<(u16, &str)> =
-                fixed.filter_map(|row| Some((row.own.number?, &*row.mnemonic))).collect();
+                fixed.filter_map(|row| Some((row.extra.number?, &*row.mnemonic))).collect();
             for (number, name) in named {
                 assert!(seen.insert(number), "{number} of {family:?} is {name} and another");
             }

@@ -48,10 +48,11 @@ pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Wr
             .iter()
             .zip(&item.operands)
             .filter_map(|(slot, operand)| match (slot.role, slot.extent) {
-                (Role::Destination | Role::Both | Role::Either, Extent::Words(amount)) => {
-                    Some(operand.regions(length(asm.memory, item, amount)))
-                }
-                (Role::Own(_), _) if operand.is_indirect() => {
+                (
+                    Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice,
+                    Extent::Words(amount),
+                ) => Some(operand.regions(length(asm.memory, item, amount))),
+                (Role::Extra(_), _) if operand.is_indirect() => {
                     Some(asm.memory.timing_areas().into_iter().map(Region::Area).collect())
                 }
                 _ => None,
@@ -106,7 +107,7 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
 
 /// The writes to condition flags that the catalog lists: each takes any value.
 pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
-    let named = item.row.map_or("*", |row| row.own.flags);
+    let named = item.row.map_or("*", |row| row.extra.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
     let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
     if named == "*" || indirect || refused {

@@ -345,10 +345,11 @@ impl Decoder {
                 // A block is read as long as it is written.
                 (Role::Source, Extent::Words(Amount::Unknown)) => (0, block.map_or(1, length)),
                 (Role::Source, Extent::Words(amount)) => (0, length(amount)),
-                (Role::Destination | Role::Both | Role::Either, Extent::Words(amount)) => {
-                    (1, length(amount))
-                }
-                (Role::Destination | Role::Both, _) => (1, 1),
+                (
+                    Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice,
+                    Extent::Words(amount),
+                ) => (1, length(amount)),
+                (Role::Destination | Role::ReadWrite, _) => (1, 1),
                 _ => (0, 1),
             };
             let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));
@@ -440,14 +441,14 @@ impl Decoder {
             let Some(&first) = found else {
                 let name = call.routine();
                 let stated = options.facts.calls.get(&name);
-                if stated.is_none() && !options.incomplete {
+                if stated.is_none() && !options.absent_calls_take_no_time {
                     self.faults.push(fault.clone());
                     continue;
                 }
                 // Whatever it does leaves its condition flags behind.
                 let (first, count) = memory.flags();
                 let flags = [Region::Range { first, count }];
-                let known = stated.map(|stated| absent::known(stated, written, &flags));
+                let known = stated.map(|stated| absent::stated_routine(stated, written, &flags));
                 self.asm.out.call_absent(call.at, &name, known);
                 continue;
             };

@@ -75,7 +75,7 @@ fn carries(name: &str, family: Family) -> bool {
 
 /// Whether the instruction's flags tell of its result.
 fn tells(item: &Item<'_>) -> bool {
-    item.row.is_none_or(|row| row.own.flags == "*")
+    item.row.is_none_or(|row| row.extra.flags == "*")
 }
 
 /// Whether this flag is what the result says.

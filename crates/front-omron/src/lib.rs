@@ -8,6 +8,7 @@ mod data;
 mod decode;
 mod emit;
 mod exact;
+mod examples;
 mod extent;
 mod frame;
 mod list;
@@ -18,7 +19,6 @@ mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
-mod specimens;
 mod symbols;
 #[cfg(test)]
 mod tests;
@@ -26,7 +26,7 @@ mod timers;
 mod words;
 
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Dialect, Front, Input, Options, Project, Reading, Sniff, Specimens};
+use scanbound_front::{Dialect, Examples, Front, Input, Options, Project, Sniff, SourceOptions};
 use scanbound_ir::Program;
 use source::RawProject;
 
@@ -67,31 +67,31 @@ impl Front for Omron {
         &DIALECTS
     }
 
-    fn is_beside(&self, _name: &str, beginning: &str) -> bool {
+    fn is_comment_file(&self, _name: &str, beginning: &str) -> bool {
         symbols::sniff(beginning)
     }
 
     fn instructions(&self) -> Vec<String> {
-        specimens::all()
+        examples::all()
     }
 
-    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+    fn examples(&self, name: &str, family: &str) -> Option<Examples> {
         let family = match family {
             "c" => source::Family::C,
             "cs" => source::Family::Cs,
             _ => return None,
         };
-        specimens::specimens(name, family)
+        examples::examples(name, family)
     }
 
     fn read(
         &self,
         dialect: &Dialect,
         programs: &[&Input],
-        beside: &[&Input],
-        _reading: Reading,
+        comment_files: &[&Input],
+        _reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
-        Ok(Box::new(project::read(dialect, programs, beside)?))
+        Ok(Box::new(project::read(dialect, programs, comment_files)?))
     }
 }
 

@@ -6,7 +6,7 @@ use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
-use scanbound_front::spans;
+use scanbound_front::operand_spans;
 use scanbound_ir::{Cell, Device, Region, Touched};
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ const MANY: u32 = u32::MAX / 2;
 
 /// The operands of an instruction that name devices.
 pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
-    let spans = spans(&item.raw.text, &item.raw.operands);
+    let spans = operand_spans(&item.raw.text, &item.raw.operands);
     let named = item.operands.iter().zip(spans).filter_map(|(operand, (start, end))| {
         let device = device(operand)?;
         Some(scanbound_ir::Operand { start, end, device })
@@ -47,13 +47,13 @@ pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
             }),
             // Of an address that is not read itself nothing is touched.
             Some((Role::Address | Role::Number, _)) => continue,
-            Some((Role::Own(_), _)) => Some(1),
+            Some((Role::Extra(_), _)) => Some(1),
             Some((_, Extent::Words(amount))) => length(memory, item, amount),
             _ => Some(1),
         };
         let count = words.map_or(MANY, |words| words.min(MANY));
         // What is changed is read and written.
-        let changed = slot.is_some_and(|slot| slot.role == Role::Both);
+        let changed = slot.is_some_and(|slot| slot.role == Role::ReadWrite);
         for _ in 0..1 + usize::from(changed) {
             let mut range = |first: Cell, count: u32| {
                 touched.regions.push(Region::Range { first, count });

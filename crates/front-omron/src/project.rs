@@ -4,8 +4,8 @@ use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
 use super::{C, CXT, cxt, list, symbols};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
-use scanbound_front::numbering::{self, Numbered};
-use scanbound_front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem};
+use scanbound_front::numbering::{self, NumberedLine};
+use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
 /// Reads the programs, all written in `dialect`, and the tables of symbols among what lies beside them.
 ///
@@ -14,7 +14,7 @@ use scanbound_front::{Dialect, Faults, Input, decoded, empty_beside, shown, stem
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],
-    beside: &[&Input],
+    comment_files: &[&Input],
 ) -> Result<RawProject, Vec<Diagnostic>> {
     let mut found = Vec::new();
     let mut files = Vec::new();
@@ -41,7 +41,7 @@ pub fn read(
         found.extend(faults.into_diagnostics());
     }
     let mut known = Symbols::new();
-    for input in beside {
+    for input in comment_files {
         let mut faults = Faults::new(&input.name);
         match decoded(input, &[]) {
             Ok(text) if symbols::sniff(&text) => symbols::read(&text, &mut known, &mut faults),
@@ -69,7 +69,7 @@ pub fn read(
         })?,
         (false, None) => Family::Cs,
     };
-    found.extend(empty_beside(beside));
+    found.extend(empty_comment_files(comment_files));
     Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
 }
 
@@ -106,15 +106,18 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
 
 /// The instructions of a list with their addresses. On the C series each takes one. Numbers in front of other lists may be
 /// those of rungs: they are not told apart where one stands in front of several instructions.
-fn numbered(instructions: &[RawInstruction], by_one: bool) -> impl Iterator<Item = Numbered<'_>> {
+fn numbered(
+    instructions: &[RawInstruction],
+    by_one: bool,
+) -> impl Iterator<Item = NumberedLine<'_>> {
     let doubled =
         instructions.windows(2).any(|two| two[0].step.is_some() && two[0].step == two[1].step);
     let is_told = by_one || !doubled;
-    instructions.iter().map(move |one| Numbered {
+    instructions.iter().map(move |one| NumberedLine {
         line: one.line,
         address: one.step.filter(|_| is_told),
         takes: by_one.then_some(1),
         text: &one.text,
-        ends: one.mnemonic == "END" || one.number.is_some_and(|number| number.value == 1),
+        restarts: one.mnemonic == "END" || one.number.is_some_and(|number| number.value == 1),
     })
 }

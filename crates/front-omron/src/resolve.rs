@@ -51,7 +51,7 @@ pub(super) fn resolve<'a>(
 ) -> Option<Item<'a>> {
     let family = reader.memory.family;
     let at = |code, message: String, help: &str, faults: &mut Faults<'_>| {
-        let fault = raw.pointer(source).at(&raw.mnemonic, code, faults.file(), message, help);
+        let fault = raw.caret(source).at(&raw.mnemonic, code, faults.file(), message, help);
         faults.push(fault.at_step(raw.step));
     };
     let name = match (raw.mnemonic.as_str(), raw.number) {
@@ -123,8 +123,7 @@ pub(super) fn resolve<'a>(
             Ok(operand) => operands.push(operand),
             Err((message, help)) => {
                 sound = false;
-                let fault =
-                    raw.pointer(source).at(text, Code::Operand, faults.file(), message, help);
+                let fault = raw.caret(source).at(text, Code::Operand, faults.file(), message, help);
                 faults.push(fault.at_step(raw.step));
             }
         }
@@ -141,14 +140,14 @@ fn check_number(
     faults: &mut Faults<'_>,
 ) {
     let Some(number) = raw.number else { return };
-    if rows.iter().any(|row| row.own.number == Some(number.value)) {
+    if rows.iter().any(|row| row.extra.number == Some(number.value)) {
         return;
     }
     let other = catalog::numbered(number.value, family);
-    if rows.iter().any(|row| row.own.assignable) && other.is_none() {
+    if rows.iter().any(|row| row.extra.assignable) && other.is_none() {
         return;
     }
-    let own = rows.iter().find_map(|row| row.own.number);
+    let own = rows.iter().find_map(|row| row.extra.number);
     let is = |name: &str, own: Option<u16>| match own {
         Some(own) => format!("{name} is {own}"),
         None => format!("{name} has no function number"),
@@ -171,8 +170,8 @@ fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::o
             return reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit));
         }
         (Role::Number, _) => Want::Number,
-        (Role::Own(Timing::Counter), _) => Want::Completion("C"),
-        (Role::Own(Timing::Timer | Timing::TimerOrCounter), _) => Want::Completion("T"),
+        (Role::Extra(Timing::Counter), _) => Want::Completion("C"),
+        (Role::Extra(Timing::Timer | Timing::TimerOrCounter), _) => Want::Completion("T"),
         (_, Extent::Bits(_)) => Want::Bit,
         _ => Want::Word,
     };
@@ -211,7 +210,7 @@ fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str>
         (Role::Number | Role::Address, _) | (Role::Source, Extent::Words(Amount::Unknown)) => {
             return None;
         }
-        (Role::Own(_), _) => (
+        (Role::Extra(_), _) => (
             matches!(operand, Operand::Flag(_)) || operand.is_indirect(),
             "the number of a timer or counter",
         ),
@@ -219,11 +218,11 @@ fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str>
             (operand.sources(count, memory, &mut none).is_some(), "a word or a constant")
         }
         (Role::Source, _) => (operand.bit_source(memory, &mut none).is_some(), "a bit"),
-        (Role::Either, _) => (is_word, "a word or a constant"),
-        (Role::Destination | Role::Both, Extent::Bits(_)) => {
+        (Role::ReadWriteIfDevice, _) => (is_word, "a word or a constant"),
+        (Role::Destination | Role::ReadWrite, Extent::Bits(_)) => {
             (operand.bit_target().is_some() || operand.is_indirect(), "a bit that can be written")
         }
-        (Role::Destination | Role::Both, _) => (
+        (Role::Destination | Role::ReadWrite, _) => (
             is_word && !matches!(operand, Operand::Constant(..) | Operand::Real(_)),
             "a word that can be written",
         ),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Places, Pointer};
+use scanbound_front::{Caret, WordPositions};
 
 /// Which memory map and which instruction set a program is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,13 +54,13 @@ pub struct RawInstruction {
     /// As in the source, with one blank between each two words.
     pub text: Arc<str>,
     /// Where mnemonic and operands stand.
-    pub places: Places,
+    pub places: WordPositions,
 }
 
 impl RawInstruction {
     /// What points at a part of it; `source` is its file's text.
-    pub(crate) fn pointer<'a>(&'a self, source: &'a str) -> Pointer<'a> {
-        Pointer {
+    pub(crate) fn caret<'a>(&'a self, source: &'a str) -> Caret<'a> {
+        Caret {
             line: self.line,
             text: &self.text,
             mnemonic: &self.mnemonic,

@@ -437,7 +437,7 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
     let text = "CXProgVer:=\"2.3\";\r\nName:=\"T\";\r\nResource[0]:=\r\nBEGIN\r\n PLC:=\r\n BEGIN\r\n  Config:=\"[DEV]DEV:CJ2M;CPU:CPU33;\";\r\n END;\r\n GlobalVariables:=\r\n BEGIN\r\n  VariableList:=\r\n  BEGIN_LIST_$#[4]\r\n   Go,W10.00,BOOL,,,,\"start, go\";\r\n   Table,D100,WORD[8],,,,\"\";\r\n  END_LIST_$#[4];\r\n END;\r\n Programs:=\r\n BEGIN\r\n  Program[0]:=\r\n  BEGIN\r\n   Name:=\"P1\";\r\n   TaskID:=256;\r\n   LocalVariables:=\r\n   BEGIN\r\n    VariableList:=\r\n    BEGIN_LIST_$#[8]\r\n     Mine,0.05,BOOL,,,,\"\";\r\n    END_LIST_$#[8];\r\n   END;\r\n   Sections:=\r\n   BEGIN\r\n    SC:=1;\r\n    Sec[0]:=\r\n    BEGIN\r\n     ProgramData:=\r\n     BEGIN\r\n      RC:=2;\r\n      R[0]:=\r\n      BEGIN\r\n       Com:=\r\n$?St$Bk?_#[10]\r\nfirst\r\nLD X$?St$Bk?_#[10]\r\n       SL:=\r\n$?St$Bk?_#[11]\r\n'  R0\r\nLD Go\r\nAND Mine\r\nMOV(021) Table[3] D0\r\n$?St$Bk?_#[11]\r\n      END;\r\n      R[1]:=\r\n      BEGIN\r\n       SL:=\r\n$?St$Bk?_#[12]\r\nEND(001)\r\n$?St$Bk?_#[12]\r\n      END;\r\n     END;\r\n    END;\r\n   END;\r\n  END;\r\n END;\r\nEND;\r\n";
     let file = input("plant.cxt", text);
     match detect(&file) {
-        Ok(scanbound_front::Kind::Program(found)) => assert_eq!(found.name, "omron-cxt"),
+        Ok(scanbound_front::FileKind::Program(found)) => assert_eq!(found.name, "omron-cxt"),
         other => panic!("{other:?}"),
     }
     let raw = project::read(dialect("omron-cxt"), &[&file], &[]).unwrap();
@@ -477,7 +477,7 @@ fn what_could_be_two_dialects_is_refused_with_both_named() {
         ("LD 00000\nOUT 00500\nEND", "omron-c200h"),
     ] {
         match detect(&input("a.txt", text)) {
-            Ok(scanbound_front::Kind::Program(found)) => assert_eq!(found.name, name),
+            Ok(scanbound_front::FileKind::Program(found)) => assert_eq!(found.name, name),
             other => panic!("{text}: {other:?}"),
         }
     }

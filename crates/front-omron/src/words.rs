@@ -2,7 +2,7 @@
 
 use super::catalog;
 use super::source::{Edge, FunctionNumber, RawInstruction};
-use scanbound_front::Places;
+use scanbound_front::WordPositions;
 
 /// What a line is.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub(super) enum Line {
     /// An instruction.
     Instruction(RawInstruction),
     /// Operands alone: they belong to the instruction before, as in the manuals' tables.
-    Operands(Vec<String>, Places),
+    Operands(Vec<String>, WordPositions),
     /// Neither.
     Unknown,
 }
@@ -50,7 +50,8 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
             instruction.step = step;
             let starts;
             (instruction.operands, starts) = operands(&words[used..]);
-            instruction.places = Places::of_slices(text, std::iter::once(words[0]).chain(starts));
+            instruction.places =
+                WordPositions::of_slices(text, std::iter::once(words[0]).chain(starts));
             // `LD !0.00` is `!LD 0.00`.
             for operand in &mut instruction.operands {
                 if let Some(rest) = operand.strip_prefix('!').map(str::to_owned) {
@@ -66,7 +67,7 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
         }
         None if words.iter().all(|word| is_operand(word)) => {
             let (operands, starts) = operands(&words);
-            Line::Operands(operands, Places::of_slices(text, starts))
+            Line::Operands(operands, WordPositions::of_slices(text, starts))
         }
         None => Line::Unknown,
     }
@@ -171,7 +172,7 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
             number,
             operands: Vec::new(),
             text: "".into(),
-            places: Places::default(),
+            places: WordPositions::default(),
         };
         (instruction, used)
     })

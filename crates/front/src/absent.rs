@@ -1,12 +1,12 @@
-//! Calls of routines that are not among the files given: what the user may state of such a routine instead.
+//! Calls of routines that are missing from the given files: the facts that a user can state about them.
 
-use super::builder::Known;
+use super::builder::StatedRoutine;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part, StatedCall, key};
 use scanbound_ir::Region;
 
-/// The help for a call whose routine is not there: what else may be wrong, and the line for a facts file.
+/// The help text of such a call: `first` (another possible mistake), then the line to add to a facts file.
 pub fn help(first: &str, name: &str) -> String {
     format!(
         "{first}, or state in a facts file (--facts) what the routine takes and writes: [calls] {} = {{ time = \"50us\", writes = [\"D100-D199\"] }}",
@@ -14,30 +14,31 @@ pub fn help(first: &str, name: &str) -> String {
     )
 }
 
-/// What is stated of a routine. `region` reads devices: one, or from the first to the last; `also` is what every routine may
-/// write whatever is stated.
-pub fn known(
+/// The stated time and writes of a routine. `region` parses a device or a device range; `also` is added to what is stated,
+/// because every routine may write it.
+pub fn stated_routine(
     stated: &StatedCall,
     region: impl Fn(&str) -> Option<Vec<Region>>,
     also: &[Region],
-) -> Known {
+) -> StatedRoutine {
     let writes = match &stated.writes {
         None => vec![Region::Everything],
-        // What is no device is a fault.
+        // `faults` reports a text that is not a device.
         Some(all) => all.iter().filter_map(|text| region(text)).flatten().collect(),
     };
-    Known { time: stated.time, writes: [&*writes, also].concat() }
+    StatedRoutine { time: stated.time, writes: [&*writes, also].concat() }
 }
 
-/// The faults of what routines are stated to write, where it is no devices.
+/// One error for each stated write that is not a device or a device range.
 pub fn faults(facts: &Facts, region: impl Fn(&str) -> Option<Vec<Region>>) -> Vec<Diagnostic> {
     let wrong = facts.calls.values().flat_map(|call| {
         let wrong = call.writes.iter().flatten().filter(|text| region(text).is_none());
         wrong.map(move |text| (call, text)).collect::<Vec<_>>()
     });
     let fault = |(call, text): (&StatedCall, &String)| {
-        let message = format!("'{text}' is no device, nor from one to another of its kind");
-        let help = "write \"D100-D199\" or \"D500\": devices as in the program, the least first";
+        let message = format!("'{text}' is not a device or a device range");
+        let help =
+            "write \"D500\" or \"D100-D199\": devices as in the program, the lowest number first";
         facts.fault(["calls", &call.name], Part::Value, Code::Fact, message, help)
     };
     wrong.map(fault).collect()

@@ -1,4 +1,4 @@
-//! Puts a program together, instruction by instruction: what every front does alike, whatever its dialect means.
+//! Builds a program instruction by instruction. All fronts use it, whatever their dialect.
 
 use std::sync::Arc;
 
@@ -12,17 +12,17 @@ use scanbound_ir::{
     Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
 };
 
-/// What is stated of a routine that is not there.
-pub struct Known {
-    /// The time that a call takes.
+/// What the facts file states about a routine that is missing from the files.
+pub struct StatedRoutine {
+    /// The time of one call.
     pub time: Picos,
-    /// All that it may write.
+    /// All regions that it may write.
     pub writes: Vec<Region>,
 }
 
-/// A program while it is put together.
+/// A program under construction.
 pub struct Builder {
-    /// What has been added so far.
+    /// The program so far.
     pub program: Program,
     budget: CellBudget,
     place: Location,
@@ -31,7 +31,7 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// Goes on from a program without instructions.
+    /// Starts from a program that has no instructions yet.
     pub fn new(program: Program) -> Self {
         Builder {
             program,
@@ -42,18 +42,18 @@ impl Builder {
         }
     }
 
-    /// What is added from here on stands at this place of the source.
+    /// Sets the source place, text and operands of the instructions that are added next.
     pub fn at(&mut self, place: Location, text: Arc<str>, operands: Arc<[Operand]>) {
         (self.place, self.text, self.operands) = (place, text, operands);
     }
 
-    /// The index that the next instruction gets.
+    /// The index of the next instruction to be added.
     pub fn next(&self) -> usize {
         self.program.instructions.len()
     }
 
-    /// Adds an instruction; its index. Where its effects are too many to be followed one by one, all that they write takes
-    /// any value, which is listed.
+    /// Adds an instruction and returns its index. If its effects exceed the cell budget, every region that they write gets any
+    /// value, and the program lists this as an over-approximation.
     pub fn add(
         &mut self,
         timing: Option<TimingKey>,
@@ -81,19 +81,21 @@ impl Builder {
         at
     }
 
-    /// Adds an interrupt program that begins at an instruction. It is counted as often as is stated, else once.
+    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; without it, one.
     pub fn interrupt(&mut self, name: String, entry: usize, stated: Option<u32>) {
         let (times, stated) = (stated.unwrap_or(1), stated.is_some());
         self.program.interrupts.push(Interrupt { name, entry, times, stated });
     }
 
-    /// Lets a call lead to a routine that is not there: to what stands in for it, behind all that was added. What is not
-    /// stated to be written by it may be anything.
-    pub fn call_absent(&mut self, call: usize, name: &str, known: Option<Known>) {
+    /// Directs a call to a stub for a routine that is missing from the files. The stub is added at the end. Without `known`, it
+    /// takes no time and may write everything.
+    pub fn call_absent(&mut self, call: usize, name: &str, known: Option<StatedRoutine>) {
         let entry = self.next();
         let stated = known.is_some();
-        let Known { time, writes } =
-            known.unwrap_or_else(|| Known { time: Picos::ZERO, writes: vec![Region::Everything] });
+        let StatedRoutine { time, writes } = known.unwrap_or_else(|| StatedRoutine {
+            time: Picos::ZERO,
+            writes: vec![Region::Everything],
+        });
         let effects = writes.into_iter().map(|region| always(Write::Havoc(region, self.choice())));
         let effects = effects.collect();
         let own = &mut self.program.instructions[call];
@@ -112,7 +114,7 @@ impl Builder {
         };
         let parts = [part(effects, Step::Nothing), part(Vec::new(), Step::Return)];
         self.program.instructions.extend(parts);
-        let what = "the routine is not there: what it may write takes any value";
+        let what = "the routine is missing: what it may write gets any value";
         self.program.approximate(entry, what);
         self.program.absent.push(Absent {
             name: name.to_owned(),
@@ -123,67 +125,68 @@ impl Builder {
         });
     }
 
-    /// Whether so many cells can still be followed one by one.
+    /// Whether the cell budget allows effects on this many more cells.
     pub fn has_room(&self, cells: usize) -> bool {
         self.budget.has_room(cells)
     }
 
-    /// A new choice, of which nothing is known.
+    /// A new choice (nondeterministic value) with no known cause.
     pub fn choice(&mut self) -> ChoiceId {
         self.program.choices += 1;
         ChoiceId(self.program.choices - 1)
     }
 
-    /// A choice that the outside makes.
-    pub fn world(&mut self) -> ChoiceId {
+    /// A new choice that something outside the program determines, such as an input or a module.
+    pub fn external_choice(&mut self) -> ChoiceId {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::World);
         choice
     }
 
-    /// How many units of time one scan can take, as a word. Each timer has its own, so that none depends on another.
+    /// A new choice for the ticks (of length `unit`) that one scan may take, as a word. Each timer has its own choice, so that
+    /// timers do not depend on each other.
     pub fn scan_ticks(&mut self, unit: Picos, is_decimal: bool) -> ChoiceId {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::ScanTicks { unit, is_decimal });
         choice
     }
 
-    /// Says what decides the choices that tell whether a timer is over and how far it has run.
-    pub fn expiry(&mut self, [over, elapsed]: [ChoiceId; 2], expiry: Expiry) {
+    /// Records what determines the two choices of a timer: whether it has timed out, and its current value.
+    pub fn set_expiry(&mut self, [over, elapsed]: [ChoiceId; 2], expiry: Expiry) {
         self.program.timekeeping.expiries.insert(over, expiry);
         self.program.timekeeping.elapsed.insert(elapsed, over);
     }
 
-    /// A bit of any value.
+    /// A bit that may have any value.
     pub fn free_bit(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.choice()))
     }
 
-    /// A word of any value.
+    /// A word that may have any value.
     pub fn free_word(&mut self) -> WordSource {
         WordSource::Free(self.choice())
     }
 
-    /// The same, so that the bound follows it whatever it reads.
-    pub fn followed(&mut self, choice: ChoiceId, meaning: Meaning) {
+    /// As [`Builder::define`]. In addition, the symbolic execution follows this meaning, whatever it reads.
+    pub fn define_followed(&mut self, choice: ChoiceId, meaning: Meaning) {
         self.program.followed.insert(choice);
-        self.exactly(choice, meaning);
+        self.define(choice, meaning);
     }
 
-    /// Says what gives a choice its value.
-    pub fn exactly(&mut self, choice: ChoiceId, meaning: Meaning) {
+    /// Records the meaning (operation and operands) that computes the value of a choice, if the cell budget allows it.
+    pub fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
         if self.budget.meaning(&meaning) {
             self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));
         }
     }
 }
 
-/// An effect whenever the instruction is reached.
+/// An effect that happens whenever control reaches the instruction.
 pub fn always(write: Write) -> Effect {
     Effect { when: When::Always, write }
 }
 
-/// An effect where the instruction fires.
+/// An effect that happens only when the instruction fires.
 pub fn fired(write: Write) -> Effect {
     Effect { when: When::Fired, write }
 }
@@ -213,7 +216,7 @@ mod tests {
     #[test]
     fn what_the_outside_decides_is_known_as_such() {
         let mut builder = Builder::new(Program::default());
-        let (own, outside) = (builder.choice(), builder.world());
+        let (own, outside) = (builder.choice(), builder.external_choice());
         assert_ne!(own, outside);
         let kinds = &builder.program.kinds;
         assert!(!kinds.contains_key(&own) && kinds[&outside] == ChoiceKind::World);

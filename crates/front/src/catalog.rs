@@ -1,131 +1,131 @@
-//! Instructions as data: the language in which the catalogs of all fronts are written, and its reader.
+//! The language of the instruction catalogs of all fronts, and its parser.
 //!
-//! A catalog is a text of lines with commas; the first line names the columns, in any order, and lines that begin with
-//! `#` say nothing. Each line is one form of an instruction: what stands there under the same name with other operands
-//! has a line of its own. `also`, `units` and the dialect's own columns may be missing.
+//! A catalog is a CSV text. The first line names the columns, in any order; lines that begin with `#` are comments. Each
+//! other line is one form of an instruction: a mnemonic that takes other operands in another form has several lines. The
+//! columns `also` and `units` and the dialect's own columns are optional.
 //!
-//! | column | what stands there |
+//! | column | content |
 //! |---|---|
-//! | `mnemonic` | the name as it is written |
-//! | `operands` | in the order in which they are written, apart by blanks; the last in brackets if it may be missing |
-//! | `class` | the timing class, by which it is priced where a table does not name it |
-//! | `meaning` | the word by which the front knows what it does |
-//! | `units` | what a time per unit counts: the number of an operand, from 1, `2*3` if what the third operand counts has two units each, `<=8` for at most so many |
-//! | `also` | areas, apart by `;`, any cell of which may be written besides the operands; `*` for all |
+//! | `mnemonic` | the name as programs write it |
+//! | `operands` | in source order, separated by blanks; the last one stands in brackets if it is optional |
+//! | `class` | the timing class, whose time applies if the timing table does not name the instruction |
+//! | `meaning` | the front's keyword for what the instruction does |
+//! | `units` | the number of the operand (from 1) that gives the count for a time per unit; `2*3`: two units for each that operand 3 counts; `<=8`: no operand gives it, at most 8 |
+//! | `also` | areas, separated by `;`, in which the instruction may write any cell besides its operands; `*` means all areas |
 //!
-//! An operand is `role:extent`; without an extent it is one word.
+//! An operand is written `role:extent`. Without an extent it is one word.
 //!
-//! | role | what the instruction does there |
+//! | role | what the instruction does with the operand |
 //! |---|---|
-//! | `s` | it reads |
-//! | `d` | it writes |
-//! | `sd` | it reads and writes |
-//! | `y` | it reads and writes what is memory; what is none, such as a constant, it reads |
-//! | `n` | it takes a number: a count, a place, the number of a jump |
-//! | `x` | it takes a name or an address and neither reads nor writes there |
+//! | `s` | reads it |
+//! | `d` | writes it |
+//! | `sd` | reads and writes it |
+//! | `y` | reads and writes it if it is a device; only reads it if it is a constant |
+//! | `n` | takes it as a number: a count, a position, the number of a jump |
+//! | `x` | takes it as a name or an address; reads and writes nothing there |
 //!
-//! | extent | how far the operand reaches |
+//! | extent | size of the operand |
 //! |---|---|
-//! | `w`, `4w` | a word, four words |
-//! | `b`, `3b` | a bit, three bits |
-//! | `v`, `2v` | a device of any kind, two of them |
-//! | `w*3`, `2w*3` | as many words as the third operand says, two for each |
-//! | `b*^3` | two to the power of what the third operand says |
-//! | `w..2` | words up to the one that the second operand names |
-//! | `w*?` | not known: to the end of the area |
-//! | `e` | a real number, two words |
-//! | `$` | a text, up to its closing NUL |
+//! | `w`, `4w` | one word, four words |
+//! | `b`, `3b` | one bit, three bits |
+//! | `v`, `2v` | one device of any type (bit or word), two of them |
+//! | `w*3`, `2w*3` | one word, two words for each that operand 3 counts |
+//! | `b*^3` | two to the power of operand 3, in bits |
+//! | `w..2` | all words up to the one that operand 2 names |
+//! | `w*?` | unknown: up to the end of the area |
+//! | `e` | a real number (two words) |
+//! | `$` | a text up to its closing NUL |
 //!
-//! Every dialect has a [`Vocabulary`]: further roles, the words for meanings, and columns of its own. These words for
-//! meanings are common: `havoc` leaves any value in all that the instruction writes, `havoc-always` does so also where its
-//! condition is false, and `nothing` writes nothing.
+//! Each dialect has a [`Vocabulary`] with its own roles, meaning keywords and columns. Three keywords exist in all dialects:
+//! `havoc` (everything that the instruction writes gets any value when it fires), `havoc-always` (the same also when its
+//! condition is false) and `nothing` (it writes nothing).
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::OnceLock;
 
-/// What begins a line that says nothing.
+/// The first character of a comment line.
 const COMMENT: char = '#';
 
-/// What a dialect adds to the language.
+/// What a dialect adds to the catalog language.
 pub trait Vocabulary: Debug + Clone + PartialEq + 'static {
-    /// Roles that operands have in this dialect alone.
+    /// The roles that only this dialect has.
     type Role: Debug + Copy + PartialEq;
-    /// What an instruction does.
+    /// The effects of instructions, by the keywords of the `meaning` column.
     type Meaning: Debug + Copy + PartialEq;
-    /// What the dialect's own columns say.
-    type Own: Debug + Clone + PartialEq;
+    /// The values of the columns that only this dialect has.
+    type Extra: Debug + Clone + PartialEq;
 
-    /// The role of this name.
+    /// Parses a role.
     fn role(word: &str) -> Option<Self::Role>;
-    /// The meaning of this name.
+    /// Parses a keyword of the `meaning` column.
     fn meaning(word: &'static str) -> Option<Self::Meaning>;
-    /// The dialect's own columns of a line.
-    fn own(line: &Line<'_>) -> Option<Self::Own>;
+    /// Parses the columns that only this dialect has.
+    fn extra(line: &Line<'_>) -> Option<Self::Extra>;
 }
 
-/// A line of a catalog by its columns.
+/// One line of a catalog, split into columns.
 pub struct Line<'h> {
     heads: &'h [&'static str],
     cells: Vec<&'static str>,
 }
 
 impl Line<'_> {
-    /// What stands in a column; nothing in one that is missing.
+    /// The content of the named column; empty if the catalog does not have it.
     pub fn cell(&self, head: &str) -> &'static str {
         let at = self.heads.iter().position(|one| *one == head);
         at.and_then(|at| self.cells.get(at).copied()).unwrap_or_default()
     }
 }
 
-/// What an instruction does with an operand.
+/// What an instruction does with an operand. The letters are those of the catalog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role<Own> {
-    /// Reads it (`s`).
+pub enum Role<Extra> {
+    /// It reads the operand (`s`).
     Source,
-    /// Writes it (`d`).
+    /// It writes the operand (`d`).
     Destination,
-    /// Reads and writes it (`sd`).
-    Both,
-    /// As `Both` where it is memory; a constant or pointer is taken too (`y`).
-    Either,
-    /// Takes a number from it (`n`).
+    /// It reads and writes the operand (`sd`).
+    ReadWrite,
+    /// As `ReadWrite` for a device; a constant or pointer is only read (`y`).
+    ReadWriteIfDevice,
+    /// It takes a number from the operand (`n`).
     Number,
-    /// Takes it as a name or an address (`x`).
+    /// It takes the operand as a name or an address (`x`).
     Address,
-    /// What only this dialect has.
-    Own(Own),
+    /// A role that only this dialect has.
+    Extra(Extra),
 }
 
-/// How many units an operand has.
+/// The size of an operand, counted in the units of its [`Extent`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Amount {
-    /// So many.
+    /// A fixed number.
     Fixed(u32),
-    /// `unit` for each that another operand counts.
+    /// `unit` for each item that another operand counts.
     Counted {
-        /// How many bits or words one counted thing has.
+        /// Bits or words for each counted item.
         unit: u32,
-        /// The counting operand, from 0.
+        /// The index of the counting operand, from 0.
         operand: usize,
     },
-    /// Two to the power of what another operand counts.
+    /// Two to the power of another operand's value.
     Power {
-        /// The counting operand, from 0.
+        /// The index of that operand, from 0.
         operand: usize,
     },
-    /// Up to what another operand names.
+    /// Up to the device that another operand names.
     UpTo {
-        /// That operand, from 0.
+        /// The index of that operand, from 0.
         operand: usize,
     },
-    /// Not known: anything up to the area's end.
+    /// Unknown: possibly up to the end of the area.
     Unknown,
 }
 
 impl Amount {
-    /// The operand, from 0, that the amount depends on.
+    /// The index (from 0) of the operand that determines the amount.
     pub fn counter(self) -> Option<usize> {
         match self {
             Amount::Counted { operand, .. }
@@ -136,22 +136,21 @@ impl Amount {
     }
 }
 
-/// How far an operand reaches from the device that is written there.
+/// What an operand covers, starting at the device that is written there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// So many bits.
+    /// Bits.
     Bits(Amount),
-    /// So many words; of a bit device sixteen bits each, or what a digit designation says.
+    /// Words. In a bit area a word is sixteen bits, or as many as the digit designation (`K4M0`) says.
     Words(Amount),
-    /// So many devices of the kind that is written there: a bit device is one bit, a word device one word, a timer or
-    /// counter its contact, coil and value.
+    /// Devices of the type that is written there: a bit, a word, or a timer or counter with contact, coil and current value.
     Devices(Amount),
-    /// Text up to its closing NUL: of unknown length.
+    /// A text up to its closing NUL, of unknown length.
     Text,
 }
 
 impl Extent {
-    /// How many units it has: words, else bits or devices.
+    /// The number of words, bits or devices.
     pub fn amount(self) -> Amount {
         match self {
             Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
@@ -160,17 +159,17 @@ impl Extent {
     }
 }
 
-/// One operand of an instruction.
+/// One operand of a catalog row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Operand<Own> {
-    /// Whether it is read or written.
-    pub role: Role<Own>,
-    /// How much of it.
+pub struct Operand<Extra> {
+    /// How the instruction uses the operand.
+    pub role: Role<Extra>,
+    /// The size of the operand.
     pub extent: Extent,
 }
 
-impl<Own> Operand<Own> {
-    /// The words that are read here, if that is all that is done.
+impl<Extra> Operand<Extra> {
+    /// The number of words that are read, if the operand is only read.
     pub fn read_words(&self) -> Option<Amount> {
         match (&self.role, self.extent) {
             (Role::Source, Extent::Words(amount)) => Some(amount),
@@ -178,57 +177,56 @@ impl<Own> Operand<Own> {
         }
     }
 
-    /// The words that are written here, whatever stands here.
+    /// The number of words that are written, for any operand that the program may have here.
     pub fn written_words(&self) -> Option<Amount> {
         match (&self.role, self.extent) {
-            (Role::Destination | Role::Both, Extent::Words(amount)) => Some(amount),
+            (Role::Destination | Role::ReadWrite, Extent::Words(amount)) => Some(amount),
             _ => None,
         }
     }
 }
 
-/// One form of an instruction.
+/// One form of an instruction: one line of a catalog.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row<V: Vocabulary> {
-    /// As it is written.
+    /// The name as programs write it.
     pub mnemonic: Cow<'static, str>,
-    /// In the order in which they are written.
+    /// The operands in source order.
     pub operands: Vec<Operand<V::Role>>,
-    /// Whether the last operand may be missing.
+    /// Whether the last operand is optional.
     pub optional: bool,
     /// The timing class.
     pub class: &'static str,
-    /// What it does.
+    /// What the instruction does.
     pub meaning: V::Meaning,
-    /// The operand, from 0, that counts the units of a time per unit.
+    /// The index (from 0) of the operand that counts the units for a time per unit.
     pub units: Option<usize>,
-    /// How many units each counted thing has: 2 where double words are counted.
+    /// Units for each item that this operand counts; 2 where it counts double words.
     pub unit_size: u64,
-    /// The most units there can be, where no operand counts them.
+    /// The largest number of units, for an instruction without a counting operand.
     pub most_units: Option<u64>,
-    /// Areas, by their names in the program, any cell of which may be written too; `*` stands for all areas.
+    /// Areas, by their names in the program, in which the instruction may also write any cell; `*` means all areas.
     pub also: Vec<&'static str>,
-    /// What the dialect's own columns say.
-    pub own: V::Own,
+    /// The values of the columns that only this dialect has.
+    pub extra: V::Extra,
 }
 
 impl<V: Vocabulary> Row<V> {
-    /// Whether so many operands fit.
+    /// Whether the row accepts this number of operands.
     pub fn takes(&self, operands: usize) -> bool {
         let most = self.operands.len();
         operands == most || (self.optional && operands + 1 == most)
     }
 }
 
-/// The lines of one mnemonic. No program has more than a few of the mnemonics, so they are understood where they are
-/// asked for.
+/// The lines of one mnemonic. They are parsed on first use, because a program uses only a few of the mnemonics.
 #[derive(Debug)]
 struct Lines<V: Vocabulary> {
     lines: Vec<&'static str>,
     rows: OnceLock<Vec<Row<V>>>,
 }
 
-/// A dialect's instructions by their mnemonics.
+/// The instructions of a dialect by mnemonic.
 #[derive(Debug)]
 pub struct Catalog<V: Vocabulary> {
     heads: Vec<&'static str>,
@@ -236,7 +234,7 @@ pub struct Catalog<V: Vocabulary> {
 }
 
 impl<V: Vocabulary> Catalog<V> {
-    /// The catalog of this text.
+    /// Splits a catalog into lines, without parsing them.
     pub fn new(text: &'static str) -> Self {
         let mut all = text.lines().filter(|line| !line.starts_with(COMMENT));
         let heads: Vec<&str> = all.next().unwrap_or_default().split(',').collect();
@@ -250,7 +248,7 @@ impl<V: Vocabulary> Catalog<V> {
         Catalog { heads, names }
     }
 
-    /// The forms of an instruction.
+    /// All forms of one instruction.
     pub fn rows(&self, mnemonic: &str) -> Option<&[Row<V>]> {
         self.names.get(mnemonic).map(|lines| self.read(lines))
     }
@@ -260,7 +258,7 @@ impl<V: Vocabulary> Catalog<V> {
         self.names.values().flat_map(|lines| self.read(lines))
     }
 
-    /// The names of all instructions.
+    /// All mnemonics.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.names.keys().copied()
     }
@@ -268,27 +266,26 @@ impl<V: Vocabulary> Catalog<V> {
     fn read<'c>(&'c self, lines: &'c Lines<V>) -> &'c [Row<V>] {
         lines.rows.get_or_init(|| {
             let rows = lines.lines.iter().map(|line| row(&self.heads, line));
-            rows.collect::<Result<_, _>>()
-                .expect("every row is well formed, as a test of its front holds")
+            rows.collect::<Result<_, _>>().expect("a test of each front parses every row")
         })
     }
 }
 
-/// Reads a line.
+/// Parses one line of a catalog; `heads` are the column names.
 ///
 /// # Errors
-/// What of it is not understood.
+/// The part of the line that is malformed.
 pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<Row<V>, String> {
     let line = Line { heads, cells: text.split(',').collect() };
     let wrong = |what: &str| format!("{text}: {what}");
     if line.cells.len() != heads.len() {
-        return Err(wrong("the number of columns"));
+        return Err(wrong("it has more or fewer columns than the first line"));
     }
     let words: Vec<&str> = line.cell("operands").split_whitespace().collect();
-    let optional = words.last().is_some_and(|word| bare(word).is_some());
+    let optional = words.last().is_some_and(|word| optional_operand(word).is_some());
     let last = words.len().saturating_sub(1);
     let operands = words.iter().enumerate().map(|(at, word)| {
-        let word = bare(word).filter(|_| at == last).unwrap_or(word);
+        let word = optional_operand(word).filter(|_| at == last).unwrap_or(word);
         operand::<V>(word).ok_or_else(|| wrong(&format!("operand {word}")))
     });
     let operands: Vec<Operand<V::Role>> = operands.collect::<Result<_, _>>()?;
@@ -298,11 +295,11 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     let counters = counters.filter_map(|operand| operand.extent.amount().counter());
     let counts = |by: &Operand<V::Role>| matches!(by.role, Role::Number | Role::Source);
     if counters.chain(units.operand).any(|counter| !operands.get(counter).is_some_and(counts)) {
-        return Err(wrong("counted by an operand that is no number"));
+        return Err(wrong("the counting operand is not a number"));
     }
     let mut ends = operands.iter().filter(|operand| names(operand));
     if ends.any(|operand| operand.extent.amount().counter() >= Some(operands.len())) {
-        return Err(wrong("up to an operand that is none"));
+        return Err(wrong("the operand that ends the extent does not exist"));
     }
     Ok(Row {
         mnemonic: line.cell("mnemonic").into(),
@@ -316,16 +313,16 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
         unit_size: units.size,
         most_units: units.most,
         also: line.cell("also").split_terminator(';').collect(),
-        own: V::own(&line).ok_or_else(|| wrong("the dialect's own columns"))?,
+        extra: V::extra(&line).ok_or_else(|| wrong("a column of this dialect is malformed"))?,
     })
 }
 
-/// What stands in the brackets of an operand that may be missing.
-fn bare(word: &str) -> Option<&str> {
+/// The text inside the brackets of an optional operand.
+fn optional_operand(word: &str) -> Option<&str> {
     word.strip_prefix('[')?.strip_suffix(']')
 }
 
-/// The units column.
+/// The content of the `units` column.
 struct Counting {
     operand: Option<usize>,
     size: u64,
@@ -344,7 +341,7 @@ fn units(text: &str) -> Option<Counting> {
     Some(Counting { operand: Some(number(operand)?), size: size.parse().ok()?, ..none })
 }
 
-/// The number of an operand, which is written from 1, from 0.
+/// An operand number (from 1 in the catalog) as an index from 0.
 fn number(text: &str) -> Option<usize> {
     text.parse::<usize>().ok()?.checked_sub(1)
 }
@@ -354,11 +351,11 @@ fn operand<V: Vocabulary>(word: &str) -> Option<Operand<V::Role>> {
     let role = match role {
         "s" => Role::Source,
         "d" => Role::Destination,
-        "sd" => Role::Both,
-        "y" => Role::Either,
+        "sd" => Role::ReadWrite,
+        "y" => Role::ReadWriteIfDevice,
         "n" => Role::Number,
         "x" => Role::Address,
-        other => Role::Own(V::role(other)?),
+        other => Role::Extra(V::role(other)?),
     };
     Some(Operand { role, extent: self::extent(extent)? })
 }
@@ -397,14 +394,14 @@ fn extent(text: &str) -> Option<Extent> {
 mod tests {
     use super::*;
 
-    /// A dialect with a role, a meaning and a column of its own.
+    /// A dialect that has one role, one meaning and one column of its own.
     #[derive(Debug, Clone, PartialEq)]
     struct Toy;
 
     impl Vocabulary for Toy {
         type Role = char;
         type Meaning = &'static str;
-        type Own = bool;
+        type Extra = bool;
 
         fn role(word: &str) -> Option<char> {
             word.chars().next().filter(|_| word == "t")
@@ -414,7 +411,7 @@ mod tests {
             ["havoc", "add"].into_iter().find(|known| *known == word)
         }
 
-        fn own(line: &Line<'_>) -> Option<bool> {
+        fn extra(line: &Line<'_>) -> Option<bool> {
             Some(line.cell("pulse") == "P")
         }
     }
@@ -459,8 +456,10 @@ mod tests {
     #[test]
     fn a_row_has_what_its_line_says() {
         let found = read("ADD,P,s:2w t [d:2w],sum,2*1,add").expect("a row");
-        assert!(found.own && found.optional && found.takes(2) && found.takes(3) && !found.takes(1));
-        assert_eq!(found.operands[1].role, Role::Own('t'));
+        assert!(
+            found.extra && found.optional && found.takes(2) && found.takes(3) && !found.takes(1)
+        );
+        assert_eq!(found.operands[1].role, Role::Extra('t'));
         assert_eq!(found.operands[2].written_words(), Some(Amount::Fixed(2)));
         assert_eq!((found.units, found.unit_size, found.most_units), (Some(0), 2, None));
         assert_eq!((found.class, found.meaning, &found.also[..]), ("sum", "add", &[][..]));

@@ -1,4 +1,4 @@
-//! From bytes to text: byte order mark first, then UTF-8, then the code pages of the vendors' tools.
+//! Decodes bytes to text: by byte order mark, then as UTF-8, then in the code pages that the vendors' tools use.
 
 use std::borrow::Cow;
 
@@ -6,10 +6,10 @@ use encoding_rs::{
     DecoderResult, EUC_KR, Encoding, GBK, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252,
 };
 
-/// Code pages that are tried on text that is not UTF-8, in this order (CP932, CP936, CP949).
+/// The code pages to try on text that is not UTF-8, in this order (CP932, CP936, CP949).
 const CODE_PAGES: [&Encoding; 3] = [SHIFT_JIS, GBK, EUC_KR];
 
-/// An encoding that the user names.
+/// A text encoding that the user named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Named(&'static Encoding);
 
@@ -24,7 +24,7 @@ impl std::str::FromStr for Named {
             other => other.replace('_', "-").replace("shift-jis", "shift_jis"),
         };
         Encoding::for_label(label.as_bytes()).map(Named).ok_or_else(|| {
-            "there is no such encoding: write windows-1252, windows-1251, windows-1250, shift_jis, gbk, euc-kr or another name of the WHATWG encoding standard".to_owned()
+            "unknown encoding: write windows-1252, windows-1251, windows-1250, shift_jis, gbk, euc-kr or another name of the WHATWG encoding standard".to_owned()
         })
     }
 }
@@ -36,7 +36,7 @@ impl std::fmt::Display for Named {
 }
 
 impl Named {
-    /// The same text in UTF-8; `None` if the bytes are it already, declare another encoding, or are none of this one.
+    /// Converts to UTF-8. `None` if the bytes are UTF-8 already, declare an encoding, or are not valid in this one.
     pub fn recoded(self, bytes: &[u8]) -> Option<String> {
         if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
             return None;
@@ -45,8 +45,8 @@ impl Named {
     }
 }
 
-/// The texts that bytes may be which declare no encoding and are not UTF-8, each with its encoding's name: in the code pages
-/// of the vendors' tools, and that of Western Europe.
+/// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: the code pages of the
+/// vendors' tools and that of Western Europe.
 pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
         return Vec::new();
@@ -55,26 +55,25 @@ pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     pages.filter_map(|page| Some((page.name(), strict(page, bytes).ok()?))).collect()
 }
 
-/// Where bytes are no text.
+/// The place where decoding failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Undecodable {
-    /// Offset in the file of the first byte that is at fault, from 0.
+    /// The byte offset in the file, from 0.
     pub offset: usize,
-    /// Its line, from 1.
+    /// The line, from 1.
     pub line: u32,
-    /// The encodings that were tried.
+    /// The names of the encodings that were tried.
     pub tried: String,
-    /// Whether the fault is that the file ends within a character.
+    /// Whether the file ends in the middle of a character.
     pub cut: bool,
 }
 
-/// The text of a file. `marks` are words that such files are known to hold: of several code pages that
-/// fit the bytes, the first that yields one of them is taken, else the first that fits.
+/// Decodes a file. Several code pages may fit the bytes: the first one whose text contains one of `known_words` is used,
+/// otherwise the first one that fits.
 ///
 /// # Errors
-/// The place of the bytes that no encoding explains; where several were tried, that of the encoding
-/// that came furthest.
-pub fn decode<'a>(bytes: &'a [u8], marks: &[&str]) -> Result<Cow<'a, str>, Undecodable> {
+/// No encoding fits. The place is where decoding failed, in the encoding that came furthest.
+pub fn decode<'a>(bytes: &'a [u8], known_words: &[&str]) -> Result<Cow<'a, str>, Undecodable> {
     if let Some((encoding, skip)) = declared(bytes) {
         return strict(encoding, &bytes[skip..])
             .map_err(|at| undecodable(encoding, bytes, skip, at, encoding.name()));
@@ -86,7 +85,7 @@ pub fn decode<'a>(bytes: &'a [u8], marks: &[&str]) -> Result<Cow<'a, str>, Undec
     let mut fitting = None;
     for encoding in CODE_PAGES {
         match strict(encoding, bytes) {
-            Ok(text) if marks.iter().any(|mark| text.contains(mark)) => return Ok(text),
+            Ok(text) if known_words.iter().any(|mark| text.contains(mark)) => return Ok(text),
             Ok(text) => fitting = fitting.or(Some(text)),
             Err(at) if at > furthest.0 => furthest = (at, encoding),
             Err(_) => {}
@@ -103,20 +102,20 @@ pub fn decode<'a>(bytes: &'a [u8], marks: &[&str]) -> Result<Cow<'a, str>, Undec
     })
 }
 
-/// The text of the first `limit` bytes, faults replaced: enough to tell what a file is.
-pub fn beginning<'a>(bytes: &'a [u8], limit: usize, marks: &[&str]) -> Cow<'a, str> {
+/// Decodes the first `limit` bytes, enough to recognise the dialect. Invalid bytes are replaced.
+pub fn beginning<'a>(bytes: &'a [u8], limit: usize, known_words: &[&str]) -> Cow<'a, str> {
     let head = &bytes[..bytes.len().min(limit)];
     if let Some((encoding, skip)) = declared(head) {
         return encoding.decode_without_bom_handling(&head[skip..]).0;
     }
-    // All of the code pages hold ASCII.
+    // ASCII is the same in all the code pages.
     if head.is_ascii() {
         return String::from_utf8_lossy(head);
     }
     let mut candidates: Vec<Cow<'_, str>> = std::iter::once(UTF_8)
         .chain(CODE_PAGES)
         .filter_map(|encoding| {
-            // The limit may have cut a character: a fault in the last few bytes says nothing.
+            // The limit may cut a character in two: invalid bytes at the very end are ignored.
             (head.len().saturating_sub(4)..=head.len())
                 .rev()
                 .find_map(|end| strict(encoding, &head[..end]).ok())
@@ -125,21 +124,22 @@ pub fn beginning<'a>(bytes: &'a [u8], limit: usize, marks: &[&str]) -> Cow<'a, s
     if candidates.is_empty() {
         return String::from_utf8_lossy(head);
     }
-    let marked = candidates.iter().position(|text| marks.iter().any(|mark| text.contains(mark)));
+    let marked =
+        candidates.iter().position(|text| known_words.iter().any(|mark| text.contains(mark)));
     candidates.swap_remove(marked.unwrap_or(0))
 }
 
-/// The encoding that the bytes declare, and the length of the mark that does.
+/// The encoding that the file declares, and the length of its byte order mark.
 fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     Encoding::for_bom(bytes).or(match bytes {
-        // No text of one byte a character holds a NUL, so this is ASCII in two bytes a character.
+        // Only UTF-16 text has a NUL beside a character of ASCII.
         [first, 0, ..] if *first != 0 => Some((UTF_16LE, 0)),
         [0, second, ..] if *second != 0 => Some((UTF_16BE, 0)),
         _ => of_xml(bytes).map(|encoding| (encoding, 0)),
     })
 }
 
-/// The encoding that the first line of an XML file declares, if it is another than UTF-8.
+/// The encoding that the XML declaration names, if it is not Unicode.
 fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
     let end = bytes.iter().take(MOST_DECLARED).position(|&byte| byte == b'>')?;
     let head = std::str::from_utf8(&bytes[..end]).ok()?;
@@ -150,10 +150,10 @@ fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
         .filter(|own| *own != UTF_8 && *own != UTF_16LE && *own != UTF_16BE)
 }
 
-/// The first line of an XML file is no longer than this.
+/// The largest length of an XML declaration, in bytes.
 const MOST_DECLARED: usize = 200;
 
-/// The text, or the offset of the first byte that is at fault.
+/// Decodes, or returns the offset of the first invalid byte.
 fn strict<'a>(encoding: &'static Encoding, bytes: &'a [u8]) -> Result<Cow<'a, str>, usize> {
     if let Some(text) = encoding.decode_without_bom_handling_and_without_replacement(bytes) {
         return Ok(text);
@@ -218,16 +218,16 @@ mod tests {
 
     #[test]
     fn the_known_words_tell_the_code_pages_apart() {
-        let marks = ["命令", "指令", "명령"];
+        let known_words = ["命令", "指令", "명령"];
         for (encoding, text) in [
             (SHIFT_JIS, "ステップ番号,命令,ｲﾝﾀｰﾛｯｸ"),
             (GBK, "步号,指令,急停按钮"),
             (EUC_KR, "스텝,명령,비상정지"),
         ] {
             let bytes = encoding.encode(text).0;
-            assert_eq!(decode(&bytes, &marks).unwrap(), text, "{}", encoding.name());
+            assert_eq!(decode(&bytes, &known_words).unwrap(), text, "{}", encoding.name());
             for limit in 0..=bytes.len() {
-                beginning(&bytes, limit, &marks);
+                beginning(&bytes, limit, &known_words);
             }
         }
     }

@@ -1,17 +1,17 @@
-//! The faults of one file as they are found: all of them, up to a limit, then how many more.
+//! Collects the errors and warnings of one file, up to a limit; beyond it they are only counted.
 
-use super::within;
+use super::slice_range;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 
-/// Most errors, and most warnings, that are listed of one file.
+/// The largest number of errors, and of warnings, that are listed for one file.
 const LIMIT: usize = 50;
-/// Behind so many errors that are not told a file is given up.
+/// After this many unlisted errors, the rest of the file is not read.
 const HOPELESS: usize = 1000;
-/// Most characters of a source line that are shown.
+/// The largest number of characters of a source line that a message shows.
 const SHOWN: usize = 120;
 
-/// Collects the faults of one file.
+/// The errors and warnings of one file.
 #[derive(Debug, Clone)]
 pub struct Faults<'a> {
     file: &'a str,
@@ -23,7 +23,7 @@ pub struct Faults<'a> {
 }
 
 impl<'a> Faults<'a> {
-    /// None yet.
+    /// An empty collection for this file.
     pub fn new(file: &'a str) -> Self {
         Faults {
             file,
@@ -35,12 +35,12 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// The file they are about.
+    /// The name of the file.
     pub fn file(&self) -> &'a str {
         self.file
     }
 
-    /// Adds one; those beyond a limit are only counted.
+    /// Adds an error or a warning; beyond the limit it is only counted.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let (list, dropped) = match diagnostic.severity {
             Severity::Error => (&mut self.errors, &mut self.dropped_errors),
@@ -53,7 +53,7 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// An error at a line; `text` is shortened for showing.
+    /// Adds an error for a whole line; `text` is shortened to fit.
     pub fn at(&mut self, code: Code, line: u32, text: &str, message: &str, help: &str) {
         if self.errors.len() < LIMIT {
             self.errors.push(Diagnostic::line(code, self.file, line, shown(text), message, help));
@@ -62,7 +62,7 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// The same with the caret at a part of the line: a slice of it.
+    /// Adds an error whose caret is at `part`, which must be a slice of `line`.
     pub fn within(
         &mut self,
         code: Code,
@@ -72,28 +72,28 @@ impl<'a> Faults<'a> {
         (message, help): (&str, &str),
     ) {
         let mut found = Diagnostic::line(code, self.file, number, line.trim_end(), message, help);
-        found.span = within(line, part).map(|range| (range.start, range.end));
+        found.span = slice_range(line, part).map(|range| (range.start, range.end));
         self.push(found);
     }
 
-    /// Whether there are so many errors that it is no use to look for more; the report then says "or more".
+    /// Whether there are so many errors that reading should stop. If so, the final count says "at least".
     pub fn give_up(&mut self) -> bool {
         self.given_up = self.dropped_errors >= HOPELESS;
         self.given_up
     }
 
-    /// Whether the file cannot be taken.
+    /// Whether there is any error, so that the file cannot be used.
     pub fn any_error(&self) -> bool {
         !self.errors.is_empty()
     }
 
-    /// All that was found, errors first, and these by their lines: stages look at a file one after another.
+    /// The collected list: errors in the order of their lines, then warnings. Use it if several stages read the same file.
     pub fn in_order(mut self) -> Vec<Diagnostic> {
         self.errors.sort_by_key(|fault| (fault.line, fault.step));
         self.into_diagnostics()
     }
 
-    /// All that was found, errors first.
+    /// The collected list: errors in the order in which they were found, then warnings.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut all = self.errors;
         if self.dropped_errors > 0 {
@@ -106,7 +106,7 @@ impl<'a> Faults<'a> {
                         format!("and at least {} more errors in this file", self.dropped_errors)
                     }
                 },
-                "see to the first ones; the others often follow from them",
+                "correct the first ones; the others often follow from them",
             ));
         }
         all.extend(self.warnings);
@@ -116,7 +116,7 @@ impl<'a> Faults<'a> {
                     Code::MoreWarnings,
                     self.file,
                     format!("and {} more warnings in this file", self.dropped_warnings),
-                    "see to the first ones; the others often follow from them",
+                    "correct the first ones; the others often follow from them",
                 )
                 .warning(),
             );
@@ -125,7 +125,7 @@ impl<'a> Faults<'a> {
     }
 }
 
-/// The text as it can be shown in one line: control characters as blanks, the end cut off if it is long.
+/// The text on one line for a message: control characters become blanks, and a long text is cut.
 pub fn shown(text: &str) -> String {
     let mut out: String =
         text.chars().take(SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();

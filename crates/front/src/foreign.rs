@@ -1,35 +1,35 @@
-//! Formats that are known but not read: whose they are, and how to come from them to one that is.
+//! Recognises file formats that scanbound does not read, and says how to export them in a format that it reads.
 
 use super::Input;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::TABLES;
 
-/// A format that is not read, by how its files' names end.
+/// An unsupported format and its file name extensions.
 struct Foreign {
-    /// In small letters.
+    /// In lower case, without the dot.
     endings: &'static [&'static str],
     kind: Kind,
 }
 
-/// What a file is that is not read.
+/// What to call the format in a message, and what the user can do.
 #[derive(Clone, Copy)]
 struct Kind {
     what: &'static str,
     help: &'static str,
 }
 
-/// What the same tool, or another, writes that is read.
-const WORKS: &str = "open it in the tool and write each of its programs to CSV; give these files, and that of the device comments";
-const LIST: &str =
-    "if the tool lists its instructions for one of the CPUs that are known, give that list";
-const MEASURED: &str = "name the program first; `compare` takes measurements as the last file";
-const NONE: &str = "its tools export nothing else that is read; programs are read of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U, of flowchart PCs, and in IEC 61131-3's languages (PLCopen XML, text)";
-const PLCOPEN: &str = "export the PLC project from its tool as PLCopen XML (in CODESYS: Project, Export PLCopenXML; in TwinCAT: PLC project, Export PLCopenXML), and give that file";
-const UNIT: &str = "it has to begin with PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION: put statements between PROGRAM name, VAR ... END_VAR with all of their variables, and END_PROGRAM";
-const NET: &str = "scanbound snet reads nets: name it behind scanbound snet check, or behind scanbound snet bound for the scan time of its code";
-const UNPACK: &str = "unpack it and give the programs in it";
-const SHEET: &str = "save its sheet as CSV, as the vendor's tool exported it";
+// The help texts: how to get a file that scanbound reads.
+const WORKS: &str = "open it in the tool, export each program to CSV, and give these files and that of the device comments";
+const LIST: &str = "if the tool can export an instruction list for a supported CPU, give that list";
+const MEASURED: &str = "name the program first: `compare` takes measurements as the last file";
+const NONE: &str = "no other export of this tool is supported; scanbound reads programs of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U and of flowchart PCs, and the languages of IEC 61131-3 (PLCopen XML, text)";
+const PLCOPEN: &str = "export the PLC project as PLCopen XML (in CODESYS: Project, Export PLCopenXML; in TwinCAT: PLC project, Export PLCopenXML), and give that file";
+const UNIT: &str = "begin the file with PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION; for statements alone, write PROGRAM name, VAR ... END_VAR with all variables, the statements, and END_PROGRAM";
+const NET: &str =
+    "use scanbound snet check for a net, or scanbound snet bound for the scan time of its code";
+const UNPACK: &str = "unpack it and give the program files in it";
+const SHEET: &str = "save the sheet as CSV, with the columns of the vendor's export";
 
 const fn kind(what: &'static str, help: &'static str) -> Kind {
     Kind { what, help }
@@ -37,13 +37,14 @@ const fn kind(what: &'static str, help: &'static str) -> Kind {
 
 const ROCKWELL: Kind = kind("a project of Rockwell's Logix tools", NONE);
 const SIEMENS: Kind = kind("a program of Siemens' SIMATIC tools", NONE);
-const SCHNEIDER: Kind = kind("a project of Schneider's tools", NONE);
-const KEYENCE: Kind = kind("a program of KEYENCE's KV series", NONE);
+const SCHNEIDER: Kind = kind("a project of a Schneider tool", NONE);
+const KEYENCE: Kind = kind("a program of the KEYENCE KV series", NONE);
 const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", PLCOPEN);
 const TWINCAT: Kind = kind("an object of a TwinCAT project", PLCOPEN);
-const PETRI: Kind = kind("a Petri net, no program", NET);
+const PETRI: Kind = kind("a Petri net, not a program", NET);
 const SYSMAC: Kind = kind("a project of Sysmac Studio (OMRON's NJ, NX and NY series)", NONE);
-const STRUCTURED: Kind = kind("Structured Text (IEC 61131-3) in which no unit begins", UNIT);
+const STRUCTURED: Kind =
+    kind("Structured Text (IEC 61131-3) without a PROGRAM, FUNCTION or FUNCTION_BLOCK", UNIT);
 const ARCHIVE: Kind = kind("an archive", UNPACK);
 
 const FOREIGN: &[Foreign] = &[
@@ -53,8 +54,8 @@ const FOREIGN: &[Foreign] = &[
     Foreign {
         endings: &["cxp", "cxr", "opt", "cxf", "cx2"],
         kind: kind(
-            "a project of CX-Programmer in its binary form",
-            "save it as text (.cxt), or copy its mnemonics to a text file",
+            "a project of CX-Programmer in its binary format",
+            "save it as text (.cxt), or copy the mnemonics to a text file",
         ),
     },
     Foreign { endings: &["smc", "smc2", "csm2"], kind: SYSMAC },
@@ -75,11 +76,11 @@ const FOREIGN: &[Foreign] = &[
     Foreign { endings: &["tsproj", "tcpou", "tcgvl", "tcdut", "plcproj", "tnzip"], kind: TWINCAT },
     Foreign {
         endings: &["fp", "fpw", "ppn", "spg"],
-        kind: kind("a project of Panasonic's tools", NONE),
+        kind: kind("a project of a Panasonic tool", NONE),
     },
     Foreign {
         endings: &["xgwx", "xgp", "dvp", "isp", "wpl"],
-        kind: kind("a project of another maker's tool", NONE),
+        kind: kind("a project of another vendor's tool", NONE),
     },
     Foreign { endings: &["st", "iecst", "stx"], kind: STRUCTURED },
     Foreign { endings: &["xml"], kind: kind("XML", LIST) },
@@ -88,13 +89,13 @@ const FOREIGN: &[Foreign] = &[
     Foreign { endings: &["xls", "xlsx", "xlsm", "ods"], kind: kind("a spreadsheet", SHEET) },
 ];
 
-/// By a piece of what the text begins with; the first that is found counts.
+/// Texts near the beginning of a file that identify a format; the first match counts.
 const TEXTS: [(&str, Kind); 21] = [
     ("<pnml", PETRI),
     ("<RSLogix5000Content", kind("a project of Rockwell's Logix tools (L5X)", NONE)),
     ("IE_VER :=", kind("a project of Rockwell's Logix tools (L5K)", NONE)),
     ("https://www.ia.omron.com/Smc", SYSMAC),
-    ("TC65SC65BWG7TF10", kind("a project in the XML of IEC 61131-10", LIST)),
+    ("TC65SC65BWG7TF10", kind("a project in XML of IEC 61131-10", LIST)),
     ("plcopen.org/xml", kind("a project in PLCopen XML", LIST)),
     ("<TcPlcObject", TWINCAT),
     ("<TcSmProject", TWINCAT),
@@ -113,25 +114,25 @@ const TEXTS: [(&str, Kind); 21] = [
     ("<?xml", kind("XML", LIST)),
 ];
 
-/// What files begin with that are no text. Many tools' projects are archives or compound files: of these a known name says
-/// more.
+/// The first bytes of binary formats. Many tools keep a project in an archive or a compound file, so a known file name
+/// extension is preferred to these.
 const BYTES: [(&[u8], Kind); 7] = [
-    (b"PK\x03\x04", kind("an archive (ZIP), or a tool's project that is one", UNPACK)),
+    (b"PK\x03\x04", kind("an archive (ZIP), or a tool's project in ZIP format", UNPACK)),
     (
         b"\xD0\xCF\x11\xE0",
-        kind("a compound file, as GX Works2 and other Windows tools keep projects in", WORKS),
+        kind("a compound file, the project format of GX Works2 and other Windows tools", WORKS),
     ),
     (b"7z\xBC\xAF\x27\x1C", ARCHIVE),
     (b"Rar!\x1A\x07", ARCHIVE),
     (b"\x1F\x8B", ARCHIVE),
-    (b"SQLite format 3\0", kind("a database, as some tools keep projects in", WORKS)),
+    (b"SQLite format 3\0", kind("a database, the project format of some tools", WORKS)),
     (
         b"%PDF-",
-        kind("a PDF", "export the program as text or CSV from the tool in place of a print"),
+        kind("a PDF", "export the program as text or CSV from the tool instead of printing it"),
     ),
 ];
 
-/// Words with which a line of Structured Text begins, and nothing else's.
+/// The first words of lines that occur only in Structured Text.
 const WORDS: [&str; 9] = [
     "FUNCTION_BLOCK",
     "END_FUNCTION_BLOCK",
@@ -144,28 +145,28 @@ const WORDS: [&str; 9] = [
     "END_FOR;",
 ];
 
-/// Words with which a line of a sequential function chart as text begins.
+/// The first words of lines that occur only in a textual sequential function chart.
 const CHART: [&str; 3] = ["INITIAL_STEP", "END_STEP", "END_TRANSITION"];
 
-/// That a file is in a known format which is not read; `None` if it is in none of them.
+/// The error for a file in a known format that scanbound does not read; `None` if the format is not recognised.
 pub fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
     if let Some((what, help)) = own(beginning) {
-        let message = format!("this is {what}, no program");
+        let message = format!("this is {what}, not a program");
         return Some(Diagnostic::file(Code::UnknownDialect, &input.name, message, help));
     }
     let found =
         by_text(beginning).or_else(|| by_name(&input.name)).or_else(|| by_bytes(&input.bytes));
     let Kind { what, help } = found?;
-    // What only has to be written in another form is supported, if not so.
+    // An instruction list is supported, its vendor's project format is not.
     let message = match help {
         NONE | LIST => format!("this is {what}: not supported yet"),
         UNIT | NET => format!("this is {what}"),
-        _ => format!("this is {what}, which cannot be read"),
+        _ => format!("this is {what}, which scanbound cannot read"),
     };
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
 }
 
-/// What belongs to this program itself, and where it is to be named.
+/// What a file of scanbound itself is, and the option that takes it.
 fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
     let lines = || beginning.lines().map(str::trim);
     let is_written = |line: &&str| !line.is_empty() && !line.starts_with('#');
@@ -174,28 +175,23 @@ fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
     if is_column("instruction") && is_column("on_us") {
         return Some((
             "a timing table",
-            "name it with --table, and the program's files by themselves",
+            "give it with --table, and the program files as arguments",
         ));
     }
     let table = |line: &str| line.strip_prefix('[')?.strip_suffix(']').map(str::to_owned);
     if head.starts_with('[')
         && lines().filter_map(table).any(|name| TABLES.contains(&name.as_str()))
     {
-        return Some((
-            "a facts file",
-            "name it with --facts, and the program's files by themselves",
-        ));
+        return Some(("a facts file", "give it with --facts, and the program files as arguments"));
     }
     if lines().any(|line| line.starts_with("programs") && line.contains('=') && line.contains('['))
     {
-        let help = "it is read where no program is named: leave the programs out in its directory";
-        return Some(("a project file as scanbound.toml", help));
+        let help = "it is read if no program is named: run the command in its directory without naming programs";
+        return Some(("a project file (scanbound.toml)", help));
     }
     let is_report = beginning.trim_start().starts_with('{') && beginning.contains("\"scanbound.");
-    is_report.then_some((
-        "a report of scanbound",
-        "name the program's files, not what was found of them",
-    ))
+    is_report
+        .then_some(("a report of scanbound", "give the program files, not a report about them"))
 }
 
 fn by_name(name: &str) -> Option<Kind> {
@@ -218,13 +214,13 @@ fn by_text(beginning: &str) -> Option<Kind> {
             words.iter().any(|word| first.eq_ignore_ascii_case(word))
         })
     };
-    // Statement lists of Siemens' name their blocks so and have networks.
+    // Siemens statement lists have networks and block titles of this form.
     if begins(&["NETWORK"]) && beginning.contains("TITLE =") {
         return Some(SIEMENS);
     }
     if begins(&CHART) {
         return Some(kind(
-            "a sequential function chart (IEC 61131-3) in which no unit begins",
+            "a sequential function chart (IEC 61131-3) without a PROGRAM, FUNCTION or FUNCTION_BLOCK",
             UNIT,
         ));
     }
@@ -247,7 +243,7 @@ mod tests {
         };
         is("a.csv", "; CSV generated by libsigrok\n", "captured signal");
         is("a.txt", "$date today $end\n$timescale 1 ns $end\n", "VCD");
-        is("a.GXW", "\u{0}", "a project of GX Works2, which cannot be read");
+        is("a.GXW", "\u{0}", "a project of GX Works2, which scanbound cannot read");
         is("a.cxp", "\u{0}", "CX-Programmer");
         is("a.bin", "PK\u{3}\u{4}", "ZIP");
         for (text, part) in [
@@ -263,7 +259,7 @@ mod tests {
             is("a.txt", text, part);
             is("a.txt", text, ": not supported yet");
         }
-        is("a.txt", "a := 1;\nEND_IF;\n", "Structured Text (IEC 61131-3) in which no unit begins");
+        is("a.txt", "a := 1;\nEND_IF;\n", "Structured Text (IEC 61131-3) without a PROGRAM");
         is("a.txt", "INITIAL_STEP s0:\nEND_STEP\n", "sequential function chart");
         is("a.txt", "<?xml version=\"1.0\"?>\n<TcPlcObject Version=\"1.1\">", "TwinCAT");
         is("a.txt", "(* @NESTEDCOMMENTS := 'Yes' *)\nPROGRAM p\nVAR\n", "CODESYS");

@@ -1,17 +1,18 @@
-//! Fronts: each reads the dialects of one kind of PLC and says what programs in them mean.
+//! What a front is (the traits), and what all fronts share.
 //!
-//! A front is a directory and its line in `fronts!`. What is behind a [`Program`] knows none of them.
+//! A front reads the dialects of one kind of PLC and lowers their programs to a [`Program`]. A [`Program`] does not show
+//! which front made it.
 
 pub mod absent;
 pub mod builder;
 pub mod catalog;
 pub mod encoding;
+pub mod example;
 pub mod faults;
 mod foreign;
 pub mod numbering;
 mod place;
 mod registry;
-pub mod specimen;
 pub mod text;
 
 use scanbound_base::code::Code;
@@ -19,31 +20,31 @@ use std::any::Any;
 use std::fmt;
 
 pub use encoding::Named as Encoding;
+pub use example::{Example, Examples, Form};
 pub use faults::Faults;
 pub use faults::shown;
-pub use place::Places;
-pub use place::{Pointer, spans, within};
-pub use registry::{Fronts, Kind};
+pub use place::WordPositions;
+pub use place::{Caret, operand_spans, slice_range};
+pub use registry::{FileKind, Fronts};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
 use scanbound_iec::comment::Comments;
 use scanbound_ir::Program;
-pub use specimen::{Form, Specimen, Specimens};
 pub use text::stem;
 pub use text::{BEGINNING, decoded};
 
-/// A file as it was handed over.
+/// A file, already read into memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// Its name as the user gave it.
+    /// The name as the user gave it.
     pub name: String,
-    /// Its content.
+    /// The content.
     pub bytes: Vec<u8>,
 }
 
 impl Input {
-    /// Makes UTF-8 of text in an encoding; of what declares another one, is none of this one, or is an
-    /// image of one of the fronts' dialects, nothing.
+    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in this
+    /// one, or is a binary image that one of the fronts reads.
     pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
         let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
             Sniff::Bytes(sniff) => Some(sniff),
@@ -58,141 +59,141 @@ impl Input {
     }
 }
 
-/// A dialect: a way in which programs are written down.
+/// A dialect: one way to write programs.
 #[derive(Debug, Clone, Copy)]
 pub struct Dialect {
-    /// Its name for `--dialect` and reports.
+    /// The name for `--dialect` and reports.
     pub name: &'static str,
-    /// What it is, in words.
+    /// A description for messages.
     pub what: &'static str,
-    /// How its files are recognised.
+    /// The test that recognises its files.
     pub sniff: Sniff,
 }
 
-/// How files of a dialect are recognised. A file that two dialects claim is refused, so neither may claim in doubt.
+/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful files.
 #[derive(Debug, Clone, Copy)]
 pub enum Sniff {
-    /// Whether a file whose text begins so is written in it.
+    /// Whether a file whose text begins like this is in the dialect.
     Text(fn(&str) -> bool),
-    /// Whether these bytes, which need not be text, are a whole file of it.
+    /// Whether these bytes, which may be binary, are a complete file of the dialect.
     Bytes(fn(&[u8]) -> bool),
 }
 
-/// What reads the dialects of one kind of PLC.
+/// Reads the dialects of one kind of PLC.
 pub trait Front: Sync {
-    /// Its dialects, and how each is recognised.
+    /// All dialects of the front.
     fn dialects(&self) -> &'static [Dialect];
 
-    /// Whether a file of this name that begins so is no program, and lies beside programs to name their devices.
-    fn is_beside(&self, name: &str, beginning: &str) -> bool {
+    /// Whether a file with this name and beginning holds device comments, not a program.
+    fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let _ = (name, beginning);
         false
     }
 
-    /// Words that files in its dialects hold, to tell code pages apart.
-    fn marks(&self) -> Vec<&'static str> {
+    /// Words that occur in files of these dialects. They show which code page a file is in.
+    fn known_words(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// The names of the instructions that it knows.
+    /// The mnemonics of all instructions that it knows.
     fn instructions(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Lines that show an instruction, by its name in upper case, of a family as timing tables name it; `None` if the family
-    /// has none of this name, or is another front's.
-    fn specimens(&self, name: &str, family: &str) -> Option<Specimens> {
+    /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables name it.
+    /// `None` if this front does not have the family, or the family not the instruction.
+    fn examples(&self, name: &str, family: &str) -> Option<Examples> {
         let _ = (name, family);
         None
     }
 
-    /// Reads programs, all written in `dialect`, in the given order, and what lies beside them (not all of it need be
-    /// this front's).
+    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to another
+    /// front.
     ///
     /// # Errors
-    /// The faults of all files.
+    /// All errors of all files.
     fn read(
         &self,
         dialect: &Dialect,
         programs: &[&Input],
-        beside: &[&Input],
-        reading: Reading,
+        comment_files: &[&Input],
+        reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>>;
 }
 
-/// How source text is read where its language leaves it open.
+/// How to read source text where the language standard allows several ways.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Reading {
-    /// How comments that hold the beginning of another one are read; `None`: they are refused.
+pub struct SourceOptions {
+    /// How to read a comment that contains the beginning of another one; `None`: refuse it.
     pub comments: Option<Comments>,
 }
 
-/// A project as its front has read it: what its files say, nothing interpreted yet.
+/// A project as its front has parsed it, before its meaning is determined.
 pub trait Project: Any + fmt::Debug {
-    /// The CPU that it names, or that alone runs its dialect.
+    /// The CPU that the project names, or the only CPU that has its dialect.
     fn cpu(&self) -> Option<&str>;
 
-    /// What was noticed on reading and does not stop the audit.
+    /// What reading found that does not stop the audit.
     fn warnings(&self) -> Vec<Diagnostic> {
         Vec::new()
     }
 
-    /// What of its machine the user may state.
-    fn open(&self) -> Open {
-        Open::default()
+    /// The properties of its machine that the user may state.
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions::default()
     }
 
-    /// What it means.
+    /// Lowers the project to a program.
     ///
     /// # Errors
-    /// All faults of all files.
+    /// All errors of all files.
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>>;
 }
 
 impl dyn Project {
-    /// The project as the front has it whose type this is; `None` if another read it.
+    /// The project as the front's own type; `None` if another front read it.
     #[must_use]
-    pub fn into_of<P: Project>(self: Box<dyn Project>) -> Option<P> {
+    pub fn downcast<P: Project>(self: Box<dyn Project>) -> Option<P> {
         let any: Box<dyn Any> = self;
         any.downcast().ok().map(|project| *project)
     }
 }
 
-/// What the user may state of a machine; of other machines it is known.
+/// Which properties of a machine the user may state. Where one is false, the front knows the property.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Open {
-    /// The clock, of which each word of a program takes one period.
+pub struct MachineOptions {
+    /// The clock frequency, where each word of a program takes one clock period.
     pub clock: bool,
-    /// Whether inputs are read once a scan.
+    /// Whether the CPU reads its inputs once in a scan.
     pub latched: bool,
-    /// How indices and indirect addresses work: how many bits an index to extended registers has, which devices are
-    /// written through `@`.
+    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices that
+    /// are written through `@`.
     pub index: bool,
 }
 
-/// What a front needs to know besides the source to say what it means.
+/// What a front needs besides the source to lower it.
 pub struct Options<'a> {
-    /// The CPU as the user names it.
+    /// The CPU as the user named it.
     pub cpu: Option<&'a str>,
-    /// The family that the timing table is for, as it names it.
+    /// The CPU family of the timing table.
     pub family: Option<&'a str>,
-    /// Whether the timing table has an instruction of the user's of this name.
+    /// Whether the timing table has a user-defined instruction of this name.
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// What the user states.
+    /// The user's facts.
     pub facts: &'a Facts,
-    /// Whether calls of routines that are not there, and of which nothing is stated, are taken to take no time, to see what
-    /// else a bound hangs on. Otherwise each is a fault.
-    pub incomplete: bool,
-    /// The task whose scan is asked for, where the project has several.
+    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound needs.
+    /// Otherwise such a call is an error.
+    pub absent_calls_take_no_time: bool,
+    /// The task whose scan is analysed, if the project has several.
     pub task: Option<&'a str>,
-    /// Whether that scan is asked for as if no other task interrupted it, whatever is stated.
-    pub alone: bool,
-    /// Whether others than the program may write its variables between scans.
+    /// Whether that scan is analysed without interruptions by other tasks, even if the facts state them.
+    pub uninterrupted: bool,
+    /// Whether an HMI or another PLC may write the program's variables between scans.
     pub others_write: bool,
 }
 
 impl<'a> Options<'a> {
-    /// Nothing but what the user states.
+    /// Options with only the facts set.
     #[must_use]
     pub fn new(facts: &'a Facts) -> Options<'a> {
         Options {
@@ -200,21 +201,21 @@ impl<'a> Options<'a> {
             family: None,
             is_user_instruction: &|_| false,
             facts,
-            incomplete: false,
+            absent_calls_take_no_time: false,
             task: None,
-            alone: false,
+            uninterrupted: false,
             others_write: true,
         }
     }
 }
 
-/// Warns of files beside the programs that hold nothing.
-pub fn empty_beside(beside: &[&Input]) -> Vec<Diagnostic> {
+/// One warning for each empty file with device comments.
+pub fn empty_comment_files(comment_files: &[&Input]) -> Vec<Diagnostic> {
     let is_blank = |input: &&&Input| text::beginning(&input.bytes, &[]).trim().is_empty();
-    let told = beside.iter().filter(is_blank).map(|input| {
+    let warnings = comment_files.iter().filter(is_blank).map(|input| {
         let help = "export the comments again if devices have any";
         Diagnostic::file(Code::EmptyFile, &input.name, "the device comments are empty", help)
             .warning()
     });
-    told.collect()
+    warnings.collect()
 }

@@ -1,38 +1,39 @@
-//! The addresses in front of a list's lines: where one is missing, doubled or out of order, a line was lost, doubled or moved.
+//! Checks the addresses at the start of a list's lines: a missing, repeated or unordered address shows that a line was lost,
+//! repeated or moved.
 
 use super::{Faults, shown};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
-/// A line of a list.
-pub struct Numbered<'a> {
-    /// Its number in the file.
+/// A line of a list that has an instruction.
+pub struct NumberedLine<'a> {
+    /// Its line number in the file.
     pub line: u32,
     /// Its address, if it has one.
     pub address: Option<u32>,
-    /// How many addresses it takes; `None` where that is not known, and at least one.
+    /// The number of addresses that it occupies; `None` if unknown (but at least one).
     pub takes: Option<u32>,
     /// Its text.
     pub text: &'a str,
-    /// Whether the numbers may begin anew behind it.
-    pub ends: bool,
+    /// Whether the addresses may restart after it.
+    pub restarts: bool,
 }
 
 const HELP: &str =
-    "a line is missing, doubled or moved: correct the list, or take all addresses away";
+    "a line is missing, repeated or moved: correct the list, or remove all addresses";
 
-/// Tells of each line whose address does not follow from the one before it. Where lines could not be read, they are missing
-/// for that reason.
-pub fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &mut Faults<'_>) {
+/// Adds an error for each line whose address does not follow from the line before. Does nothing if the file already has
+/// errors, because lines that could not be read are missing here.
+pub fn check<'a>(lines: impl IntoIterator<Item = NumberedLine<'a>>, faults: &mut Faults<'_>) {
     if faults.any_error() {
         return;
     }
-    // The last address, and the one that follows it, where that is known.
+    // The last address, and the one that must follow it, if known.
     let mut last: Option<(u32, Option<u32>)> = None;
-    for Numbered { line, address, takes, text, ends } in lines {
+    for NumberedLine { line, address, takes, text, restarts } in lines {
         let wrong = match (address, last) {
             (Some(address), Some((before, _))) if address == before => {
-                Some(format!("address {address} is taken by the line before"))
+                Some(format!("the line before has address {address} too"))
             }
             (Some(address), Some((before, _))) if address < before => {
                 Some(format!("address {address} follows address {before}"))
@@ -41,7 +42,7 @@ pub fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &mut Fau
                 Some(format!("address {next} is missing: address {address} follows {before}"))
             }
             (Some(address), Some((before, Some(next)))) if address < next => Some(format!(
-                "address {address} follows {before}, whose instruction takes the addresses up to {}",
+                "address {address} follows {before}, whose instruction occupies the addresses up to {}",
                 next - 1
             )),
             _ => None,
@@ -54,7 +55,7 @@ pub fn check<'a>(lines: impl IntoIterator<Item = Numbered<'a>>, faults: &mut Fau
             );
         }
         let at = address.or(last.and_then(|(_, next)| next));
-        last = match (ends, at) {
+        last = match (restarts, at) {
             (true, _) => None,
             (false, Some(at)) => Some((at, takes.and_then(|takes| at.checked_add(takes)))),
             (false, None) => last.map(|(before, _)| (before, None)),

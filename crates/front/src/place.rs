@@ -1,49 +1,49 @@
-//! Where the words of an instruction stand in its file: from the reader to the caret of a diagnostic.
+//! The positions of an instruction's words in its source file, for the carets of diagnostics.
 
 use scanbound_base::code::Code;
 use std::ops::Range;
 
 use scanbound_base::diagnostic::Diagnostic;
 
-/// Where each word of an instruction begins: the mnemonic, then the operands.
+/// The position of each word of an instruction: first the mnemonic, then the operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Places {
-    /// Bytes of the file's text.
+pub enum WordPositions {
+    /// Byte offsets in the file's text.
     Text(Box<[u32]>),
-    /// The physical lines of a table's rows.
+    /// Line numbers, for words in rows of a CSV table.
     Rows(Box<[u32]>),
 }
 
-impl Default for Places {
+impl Default for WordPositions {
     fn default() -> Self {
-        Places::Rows(Box::default())
+        WordPositions::Rows(Box::default())
     }
 }
 
-impl Places {
-    /// The places of words that are slices of a text.
-    pub fn of_slices<'w>(text: &str, words: impl IntoIterator<Item = &'w str>) -> Places {
-        let start = |word: &str| within(text, word).map_or(0, |range| range.start);
-        Places::Text(words.into_iter().map(|word| start(word) as u32).collect())
+impl WordPositions {
+    /// The positions of words that are slices of `text`.
+    pub fn of_slices<'w>(text: &str, words: impl IntoIterator<Item = &'w str>) -> WordPositions {
+        let start = |word: &str| slice_range(text, word).map_or(0, |range| range.start);
+        WordPositions::Text(words.into_iter().map(|word| start(word) as u32).collect())
     }
 
-    /// Adds words that follow on further lines of the same text.
-    pub fn extend(&mut self, more: Places) {
-        if let (Places::Text(all), Places::Text(more)) = (self, more) {
+    /// Appends the positions of words that follow on further lines of the same text.
+    pub fn extend(&mut self, more: WordPositions) {
+        if let (WordPositions::Text(all), WordPositions::Text(more)) = (self, more) {
             *all = all.iter().chain(&more).copied().collect();
         }
     }
 }
 
-/// The bytes of `whole` that `part` is, if it is a slice of it and not a like text from elsewhere.
-pub fn within(whole: &str, part: &str) -> Option<Range<usize>> {
+/// The byte range of `part` in `whole`; `None` if it is not a slice of it (an equal text elsewhere does not count).
+pub fn slice_range(whole: &str, part: &str) -> Option<Range<usize>> {
     let from = (part.as_ptr() as usize).checked_sub(whole.as_ptr() as usize)?;
     let to = from + part.len();
     (to <= whole.len() && !part.is_empty()).then_some(from..to)
 }
 
-/// The bytes of an instruction's text at which its operands stand: they are its end, each behind a blank.
-pub fn spans(text: &str, operands: &[String]) -> Vec<(u32, u32)> {
+/// The byte range of each operand in an instruction's text. The operands are at its end, each after one blank.
+pub fn operand_spans(text: &str, operands: &[String]) -> Vec<(u32, u32)> {
     let mut end = text.len();
     let mut spans: Vec<(u32, u32)> = Vec::with_capacity(operands.len());
     for operand in operands.iter().rev() {
@@ -55,25 +55,25 @@ pub fn spans(text: &str, operands: &[String]) -> Vec<(u32, u32)> {
     spans
 }
 
-/// An instruction with all that is needed to point at a part of it.
-pub struct Pointer<'a> {
+/// An instruction with its position in the source, to place the caret of a diagnostic.
+pub struct Caret<'a> {
     /// The line on which it begins.
     pub line: u32,
-    /// What it consists of, the operands at its end, each behind a blank.
+    /// Its text; the operands are at the end, each after one blank.
     pub text: &'a str,
-    /// The name of the instruction.
+    /// Its mnemonic.
     pub mnemonic: &'a str,
     /// Its operands as they are written.
     pub operands: &'a [String],
-    /// Where they stand in the source.
-    pub places: &'a Places,
-    /// The text of its file, where the places are bytes of it.
+    /// The positions of its words in the source.
+    pub places: &'a WordPositions,
+    /// The text of its file, if the positions are byte offsets.
     pub source: &'a str,
 }
 
-impl Pointer<'_> {
-    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one
-    /// of them. It has the line on which that word stands, and that line's text.
+impl Caret<'_> {
+    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them. It shows
+    /// the source line on which that word is.
     pub fn at(
         &self,
         part: &str,
@@ -85,22 +85,22 @@ impl Pointer<'_> {
         let whole = Diagnostic::line(code, file, self.line, self.text, message, help);
         let Some((word, range)) = self.word(part) else { return whole };
         match self.places {
-            Places::Text(starts) => match starts.get(word) {
+            WordPositions::Text(starts) => match starts.get(word) {
                 Some(&start) => self.in_source(whole, start as usize, part, &range),
                 None => self.in_text(whole, word, &range),
             },
-            Places::Rows(rows) => {
+            WordPositions::Rows(rows) => {
                 let line = rows.get(word).map_or(self.line, |&row| row);
                 Diagnostic { line: Some(line), ..self.in_text(whole, word, &range) }
             }
         }
     }
 
-    /// The word that `part` belongs to, 0 being the mnemonic, and the bytes of the word that it is.
+    /// The index of the word that contains `part` (0 is the mnemonic), and the byte range in this word.
     fn word(&self, part: &str) -> Option<(usize, Range<usize>)> {
         let words =
             || std::iter::once(self.mnemonic).chain(self.operands.iter().map(String::as_str));
-        let own = words().enumerate().find_map(|(n, word)| Some((n, within(word, part)?)));
+        let own = words().enumerate().find_map(|(n, word)| Some((n, slice_range(word, part)?)));
         let like = || {
             let mut alike = words()
                 .enumerate()
@@ -112,7 +112,7 @@ impl Pointer<'_> {
         own.or_else(like)
     }
 
-    /// Points into the instruction as it is put together.
+    /// WordPositions the caret in the instruction's own text.
     fn in_text(&self, whole: Diagnostic, word: usize, range: &Range<usize>) -> Diagnostic {
         let behind =
             |from: usize| self.operands[from..].iter().map(|one| one.len() + 1).sum::<usize>();
@@ -126,7 +126,7 @@ impl Pointer<'_> {
         }
     }
 
-    /// Points into the line of the file.
+    /// WordPositions the caret in the source line.
     fn in_source(
         &self,
         whole: Diagnostic,
@@ -140,8 +140,8 @@ impl Pointer<'_> {
         let begin = self.source[..start].rfind('\n').map_or(0, |at| at + 1);
         let text = self.source[begin..].lines().next().unwrap_or_default();
         let first = match self.places {
-            Places::Text(starts) => starts.first().map_or(start, |&first| first as usize),
-            Places::Rows(_) => start,
+            WordPositions::Text(starts) => starts.first().map_or(start, |&first| first as usize),
+            WordPositions::Rows(_) => start,
         };
         let lines =
             self.source.get(first..start).map_or(0, |between| between.matches('\n').count());
@@ -154,7 +154,7 @@ impl Pointer<'_> {
     }
 }
 
-/// How far a word reaches into a text that begins with it, where blanks may stand apart in other numbers.
+/// The length of the word at the beginning of `text`, where the file may have another number of blanks within the word.
 fn extent(text: &str, word: &str) -> usize {
     let mut rest = text.char_indices();
     let mut end = 0;
@@ -173,17 +173,17 @@ mod tests {
     #[test]
     fn a_slice_is_found_where_it_is_and_nothing_else() {
         let whole = "MOV K1 K1".to_owned();
-        assert_eq!(within(&whole, &whole[7..]), Some(7..9));
-        assert_eq!(within(&whole, &whole[..0]), None);
-        assert_eq!(within(&whole, "K1"), None);
+        assert_eq!(slice_range(&whole, &whole[7..]), Some(7..9));
+        assert_eq!(slice_range(&whole, &whole[..0]), None);
+        assert_eq!(slice_range(&whole, "K1"), None);
     }
 
     #[test]
     fn the_caret_is_at_the_word_and_its_line() {
         let source = "  12 MOV   DM 1\n\tDM   2 ; x\n".to_owned();
         let operands = ["DM 1".to_owned(), "DM 2".to_owned()];
-        let at = |places: &Places, part: &str| {
-            let pointer = Pointer {
+        let at = |places: &WordPositions, part: &str| {
+            let pointer = Caret {
                 line: 1,
                 text: "MOV DM 1 DM 2",
                 mnemonic: "MOV",
@@ -193,15 +193,15 @@ mod tests {
             };
             pointer.at(part, Code::Operand, "f", "m", "h")
         };
-        let shown = |places: &Places, part: &str| {
+        let shown = |places: &WordPositions, part: &str| {
             let found = at(places, part);
             let (from, to) = found.span.expect("a span");
             (found.line, found.text[from..to].to_owned(), from)
         };
-        let text = Places::Text([5, 11, 17].into());
+        let text = WordPositions::Text([5, 11, 17].into());
         assert_eq!(shown(&text, &operands[1]), (Some(2), "DM   2".to_owned(), 1));
         assert_eq!(shown(&text, "mov"), (Some(1), "MOV".to_owned(), 5));
-        let rows = Places::Rows([4, 4, 6].into());
+        let rows = WordPositions::Rows([4, 4, 6].into());
         assert_eq!(shown(&rows, &operands[1]), (Some(6), "DM 2".to_owned(), 9));
         assert_eq!(shown(&rows, &operands[0][3..]), (Some(4), "1".to_owned(), 7));
         assert_eq!(at(&rows, "X0").span, None);

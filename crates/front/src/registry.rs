@@ -1,54 +1,54 @@
-//! The fronts together: finds which front a file belongs to, and reads a project by it.
+//! A list of fronts: finds the front of a file by its content, and reads a project with it.
 
 use scanbound_base::code::Code;
 use std::borrow::Cow;
 
 use super::faults::shown;
-use super::{Dialect, Front, Input, Project, Reading, Sniff, foreign, text};
+use super::{Dialect, Front, Input, Project, Sniff, SourceOptions, foreign, text};
 use scanbound_base::diagnostic::Diagnostic;
 
-/// Some fronts, as a registry lists them.
+/// A list of fronts.
 #[derive(Clone, Copy)]
 pub struct Fronts(pub &'static [&'static dyn Front]);
 
-/// What a file is.
+/// What a file contains.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
-    /// A program.
+pub enum FileKind {
+    /// A program in this dialect.
     Program(&'static Dialect),
     /// Device comments.
     Comments,
 }
 
 impl Fronts {
-    /// All dialects, for help texts and messages.
+    /// All dialects of all fronts.
     pub fn dialects(self) -> impl Iterator<Item = &'static Dialect> {
         self.0.iter().flat_map(|front| front.dialects())
     }
 
-    /// Words that files hold, to tell code pages apart before it is known to which front a file belongs.
-    fn marks(self) -> Vec<&'static str> {
-        self.0.iter().flat_map(|front| front.marks()).collect()
+    /// The known words of all fronts, to recognise the code page before the front is known.
+    fn known_words(self) -> Vec<&'static str> {
+        self.0.iter().flat_map(|front| front.known_words()).collect()
     }
 
-    /// The text of a file's beginning, faults replaced.
+    /// The beginning of a file as text; invalid bytes are replaced.
     #[must_use]
     pub fn beginning(self, bytes: &[u8]) -> Cow<'_, str> {
-        text::beginning(bytes, &self.marks())
+        text::beginning(bytes, &self.known_words())
     }
 
-    fn is_beside(self, name: &str, beginning: &str) -> bool {
-        self.0.iter().any(|front| front.is_beside(name, beginning))
+    fn is_comment_file(self, name: &str, beginning: &str) -> bool {
+        self.0.iter().any(|front| front.is_comment_file(name, beginning))
     }
 
-    /// What a file is, found from its beginning.
+    /// Recognises a file by its beginning.
     ///
     /// # Errors
-    /// Why it is nothing that can be read: it is empty, no text, in no known dialect, or in two.
-    pub fn detect(self, input: &Input) -> Result<Kind, Diagnostic> {
+    /// The file is empty, is not text, is in no known dialect, or fits two dialects.
+    pub fn detect(self, input: &Input) -> Result<FileKind, Diagnostic> {
         if input.bytes.is_empty() {
-            if self.is_beside(&input.name, "") {
-                return Ok(Kind::Comments);
+            if self.is_comment_file(&input.name, "") {
+                return Ok(FileKind::Comments);
             }
             return Err(empty(input, "the file is empty"));
         }
@@ -57,10 +57,10 @@ impl Fronts {
             Sniff::Text(_) => false,
         };
         if let Some(dialect) = self.dialects().find(is_image) {
-            return Ok(Kind::Program(dialect));
+            return Ok(FileKind::Program(dialect));
         }
-        let marks = self.marks();
-        let beginning = match text::checked_beginning(input, &marks) {
+        let known_words = self.known_words();
+        let beginning = match text::checked_beginning(input, &known_words) {
             Ok(beginning) => beginning,
             Err(fault) => {
                 let code = fault.code;
@@ -74,12 +74,10 @@ impl Fronts {
         };
         let found: Vec<&'static Dialect> = self.dialects().filter(is_written).collect();
         match found[..] {
-            [dialect] => Ok(Kind::Program(dialect)),
-            [] if self.is_beside(&input.name, &beginning) => Ok(Kind::Comments),
-            [] if beginning.trim().is_empty() => {
-                Err(empty(input, "the file holds nothing but blanks"))
-            }
-            [] => Err(match text::decoded(input, &marks) {
+            [dialect] => Ok(FileKind::Program(dialect)),
+            [] if self.is_comment_file(&input.name, &beginning) => Ok(FileKind::Comments),
+            [] if beginning.trim().is_empty() => Err(empty(input, "the file contains only blanks")),
+            [] => Err(match text::decoded(input, &known_words) {
                 Err(fault) if beginning.contains(char::REPLACEMENT_CHARACTER) => fault,
                 _ => foreign::fault(input, &beginning)
                     .unwrap_or_else(|| self.unknown(input, &beginning)),
@@ -91,7 +89,7 @@ impl Fronts {
                     "this could be {}",
                     found.iter().map(|one| one.name).collect::<Vec<_>>().join(" or ")
                 ),
-                "name the dialect with --dialect",
+                "state the dialect with --dialect",
             )),
         }
     }
@@ -101,8 +99,11 @@ impl Fronts {
         let mut fault = Diagnostic::file(
             Code::UnknownDialect,
             &input.name,
-            "this is no program in a known dialect",
-            format!("expected {}; name the dialect with --dialect if it is one", self.expected()),
+            "this is not a program in a known dialect",
+            format!(
+                "give {}; if it is one of these, state the dialect with --dialect",
+                self.expected()
+            ),
         );
         fault.text = shown(line);
         fault
@@ -112,45 +113,45 @@ impl Fronts {
         self.dialects().map(|dialect| dialect.what).collect::<Vec<_>>().join("; ")
     }
 
-    /// The dialect of a name.
+    /// Finds a dialect by its name.
     fn named(self, name: &str) -> Result<&'static Dialect, Diagnostic> {
         self.dialects().find(|dialect| dialect.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.dialects().map(|dialect| dialect.name).collect();
             Diagnostic::file(
                 Code::NoSuchDialect,
                 "",
-                format!("there is no dialect '{}'", shown(name)),
-                format!("the dialects are {}", names.join(", ")),
+                format!("unknown dialect '{}'", shown(name)),
+                format!("use one of {}", names.join(", ")),
             )
         })
     }
 
-    /// Reads a project's files: the programs in the given order, and device comments. The dialect is found
-    /// from the content unless it is named.
+    /// Reads a project's files: programs in the given order, and device comments. Without `dialect` it is recognised by the
+    /// content.
     ///
     /// # Errors
-    /// The faults of all files, and their warnings.
+    /// The errors and warnings of all files.
     pub fn read(
         self,
         inputs: &[Input],
         dialect: Option<&str>,
-        reading: Reading,
+        reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let named =
             dialect.map(|name| self.named(name)).transpose().map_err(|fault| vec![fault])?;
         let mut errors = Vec::new();
         let mut programs: Vec<(&'static Dialect, &Input)> = Vec::new();
-        let mut beside = Vec::new();
+        let mut comment_files = Vec::new();
         for input in inputs {
             match self.kind(input, named) {
-                Ok(Kind::Program(dialect)) => programs.push((dialect, input)),
-                Ok(Kind::Comments) => beside.push(input),
+                Ok(FileKind::Program(dialect)) => programs.push((dialect, input)),
+                Ok(FileKind::Comments) => comment_files.push(input),
                 Err(fault) => errors.push(fault),
             }
         }
         let Some(&(dialect, first)) = programs.first() else {
             if errors.is_empty() {
-                errors.push(self.no_program(beside.first().copied()));
+                errors.push(self.no_program(comment_files.first().copied()));
             }
             return Err(errors);
         };
@@ -160,15 +161,18 @@ impl Fronts {
             Diagnostic::file(
                 Code::MixedDialects,
                 &input.name,
-                format!("this is {}, {} is {}", other.name, first.name, dialect.name),
-                "the files of one scan come from one project: audit them by themselves",
+                format!(
+                    "this is a {} file, but {} is a {} file",
+                    other.name, first.name, dialect.name
+                ),
+                "all files of one audit must come from one project: audit the others separately",
             )
         }));
-        // Faults within programs are reported together with those of whole files.
+        // If some files cannot be read at all, the errors within the other programs are still reported.
         let same: Vec<&Input> = same.into_iter().map(|(_, input)| input).collect();
         let is_own = |own: &Dialect| own.name == dialect.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_own));
-        match front.map(|front| front.read(dialect, &same, &beside, reading)) {
+        match front.map(|front| front.read(dialect, &same, &comment_files, reading)) {
             Some(Ok(project)) if errors.is_empty() => Ok(project),
             Some(Err(more)) => {
                 errors.extend(more);
@@ -183,31 +187,31 @@ impl Fronts {
             Some(input) => Diagnostic::file(
                 Code::CommentsAlone,
                 &input.name,
-                "these are device comments, no program",
-                "give the program's files as well",
+                "this file has device comments, not a program",
+                "give the program files too",
             ),
             None => Diagnostic::file(
                 Code::NoProgram,
                 "",
-                "no program was given",
-                format!("name at least one file: {}", self.expected()),
+                "there is no program among the arguments",
+                format!("give at least one file: {}", self.expected()),
             ),
         }
     }
 
-    /// That a file is written in another dialect than the one that the user named; with the first line that this one does
-    /// not have, if it can be read that far.
+    /// The error for a file that is in another dialect than the user stated. If the stated dialect can read part of it, the
+    /// error names the first line that it cannot read.
     fn other_dialect(self, input: &Input, found: &Dialect, named: &Dialect) -> Diagnostic {
         let is_named = |own: &Dialect| own.name == named.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_named));
         let is_text = matches!(named.sniff, Sniff::Text(_));
         let faults = front
             .filter(|_| is_text)
-            .map(|front| front.read(named, &[input], &[], Reading::default()));
+            .map(|front| front.read(named, &[input], &[], SourceOptions::default()));
         let faults = faults.and_then(Result::err).unwrap_or_default();
         let (message, help) = (
-            format!("this is {}, not {}", found.name, named.name),
-            "leave --dialect out, or name the one it is",
+            format!("this is a {} file, not {}", found.name, named.name),
+            "omit --dialect, or state the right dialect",
         );
         match faults.into_iter().find(|fault| fault.line.is_some()) {
             Some(first) => Diagnostic {
@@ -220,19 +224,19 @@ impl Fronts {
         }
     }
 
-    /// What a file is, where the user may have named the dialect.
-    fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<Kind, Diagnostic> {
+    /// Recognises a file, with the dialect that the user may have stated.
+    fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<FileKind, Diagnostic> {
         let found = self.detect(input);
         let Some(named) = named else { return found };
         match found {
-            Ok(Kind::Comments) => Ok(Kind::Comments),
-            Ok(Kind::Program(found)) if found.name != named.name => {
+            Ok(FileKind::Comments) => Ok(FileKind::Comments),
+            Ok(FileKind::Program(found)) if found.name != named.name => {
                 Err(self.other_dialect(input, found, named))
             }
             Err(fault) if fault.code == Code::EmptyFile => Err(fault),
-            Err(_) if matches!(named.sniff, Sniff::Bytes(_)) => Ok(Kind::Program(named)),
+            Err(_) if matches!(named.sniff, Sniff::Bytes(_)) => Ok(FileKind::Program(named)),
             Err(fault) if matches!(fault.code, Code::BinaryFile | Code::Encoding) => Err(fault),
-            _ => Ok(Kind::Program(named)),
+            _ => Ok(FileKind::Program(named)),
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Reads the files and directories that the user names, for programs that hand them to the library.
+//! Reads the files and directories that the user names.
 //!
-//! A program that drops out of a scan makes its bound too low. So what is named is read or is an error, and so is
-//! what lies in a named directory, unless a pattern leaves it out or it is plainly no program (`plain`).
+//! A program that is missing from a scan makes its bound too low. So every named file must be readable, and so must every
+//! file in a named directory, unless an `--ignore` pattern excludes it or it is clearly not a program (`plain`).
 
 mod ignore;
 mod plain;
@@ -15,31 +15,31 @@ use std::path::{Path, PathBuf};
 use crate::detect;
 pub use ignore::Ignore;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
-use scanbound_front::{BEGINNING, Input, Kind};
+use scanbound_front::{BEGINNING, FileKind, Input};
 
-/// Larger files are refused: the largest programs have a million steps, about a third of this.
+/// The largest file size in bytes. The largest programs have a million steps, about a third of this.
 const LARGEST: u64 = 256 << 20;
-/// What stands for stdin among the paths that a user names.
+/// The path that means standard input.
 pub const STDIN: &str = "-";
-/// Most names that one message lists.
+/// The largest number of file names in one message.
 const LISTED: usize = 20;
-/// How deep directories are looked through for programs that nobody named.
+/// How many levels of subdirectories are searched for programs that the user did not name.
 const DEPTH: usize = 8;
 
-/// What was read.
+/// The result of reading files and directories.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// The files, in the order in which they were named; a directory's in the order of their names.
+    /// The files in the order in which the user named them; those of a directory in the order of their names.
     pub inputs: Vec<Input>,
-    /// What was left out, and why; which order was taken.
+    /// Which files were left out and why; which order was assumed.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Reads files, and of directories all that may be a program or holds device comments.
+/// Reads the named files, and from named directories all that may be a program or device comments.
 ///
 /// # Errors
-/// Every path that cannot be read, that is named twice, or that is a directory without a program; every file of a
-/// directory that may be a program and cannot be read as one; and what was noticed besides.
+/// Each path that cannot be read, is named twice, or is a directory without a program; each file of a directory that may be
+/// a program but cannot be read as one. The list includes the warnings.
 pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagnostic>> {
     let gathered = survey(paths, ignore);
     match gathered.warnings.iter().any(|fault| fault.severity == Severity::Error) {
@@ -48,7 +48,7 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
     }
 }
 
-/// The same where what cannot be read does not keep the rest from being looked at: faults stand among the warnings.
+/// As [`gather`], but continues after errors and returns them among the warnings.
 #[must_use]
 pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     let named = paths.iter().filter_map(|path| fs::canonicalize(path).ok()).collect();
@@ -58,7 +58,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
         if path.is_dir() && !is_stdin(path) {
             gathering.directory(path);
         } else if !is_stdin(path) && ignore.matches(path, None) {
-            gathering.left_out(path, "left out by --ignore");
+            gathering.left_out(path, "excluded by --ignore");
         } else if let Some(bytes) = gathering.read(path) {
             gathering.inputs.push(Input { name: name(path), bytes });
         }
@@ -66,40 +66,40 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     let Gathering { inputs, mut found, .. } = gathering;
     found.extend(copies(&inputs));
     found.extend(ignore.unused().map(|pattern| {
-        let message = format!("--ignore {pattern} leaves nothing out");
-        let help = "a pattern without / is held against file names, one with / against paths from the directory that is named";
+        let message = format!("--ignore {pattern} matches no file");
+        let help = "a pattern without / is compared with file names, one with / with paths below the named directory";
         Diagnostic::file(Code::UnusedIgnore, "", message, help).warning()
     }));
     let failed = found.iter().any(|fault| fault.severity == Severity::Error);
     if inputs.is_empty() && !failed && !paths.is_empty() {
-        let message = "every file that was named is left out by --ignore";
-        found.push(Diagnostic::file(Code::NoProgram, "", message, "take a pattern away"));
+        let message = "--ignore excludes every file that was named";
+        found.push(Diagnostic::file(Code::NoProgram, "", message, "remove a pattern"));
     }
     Gathered { inputs, warnings: found }
 }
 
-/// Reads one file of measurements or of one program, or stdin.
+/// Reads one program or file of measurements, or standard input.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The file cannot be read.
 pub fn one(path: &Path) -> io::Result<Input> {
     Ok(Input { name: name(path), bytes: whole(path, MOST_MEASURED)? })
 }
 
-/// Reads a whole file that is not a program: facts, a table, a plan.
+/// Reads a small file that is not a program: facts, a timing table, a calibration plan.
 ///
 /// # Errors
-/// Why it cannot be read: among others, that it is no regular file, or larger than any such file.
+/// The file cannot be read, is not a regular file, or is too large.
 pub fn aside(path: &Path) -> io::Result<Vec<u8>> {
     whole(path, MOST_ASIDE)
 }
 
-/// Files of measurements are no larger.
+/// The largest file of measurements, in bytes.
 const MOST_MEASURED: u64 = 4 << 30;
-/// Facts, tables, plans and nets are no larger.
+/// The largest file of facts, tables, plans and nets, in bytes.
 const MOST_ASIDE: u64 = 64 << 20;
 
-/// A file, if it has no more bytes.
+/// Reads a file of at most `most` bytes.
 fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let bytes = bytes(path, most + 1)?;
     match bytes.len() as u64 > most {
@@ -108,17 +108,19 @@ fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Warns of programs that are the same as one before them.
+/// One warning for each program whose content equals that of an earlier one.
 fn copies(inputs: &[Input]) -> Vec<Diagnostic> {
     let mut seen: BTreeMap<&[u8], &Input> = BTreeMap::new();
     let mut found = Vec::new();
     for input in inputs.iter().filter(|input| !input.bytes.is_empty()) {
         match seen.get(&*input.bytes) {
-            Some(first) if !matches!(detect(input), Ok(Kind::Comments)) => {
-                let message =
-                    format!("this file holds the same as {}: both are in the bound", first.name);
+            Some(first) if !matches!(detect(input), Ok(FileKind::Comments)) => {
+                let message = format!(
+                    "this file has the same content as {}: the bound includes both",
+                    first.name
+                );
                 let help = format!(
-                    "leave one of them out if the PLC runs it once, {}",
+                    "if the PLC runs it only once, give only one of them, {}",
                     leave_out(&base(&input.name))
                 );
                 found.push(
@@ -134,7 +136,7 @@ fn copies(inputs: &[Input]) -> Vec<Diagnostic> {
     found
 }
 
-/// A name without its directories.
+/// A file name without its directory.
 fn base(name: &str) -> String {
     name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned()
 }
@@ -145,14 +147,14 @@ fn is_stdin(path: &Path) -> bool {
 
 struct Gathering<'a> {
     ignore: &'a Ignore,
-    /// What the user names, so that a directory within another is known to be read by itself.
+    /// All named paths; a subdirectory that is itself named is read under its own name.
     named: BTreeSet<PathBuf>,
     inputs: Vec<Input>,
     seen: BTreeSet<PathBuf>,
     found: Vec<Diagnostic>,
 }
 
-/// What one warning says of all of a directory's files.
+/// The file names for the single warning about a directory's files.
 #[derive(Default)]
 struct Listing {
     programs: Vec<String>,
@@ -162,7 +164,7 @@ struct Listing {
 }
 
 impl Gathering<'_> {
-    /// A file's bytes, unless it cannot be read or was read before.
+    /// Reads a file; `None` if it cannot be read or was read before.
     fn read(&mut self, path: &Path) -> Option<Vec<u8>> {
         let bytes = match bytes(path, LARGEST + 1) {
             Ok(bytes) if bytes.len() as u64 > LARGEST => {
@@ -185,8 +187,8 @@ impl Gathering<'_> {
             self.found.push(Diagnostic::file(
                 Code::NamedTwice,
                 &name(path),
-                "this file is named twice",
-                "name each file once: it would run twice in a scan",
+                "this file is given twice",
+                "give each file once: otherwise it runs twice in the scan",
             ));
             return None;
         }
@@ -203,7 +205,8 @@ impl Gathering<'_> {
     }
 
     fn left_out(&mut self, path: &Path, why: &str) {
-        let help = "it is not in the bound: take the pattern away if it belongs to the scan";
+        let help =
+            "the bound does not include it: remove the pattern if the file is part of the scan";
         self.found.push(Diagnostic::file(Code::LeftOut, &name(path), why, help).warning());
     }
 
@@ -231,8 +234,8 @@ impl Gathering<'_> {
             [] => self.found.push(Diagnostic::file(
                 Code::NoProgram,
                 &name(directory),
-                "there is no program in this directory",
-                "export the programs to it, or name the files themselves",
+                "this directory contains no program",
+                "export the programs to it, or give the files instead",
             )),
             [_] => {}
             programs => self.found.push(
@@ -240,24 +243,25 @@ impl Gathering<'_> {
                     Code::NameOrder,
                     &name(directory),
                     format!(
-                        "the programs are taken to run in the order of their names: {}",
+                        "assumed: the programs run in the order of their file names: {}",
                         in_short(programs)
                     ),
-                    "name the files themselves, in the order in which the PLC runs them, if it is another",
+                    "if the PLC runs them in another order, give the files in that order",
                 )
                 .warning(),
             ),
         }
     }
 
-    /// A file of a directory: read, refused, or listed as no program.
+    /// Reads a file of a directory, reports it as an error, or lists it as not a program.
     fn entry(&mut self, path: &Path, file: String, listing: &mut Listing) {
         match what(path) {
             Err(error) => self.unreadable(path, &error),
             Ok(What::Program | What::Comments) if plain::is_named(path) => {
                 let help =
-                    format!("name it itself if it belongs to the scan, {}", leave_out(&file));
-                let message = "its name is not a program's, but it reads like one";
+                    format!("give the file itself if it is part of the scan, {}", leave_out(&file));
+                let message =
+                    "this file has no program's name, but its content looks like a program";
                 self.found.push(Diagnostic::file(Code::OddName, &name(path), message, help));
             }
             Ok(What::Program) => {
@@ -275,7 +279,7 @@ impl Gathering<'_> {
             Ok(What::Plain) => listing.plain.push(file),
             Ok(What::Unreadable(mut fault)) => {
                 fault.help = match fault.code {
-                    Code::UnknownDialect => "export the program again if it is one".to_owned(),
+                    Code::UnknownDialect => "if it is a program, export it again".to_owned(),
                     _ => fault.help,
                 };
                 fault.help = format!("{}, {}", fault.help, leave_out(&file));
@@ -284,7 +288,7 @@ impl Gathering<'_> {
         }
     }
 
-    /// A directory within a directory: its programs have no place in the order.
+    /// Handles a subdirectory. Its programs are not read, because their place in the order is unknown.
     fn within(&mut self, path: &Path, directory: &Path, file: String, listing: &mut Listing) {
         let mut visited = BTreeSet::new();
         let mut looker = Looker { gathering: self, root: directory, visited: &mut visited };
@@ -298,11 +302,11 @@ impl Gathering<'_> {
             }
             Ok(Some(first)) => {
                 let message = format!(
-                    "this directory is not read, and {} in it may be a program",
+                    "this directory is not read, but {} in it may be a program",
                     name(first.strip_prefix(path).unwrap_or(&first))
                 );
                 let help = format!(
-                    "name it as well, where its programs run, if it belongs to the scan, {}",
+                    "if it is part of the scan, give it too, at the place where its programs run, {}",
                     leave_out(&file)
                 );
                 self.found.push(Diagnostic::file(
@@ -316,16 +320,16 @@ impl Gathering<'_> {
     }
 }
 
-/// Looks through directories for what may be a program.
+/// Searches directories for a file that may be a program.
 struct Looker<'a, 'g> {
     gathering: &'a Gathering<'g>,
     root: &'a Path,
-    /// What was looked through, so that links in a circle end.
+    /// The directories that were searched, so that circular links end the search.
     visited: &'a mut BTreeSet<PathBuf>,
 }
 
 impl Looker<'_, '_> {
-    /// The first file in a directory that nobody named and that may be a program.
+    /// The first file of a directory that may be a program.
     fn first(
         &mut self,
         directory: &Path,
@@ -366,43 +370,43 @@ impl Looker<'_, '_> {
 }
 
 impl Listing {
-    /// The one warning on the files that are no programs.
+    /// The single warning about the files that are not programs.
     fn note(&self, directory: &Path) -> Option<Diagnostic> {
         let parts: Vec<String> = [
-            (&self.plain, "no programs and left out"),
-            (&self.ignored, "left out by --ignore"),
+            (&self.plain, "not programs, left out"),
+            (&self.ignored, "excluded by --ignore"),
             (&self.comments, "device comments"),
         ]
         .into_iter()
         .filter(|(files, _)| !files.is_empty())
         .map(|(files, what)| format!("{what}: {}", few(files)))
         .collect();
-        let (message, help) = (parts.join("; "), "name a file itself if it belongs to the scan");
+        let (message, help) = (parts.join("; "), "give a file itself if it is part of the scan");
         (self.plain.len() + self.ignored.len() > 0)
             .then(|| Diagnostic::file(Code::LeftOut, &name(directory), message, help).warning())
     }
 }
 
-/// What a file of a directory is.
+/// What a file of a directory contains.
 enum What {
     Program,
     Comments,
-    /// Plainly no program.
+    /// Clearly not a program.
     Plain,
-    /// It may be a program, but not one that can be read.
+    /// Possibly a program, but one that cannot be read.
     Unreadable(Diagnostic),
 }
 
-/// What a file is, from its name and its beginning.
+/// Recognises a file by its name and its beginning.
 fn what(path: &Path) -> io::Result<What> {
     if !fs::metadata(path)?.is_file() {
-        // A pipe would keep its reader waiting.
+        // SourceOptions a pipe would block.
         return Ok(What::Plain);
     }
     let input = Input { name: name(path), bytes: bytes(path, BEGINNING as u64)? };
     Ok(match detect(&input) {
-        Ok(Kind::Program(_)) => What::Program,
-        Ok(Kind::Comments) => What::Comments,
+        Ok(FileKind::Program(_)) => What::Program,
+        Ok(FileKind::Comments) => What::Comments,
         Err(_) if plain::is_named(path) || plain::is_content(&input.bytes) => What::Plain,
         Err(fault) => What::Unreadable(fault),
     })
@@ -416,7 +420,7 @@ fn entries(directory: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 fn leave_out(file: &str) -> String {
-    format!("or leave it out with --ignore '{}'", ignore::escaped(file))
+    format!("or exclude it with --ignore '{}'", ignore::escaped(file))
 }
 
 fn few(names: &[String]) -> String {
@@ -433,7 +437,7 @@ fn name(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-/// At most so many bytes of a file.
+/// The first bytes of a file, at most `most`.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if is_stdin(path) {
@@ -442,18 +446,18 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
     let kind = fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
-        // A pipe would keep its reader waiting, a device may have no end.
-        let told = "it is a pipe or a device, no file: give a file, or - for stdin where programs are named";
+        // SourceOptions a pipe would block, and a device may never end.
+        let told = "it is a pipe or a device, not a file: give a file, or - for stdin in place of a program";
         return Err(io::Error::other(told));
     }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// So many names tell an order.
+/// The largest number of file names that show an order.
 const MOST_NAMED: usize = 6;
 
-/// The names, of many the first.
+/// The file names; of many only the first.
 fn in_short(names: &[String]) -> String {
     let mut told = names[..names.len().min(MOST_NAMED)].join(", ");
     if names.len() > MOST_NAMED {

@@ -1,11 +1,11 @@
-//! All fronts in one list, and the reading of the files and directories that a user names.
+//! The list of all fronts, and the reading of the files and directories that a user names.
 
 pub mod input;
 
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Fronts, Input, Kind, Project, Reading};
+use scanbound_front::{FileKind, Fronts, Input, Project, SourceOptions};
 
-/// All fronts. A new front is a crate and its line here.
+/// All fronts. A new front is a crate and a line here.
 pub static FRONTS: Fronts = Fronts(&[
     &scanbound_front_melsec::FRONT,
     &scanbound_front_minasec::FRONT,
@@ -14,18 +14,18 @@ pub static FRONTS: Fronts = Fronts(&[
     &scanbound_front_iec::FRONT,
 ]);
 
-/// What a file is, as [`Fronts::detect`] finds it.
+/// Recognises a file with [`Fronts::detect`].
 ///
 /// # Errors
-/// As there.
-pub fn detect(input: &Input) -> Result<Kind, Diagnostic> {
+/// As [`Fronts::detect`].
+pub fn detect(input: &Input) -> Result<FileKind, Diagnostic> {
     FRONTS.detect(input)
 }
 
-/// Reads a project's files, as [`Fronts::read`] does.
+/// Reads a project's files with [`Fronts::read`].
 ///
 /// # Errors
-/// As there.
+/// As [`Fronts::read`].
 pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
-    FRONTS.read(inputs, dialect, Reading::default())
+    FRONTS.read(inputs, dialect, SourceOptions::default())
 }

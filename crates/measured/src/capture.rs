@@ -4,7 +4,7 @@ use super::signal::fault;
 use super::{Measurements, delimited, dump};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::{Input, Kind};
+use scanbound_front::{FileKind, Input};
 use scanbound_fronts::detect;
 
 pub use super::signal::{Edge, Selection, Threshold};
@@ -30,7 +30,7 @@ pub fn read(
     found.map_err(|faults| {
         let file = Input { name: name.to_owned(), bytes: bytes.to_vec() };
         match detect(&file) {
-            Ok(Kind::Program(dialect)) => {
+            Ok(FileKind::Program(dialect)) => {
                 let message = format!("this is a program ({}), no measurement", dialect.name);
                 let help = "the last file that is named holds the measurements";
                 vec![Diagnostic::file(Code::Capture, name, message, help)]

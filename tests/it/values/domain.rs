@@ -108,7 +108,7 @@ fn an_index_with_a_stride_spares_what_lies_between() {
     // Where another value comes in there is no stride.
     let odd = format!("{even}; LD X3; MOV K7 Z0; LD SM400");
     assert_eq!(turns(&odd, "D51"), 65_535);
-    // A block as long as the stride leaves nothing out.
+    // A block as long as the stride matches no file.
     let block = |words: u32, word: &str| {
         most(&format!(
             "LD SM400; WAND K7 D0 D1; * D1 K10 Z0; MOV K19 {word}; BMOV W0 D100Z0 K{words}; MOV K0 D400; FMOV D0 D500 {word}; END"

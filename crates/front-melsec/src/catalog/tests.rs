@@ -71,7 +71,10 @@ fn every_row_is_well_formed() {
     for entry in entries() {
         assert!(CLASSES.contains(&entry.class), "{}: {}", entry.mnemonic, entry.class);
         let writes = entry.operands.iter().any(|it| {
-            matches!(it.role, Role::Destination | Role::Both | Role::Either | Role::Own(Axis))
+            matches!(
+                it.role,
+                Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice | Role::Extra(Axis)
+            )
         });
         let silent = matches!(entry.meaning, Operation::Nothing | Operation::Free);
         assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
@@ -98,7 +101,7 @@ fn exact_operations_have_the_operands_they_need() {
                 extents
                     && matches!(
                         roles[..],
-                        [Role::Source, Role::Both]
+                        [Role::Source, Role::ReadWrite]
                             | [Role::Source, Role::Source, Role::Destination]
                     )
             }
@@ -107,18 +110,18 @@ fn exact_operations_have_the_operands_they_need() {
                     && roles.starts_with(&[Role::Source, Role::Destination])
             }
             Operation::Fill => roles == [Role::Source, Role::Destination, Role::Number],
-            Operation::Exchange => roles.starts_with(&[Role::Both, Role::Both]),
+            Operation::Exchange => roles.starts_with(&[Role::ReadWrite, Role::ReadWrite]),
             Operation::Increment
             | Operation::Decrement
             | Operation::Negate
             | Operation::Swap
             | Operation::ShiftOne
-            | Operation::Alternate => roles == [Role::Both],
+            | Operation::Alternate => roles == [Role::ReadWrite],
             Operation::Clear => roles == [Role::Destination, Role::Number],
             Operation::ClearRange => roles == [Role::Destination, Role::Destination],
             Operation::SlideUp | Operation::SlideDown => {
                 let amount = entry.operands[0].extent.amount();
-                roles == [Role::Both, Role::Number]
+                roles == [Role::ReadWrite, Role::Number]
                     && amount == Amount::Counted { unit: 1, operand: 1 }
             }
             Operation::Pairwise => {
@@ -134,7 +137,7 @@ fn exact_operations_have_the_operands_they_need() {
                     && entry.operands[0].extent == entry.operands[1].extent
                     && entry.operands[2].extent == Extent::Bits(Amount::Fixed(3))
             }
-            Operation::SetBit | Operation::ResetBit => roles == [Role::Both, Role::Number],
+            Operation::SetBit | Operation::ResetBit => roles == [Role::ReadWrite, Role::Number],
         };
         assert!(fits, "{} {:?}", entry.mnemonic, entry.meaning);
     }
@@ -200,7 +203,7 @@ fn destinations_reach_as_far_as_the_manuals_say() {
         let found = find(mnemonic, operands).unwrap();
         let operand = found.entry.operands[number - 1];
         assert_eq!(operand.extent, extent, "{mnemonic}");
-        assert!(matches!(operand.role, Role::Destination | Role::Both), "{mnemonic}");
+        assert!(matches!(operand.role, Role::Destination | Role::ReadWrite), "{mnemonic}");
     }
 }
 
@@ -223,7 +226,7 @@ fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
     let found = find("GP.NOSUCH", 3).unwrap();
     assert!(found.pulsed);
     assert_eq!((&*found.entry.mnemonic, found.entry.class), ("G.NOSUCH", "dedicated"));
-    let all = Operand { role: Role::Both, extent: Extent::Devices(Amount::Unknown) };
+    let all = Operand { role: Role::ReadWrite, extent: Extent::Devices(Amount::Unknown) };
     assert_eq!(found.entry.operands, vec![all; 3]);
     assert!(matches!(find("G.", 0), Err(NotFound::Unknown)));
     assert_eq!(found.entry.also, [EVERYWHERE]);
@@ -311,7 +314,7 @@ fn instructions_of_real_programs_are_known() {
 
 #[test]
 fn no_pulse_form_hides_another_instruction() {
-    for entry in entries().filter(|entry| entry.own.pulse) {
+    for entry in entries().filter(|entry| entry.extra.pulse) {
         let name = &entry.mnemonic;
         let pulsed = match name.split_once('.') {
             Some((prefix, rest)) => format!("{prefix}P.{rest}"),

@@ -104,13 +104,13 @@ impl Emitter<'_> {
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             fine &= match operand.role {
                 Role::Address => true,
-                Role::Source | Role::Number | Role::Either | Role::Own(Axis) => {
+                Role::Source | Role::Number | Role::ReadWriteIfDevice | Role::Extra(Axis) => {
                     self.operand(text).is_some()
                 }
-                Role::Destination | Role::Both if entry.class == "dedicated" => {
+                Role::Destination | Role::ReadWrite if entry.class == "dedicated" => {
                     self.operand(text).is_some()
                 }
-                Role::Destination | Role::Both => self.device(text).is_some(),
+                Role::Destination | Role::ReadWrite => self.device(text).is_some(),
             };
         }
         fine
@@ -373,9 +373,9 @@ impl Emitter<'_> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
             match operand.role {
-                Role::Destination | Role::Both | Role::Either => {}
-                Role::Own(Axis) if self.is_bit(text) => {}
-                Role::Own(Axis) => {
+                Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice => {}
+                Role::Extra(Axis) if self.is_bit(text) => {}
+                Role::Extra(Axis) => {
                     let region = Region::Area(const { area("Y") });
                     effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
                     continue;

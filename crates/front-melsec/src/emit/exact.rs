@@ -18,12 +18,12 @@ use scanbound_ir::{
 impl Emitter<'_> {
     /// A bit that the outside may give any value.
     pub(super) fn world_bit(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.out.world()))
+        Logic::Bit(BitSource::Free(self.out.external_choice()))
     }
 
     /// A word that the outside may give any value.
     pub(super) fn world_word(&mut self) -> WordSource {
-        WordSource::Free(self.out.world())
+        WordSource::Free(self.out.external_choice())
     }
 
     /// Whether the outside gives a device any value whenever it is read: direct inputs, modules' memory, links. What
@@ -44,7 +44,7 @@ impl Emitter<'_> {
         if self.stops_on_error() {
             self.note_error(meaning.error());
         }
-        self.out.exactly(choice, meaning);
+        self.out.define(choice, meaning);
         choice
     }
 
@@ -57,9 +57,9 @@ impl Emitter<'_> {
         unit: Picos,
     ) -> (ChoiceId, ChoiceId) {
         let word = |source| Operand::Words(vec![source]);
-        let (over, number) = (self.out.world(), self.out.world());
+        let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(memory, setting, unit);
-        self.out.expiry([over, number], Expiry { stood: Some(before), ..on_delay });
+        self.out.set_expiry([over, number], Expiry { stood: Some(before), ..on_delay });
         let inputs = vec![
             Operand::Bits(vec![BitSource::Free(over)]),
             word(WordSource::Cell(before)),

@@ -66,7 +66,11 @@ impl Emitter<'_> {
         let switches = self.quirks.switches_file_register;
         for (at, name) in std::mem::take(&mut self.routes.absent) {
             let known = self.options.facts.calls.get(&name).map(|stated| {
-                absent::known(stated, |text| ranges::written(text, self.family, switches), &[])
+                absent::stated_routine(
+                    stated,
+                    |text| ranges::written(text, self.family, switches),
+                    &[],
+                )
             });
             self.out.call_absent(at, &name, known);
         }

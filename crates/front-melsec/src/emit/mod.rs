@@ -208,7 +208,7 @@ impl<'a> Emitter<'a> {
     pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
         let Some(raw) = self.now.raw.filter(|_| !self.now.quiet) else { return };
         let file = &self.resolved.project.files[self.now.file];
-        let found = raw.pointer(file).at(part, code, &file.name, message, help).at_step(raw.step);
+        let found = raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step);
         self.faults[self.now.file].push(found);
     }
 

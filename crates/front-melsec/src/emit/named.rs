@@ -79,8 +79,8 @@ impl Emitter<'_> {
                 let &Ok(Operand::Device(device)) = operand else { return None };
                 let one = Extent::Devices(Amount::Fixed(1));
                 let extent = compared.or(listed.map(|operand| operand.extent)).unwrap_or(one);
-                let changes =
-                    item.name == "FF" || listed.is_some_and(|operand| operand.role == Role::Both);
+                let changes = item.name == "FF"
+                    || listed.is_some_and(|operand| operand.role == Role::ReadWrite);
                 Some(Named { device, extent, changes })
             })
             .collect()

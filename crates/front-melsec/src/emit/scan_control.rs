@@ -77,7 +77,7 @@ impl Emitter<'_> {
             Category::Coil => operand == 0,
             Category::User | Category::Unknown { .. } => true,
             Category::Listed(found) => found.entry.operands.get(operand).is_none_or(|one| {
-                matches!(one.role, Role::Destination | Role::Both | Role::Either)
+                matches!(one.role, Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice)
             }),
             _ => false,
         };

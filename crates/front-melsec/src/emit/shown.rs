@@ -6,12 +6,12 @@ use std::sync::Arc;
 use crate::memory::{Family, Kind, area};
 use crate::operand::{self, Operand as Written, Place, parse};
 use crate::source::RawInstruction;
-use scanbound_front::spans;
+use scanbound_front::operand_spans;
 use scanbound_ir::{Cell, Device, Operand};
 
 /// The operands of an instruction that name devices.
 pub(super) fn operands(raw: &RawInstruction, parsed: &[Result<Written, String>]) -> Arc<[Operand]> {
-    let spans = spans(&raw.text, &raw.operands);
+    let spans = operand_spans(&raw.text, &raw.operands);
     let named = parsed.iter().zip(spans).filter_map(|(operand, (start, end))| {
         let Ok(Written::Device(device)) = operand else { return None };
         Some(Operand { start, end, device: named(device)? })

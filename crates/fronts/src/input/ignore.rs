@@ -1,11 +1,11 @@
-//! Patterns of files that the user leaves out.
+//! The patterns of `--ignore`.
 
 use std::cell::Cell;
 use std::path::Path;
 
 use globset::{GlobBuilder, GlobMatcher};
 
-/// Patterns, and which of them have left something out.
+/// Patterns, and which of them have matched a file.
 #[derive(Debug, Clone, Default)]
 pub struct Ignore {
     patterns: Vec<Pattern>,
@@ -15,31 +15,31 @@ pub struct Ignore {
 struct Pattern {
     text: String,
     matcher: GlobMatcher,
-    /// Whether it is held against paths, not file names.
+    /// Whether it is compared with paths instead of file names.
     path: bool,
     used: Cell<bool>,
 }
 
 impl Ignore {
-    /// Reads patterns: `*`, `?`, `[a-z]`, `{a,b}`, and `**` for any directories.
+    /// Parses patterns: `*`, `?`, `[a-z]`, `{a,b}`, and `**` for any directories.
     ///
     /// # Errors
-    /// What is wrong with the first that is no pattern.
+    /// What is wrong with the first invalid pattern.
     pub fn parse<'p>(patterns: impl IntoIterator<Item = &'p str>) -> Result<Ignore, String> {
         let read = |text: &str| {
             let bare = text.trim_start_matches("./").trim_end_matches('/');
             let glob = GlobBuilder::new(bare)
                 .literal_separator(true)
                 .build()
-                .map_err(|error| format!("'{text}' is no pattern: {}", error.kind()))?;
+                .map_err(|error| format!("'{text}' is not a valid pattern: {}", error.kind()))?;
             let (matcher, path) = (glob.compile_matcher(), bare.contains('/'));
             Ok(Pattern { text: text.to_owned(), matcher, path, used: Cell::new(false) })
         };
         Ok(Ignore { patterns: patterns.into_iter().map(read).collect::<Result<_, String>>()? })
     }
 
-    /// Whether a pattern leaves a file or directory out. A pattern without `/` is held against its name, one
-    /// with `/` against its path, also as seen from the directory that is named.
+    /// Whether a pattern excludes a file or directory. A pattern without `/` is compared with its name, one with `/` with its
+    /// path, both the full one and that below `directory`.
     pub(super) fn matches(&self, path: &Path, directory: Option<&Path>) -> bool {
         let inner = directory.and_then(|directory| path.strip_prefix(directory).ok());
         let name = path.file_name().map(Path::new);
@@ -53,17 +53,17 @@ impl Ignore {
             pattern.used.set(pattern.used.get() || hit);
             hit
         };
-        // All are asked, so that each is known to be used.
+        // Every pattern is tried, so that each match is recorded.
         self.patterns.iter().filter(hit).count() > 0
     }
 
-    /// The patterns that left nothing out.
+    /// The patterns that matched no file.
     pub(super) fn unused(&self) -> impl Iterator<Item = &str> {
         self.patterns.iter().filter(|one| !one.used.get()).map(|one| one.text.as_str())
     }
 }
 
-/// A file's name as a pattern that means it alone.
+/// A pattern that matches only this file name.
 pub(super) fn escaped(name: &str) -> String {
     globset::escape(name)
 }

@@ -1,10 +1,10 @@
-//! What is read of directories, what is refused, and what is left out.
+//! Which files of directories are read, refused or left out.
 
 use super::*;
 
 const CSV: &str = "a\nPLC Information:,Q26UDV\nStep No.,Line Statement,Instruction,I/O(Device),Blank,PI Statement,Note\n0,,END,,,,\n";
 
-/// A directory of these files, taken away again.
+/// A temporary directory with these files; it is removed at the end.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -33,7 +33,7 @@ fn told(found: &[Diagnostic]) -> Vec<(&str, String)> {
     found.iter().map(|d| (d.code.name(), file(d))).collect()
 }
 
-/// Codes and files of what was found.
+/// The code and file of each diagnostic.
 fn list(found: &[Diagnostic]) -> Vec<String> {
     told(found).into_iter().map(|(code, file)| format!("{code} {file}")).collect()
 }
@@ -64,8 +64,8 @@ fn a_directory_is_its_programs_in_name_order_and_its_comments() {
     assert_eq!(
         gathered.warnings.iter().map(|one| one.message.as_str()).collect::<Vec<_>>(),
         [
-            "no programs and left out: .hidden, README.txt, empty.log, labels.csv, sub/, times.csv; device comments: COMMENT.csv",
-            "the programs are taken to run in the order of their names: a.csv, b.csv",
+            "not programs, left out: .hidden, README.txt, empty.log, labels.csv, sub/, times.csv; device comments: COMMENT.csv",
+            "assumed: the programs run in the order of their file names: a.csv, b.csv",
         ]
     );
     assert_eq!(gathered.inputs[1].bytes, CSV.as_bytes());
@@ -108,7 +108,7 @@ fn what_may_be_a_program_is_not_left_out() {
         assert!(found[fault].message.contains(what), "{}", found[fault].message);
     }
     assert!(found.iter().all(|fault| fault.help.contains("--ignore '")), "{found:#?}");
-    // Each of them can be left out by name, all by patterns.
+    // Each of them can be excluded by name, and all by patterns.
     let patterns: Vec<&str> = files[1..].iter().map(|(name, _)| *name).collect();
     let gathered = gather(std::slice::from_ref(directory), &ignoring(&patterns)).unwrap();
     assert_eq!(gathered.inputs.len(), 1);
@@ -117,9 +117,9 @@ fn what_may_be_a_program_is_not_left_out() {
     assert_eq!(
         gathered.warnings.iter().map(|one| one.message.as_str()).collect::<Vec<_>>(),
         [
-            "left out by --ignore: .hidden, b.csv, c.csv, d.CSV, e.csv, g.L5X, h.gxw, i, j.txt, sub",
-            "--ignore none leaves nothing out",
-            "--ignore sub/* leaves nothing out",
+            "excluded by --ignore: .hidden, b.csv, c.csv, d.CSV, e.csv, g.L5X, h.gxw, i, j.txt, sub",
+            "--ignore none matches no file",
+            "--ignore sub/* matches no file",
         ]
     );
 }
@@ -155,7 +155,7 @@ fn a_directory_within_one_is_read_where_it_is_named() {
 fn links_that_lead_back_or_nowhere_are_told() {
     use std::os::unix::fs::symlink;
     let scratch = Scratch::new("links", &[("a.csv", CSV.as_bytes())]);
-    // A circle of directories holds nothing of its own, but the programs that it leads back to may be meant.
+    // A circle of links has no files of its own, but the programs that it leads back to may be part of the scan.
     symlink(scratch.0.join("sub"), scratch.0.join("sub/round")).unwrap();
     assert_eq!(scratch.gather().unwrap().inputs.len(), 1);
     symlink(scratch.0.join("nowhere"), scratch.0.join("b.csv")).unwrap();

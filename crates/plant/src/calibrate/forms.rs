@@ -4,7 +4,7 @@ use super::rung::{ROUTINE, Special, special, special_names};
 use super::{Language, Rung, Spare, variants};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
-use scanbound_front::{Fronts, Input, Options, Reading};
+use scanbound_front::{Fronts, Input, Options, SourceOptions};
 use scanbound_ir::{Instruction, Join, Program, Step, TimingKey, Units};
 use scanbound_timing::price::{Tags, price_of};
 use scanbound_timing::table::{Evidence, Table};
@@ -260,12 +260,12 @@ fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>,
         return Err(why_not(class));
     }
     let family = source.table.family.as_deref().unwrap_or_default();
-    let specimens = source.fronts.0.iter().find_map(|front| front.specimens(&asked.name, family));
-    let Some(specimens) = specimens else { return Err("no line of it is known here") };
+    let examples = source.fronts.0.iter().find_map(|front| front.examples(&asked.name, family));
+    let Some(examples) = examples else { return Err("no line of it is known here") };
     let mut found = Vec::new();
-    for form in specimens.forms {
+    for form in examples.forms {
         let mut lines: Vec<String> = Vec::new();
-        for one in &form.tries {
+        for one in &form.candidates {
             if !lines.contains(&one.line) {
                 lines.push(one.line.clone());
             }
@@ -456,5 +456,5 @@ fn decoded(text: &str, source: Source<'_>) -> Option<Program> {
     let input = Input { name: "block".to_owned(), bytes: text.as_bytes().to_vec() };
     let facts = Facts::default();
     let options = Options { family: table.family.as_deref(), ..Options::new(&facts) };
-    front.read(dialect, &[&input], &[], Reading::default()).ok()?.decode(&options).ok()
+    front.read(dialect, &[&input], &[], SourceOptions::default()).ok()?.decode(&options).ok()
 }

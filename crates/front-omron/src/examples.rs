@@ -3,7 +3,7 @@
 use super::catalog::{self, Row};
 use super::source::Family;
 use super::{C, CX};
-use scanbound_front::specimen::{Form, Sample, Specimens, akin, form, samples};
+use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
 /// Programs around a line: rungs, blocks, branches, and what comes in pairs.
 const FRAMES: [&str; 12] = [
@@ -31,7 +31,7 @@ pub fn all() -> Vec<String> {
 }
 
 /// Lines of an instruction of a family; `None` if there is none of this name.
-pub fn specimens(name: &str, family: Family) -> Option<Specimens> {
+pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let plain = name.trim_start_matches(['@', '%', '!']);
     let found = catalog::find(plain, family)?;
     let frames: Vec<String> = FRAMES.iter().map(|frame| framed(frame, family)).collect();
@@ -39,8 +39,8 @@ pub fn specimens(name: &str, family: Family) -> Option<Specimens> {
     let forms: Vec<Form> =
         found.rows.iter().map(|row| form(&lines(name, row, family), &frames)).collect();
     let known = catalog::all_names().filter(|name| catalog::find(name, family).is_some());
-    let variants = akin(plain, known, &BEFORE, &BEHIND);
-    Some(Specimens { dialect: if family == Family::C { C } else { CX }, variants, forms })
+    let variants = variants_of(plain, known, &BEFORE, &BEHIND);
+    Some(Examples { dialect: if family == Family::C { C } else { CX }, variants, forms })
 }
 
 fn framed(frame: &str, family: Family) -> String {
@@ -74,7 +74,7 @@ fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
         Sample::Word => format!("D{}", 100 * at),
         Sample::Number => ["#4", "1", "&4", "0"][other].to_owned(),
         Sample::Address => ["D0", "0", "W0.00", "#1"][other].to_owned(),
-        Sample::Own if is_c => format!("{:03}", at + 1),
-        Sample::Own => format!("{:04}", at + 1),
+        Sample::Extra if is_c => format!("{:03}", at + 1),
+        Sample::Extra => format!("{:04}", at + 1),
     }
 }

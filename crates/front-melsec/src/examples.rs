@@ -4,7 +4,7 @@ use super::LIST;
 use super::catalog::{self, names, rows, unpulsed};
 use super::memory::Family;
 use super::mnemonic::{Sort, compared, contact};
-use scanbound_front::specimen::{Form, Sample, Specimens, akin, form, samples};
+use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
 /// Programs around a line: rungs, then the frames that branches, jumps, loops, calls and master control take.
 const FRAMES: [&str; 16] = [
@@ -95,7 +95,7 @@ pub fn all() -> Vec<String> {
         })
     });
     let listed = names().flat_map(|name| {
-        let has_pulse = rows(name).is_some_and(|rows| rows.iter().any(|row| row.own.pulse));
+        let has_pulse = rows(name).is_some_and(|rows| rows.iter().any(|row| row.extra.pulse));
         [Some(name.to_owned()), has_pulse.then(|| pulsed(name))].into_iter().flatten()
     });
     own.chain(compare).chain(listed).collect()
@@ -115,17 +115,17 @@ fn pulsed(name: &str) -> String {
 }
 
 /// Lines of an instruction of a family; `None` if there is none of this name.
-pub fn specimens(name: &str, family: Family) -> Option<Specimens> {
+pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let forms = forms(name, family)?;
     let all = all();
     let plain = unpulsed(name).filter(|plain| all.contains(plain));
     let of = plain.as_deref().unwrap_or(name);
-    let mut variants = akin(of, all.iter().map(String::as_str), &BEFORE, &BEHIND);
+    let mut variants = variants_of(of, all.iter().map(String::as_str), &BEFORE, &BEHIND);
     variants.extend(plain);
     variants.retain(|variant| variant != name);
     variants.sort_unstable();
     variants.dedup();
-    Some(Specimens { dialect: LIST, variants, forms })
+    Some(Examples { dialect: LIST, variants, forms })
 }
 
 fn forms(name: &str, family: Family) -> Option<Vec<Form>> {
@@ -171,6 +171,6 @@ fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
         Sample::Number if other == 2 && !family.octal_inputs() => "H0".to_owned(),
         Sample::Number => "K4".to_owned(),
         Sample::Address => ["D0", "K1", "U0", "\"A\""][other].to_owned(),
-        Sample::Own => "Y0".to_owned(),
+        Sample::Extra => "Y0".to_owned(),
     }
 }

@@ -1,58 +1,58 @@
-//! Lines that show what an instruction looks like, so that what a front knows of it can be read off a program instead of
-//! being written down a second time.
+//! Example lines of instructions. `explain` and the calibration decode them, so that an instruction's properties are written
+//! only in the catalog.
 
 use super::catalog::{Extent, Operand, Role, Row, Vocabulary};
 
-/// An instruction by its name, with lines that show its forms.
+/// The examples of one instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Specimens {
-    /// The dialect in which they are written.
+pub struct Examples {
+    /// The name of the dialect of the lines.
     pub dialect: &'static str,
-    /// Instructions that do the same in another way: with a pulse, of two words, without a sign.
+    /// The names of variants of the instruction: pulsed, for double words, unsigned.
     pub variants: Vec<String>,
-    /// Its forms.
+    /// The forms of the instruction.
     pub forms: Vec<Form>,
 }
 
-/// One form of an instruction.
+/// The examples of one form of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Form {
-    /// Lines of this form, and a program around each: the first that is sound shows it.
-    pub tries: Vec<Specimen>,
+    /// Lines of this form with a program around each. The first one that decodes without errors is the example.
+    pub candidates: Vec<Example>,
 }
 
-/// A line and a program in which it stands.
+/// A line, and a program that contains it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Specimen {
+pub struct Example {
     /// The line.
     pub line: String,
-    /// The program.
+    /// The complete program.
     pub program: String,
 }
 
-/// What a sample of an operand has to be.
+/// What an example operand must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
     /// A bit.
     Bit,
-    /// A word, or the first of several.
+    /// A word, or the first of several words.
     Word,
     /// A number.
     Number,
     /// A name or an address.
     Address,
-    /// What only the dialect has.
-    Own,
+    /// An operand with a role that only this dialect has.
+    Extra,
 }
 
-/// What samples of a row's operands have to be, all that may be missing among them.
+/// The kind of example operand for each operand of a row, including the optional one.
 pub fn samples<V: Vocabulary>(row: &Row<V>) -> Vec<Sample> {
     let counters = row.operands.iter().filter_map(|one| one.extent.amount().counter());
     let counters: Vec<usize> = counters.chain(row.units).collect();
     let sample = |(at, operand): (usize, &Operand<V::Role>)| match (&operand.role, operand.extent) {
-        (Role::Own(_), _) => Sample::Own,
+        (Role::Extra(_), _) => Sample::Extra,
         (Role::Number, _) => Sample::Number,
-        // What counts others is known in the line: a word might say anything.
+        // A counting operand is a constant in examples, so that the count is known.
         (Role::Source, _) if counters.contains(&at) => Sample::Number,
         (Role::Address, _) => Sample::Address,
         (_, Extent::Bits(_)) => Sample::Bit,
@@ -61,19 +61,19 @@ pub fn samples<V: Vocabulary>(row: &Row<V>) -> Vec<Sample> {
     row.operands.iter().enumerate().map(sample).collect()
 }
 
-/// A form by the lines in which it may be written, each in every frame.
+/// A form from its possible lines; each line is tried in each frame (a program in which `{}` stands for the line).
 pub fn form(lines: &[String], frames: &[&str]) -> Form {
-    let tries = lines.iter().flat_map(|line| {
-        frames.iter().map(move |frame| Specimen {
+    let candidates = lines.iter().flat_map(|line| {
+        frames.iter().map(move |frame| Example {
             line: line.clone(),
             program: frame.replace("{}", line) + "\n",
         })
     });
-    Form { tries: tries.collect() }
+    Form { candidates: candidates.collect() }
 }
 
-/// Names that differ from one by what stands before and behind it.
-pub fn akin<'n>(
+/// The other `names` that differ from `name` only by prefixes (`before`) and suffixes (`behind`).
+pub fn variants_of<'n>(
     name: &str,
     names: impl Iterator<Item = &'n str>,
     before: &[&str],
@@ -87,8 +87,8 @@ pub fn akin<'n>(
         both.filter(|rest| !rest.is_empty()).map(str::to_owned).collect()
     };
     let own = bare(name);
-    // One must be the other with something before or behind it, or both the same with something else.
-    let is_akin =
+    // They match if they are equal without a prefix and a suffix on either side.
+    let is_variant =
         |other: &&str| *other != name && bare(other).iter().any(|rest| own.contains(rest));
-    names.filter(is_akin).map(str::to_owned).collect()
+    names.filter(is_variant).map(str::to_owned).collect()
 }
