@@ -175,7 +175,7 @@ fn a_program_on_stdin_is_as_one_in_a_file() {
     let measured = fed(&["compare", program, "-"], "scan_ms\n0.61\n0.62\n", root);
     assert!(text(measured).contains("stdin"));
     // Twice the same, and nothing at all.
-    for (arguments, told) in [(&["audit", "-", "-"][..], "named twice"), (&["audit", "-"], "empty")]
+    for (arguments, told) in [(&["audit", "-", "-"][..], "given twice"), (&["audit", "-"], "empty")]
     {
         let output = fed(arguments, "", root);
         assert_eq!(output.status.code(), Some(2));

@@ -385,7 +385,7 @@ fn messages_say_what_is_missing_and_what_to_do() {
             assert!(!text.contains(wrong), "{file}: {text}");
         }
     };
-    told("body.st", &["no unit begins", "PROGRAM name", "END_PROGRAM"]);
+    told("body.st", &["without a PROGRAM", "PROGRAM name", "END_PROGRAM"]);
     told("MAIN.TcPOU", &["TwinCAT", "PLCopen XML"]);
     told("net.pnml", &["Petri net", "scanbound snet check"]);
     told("external.st", &["dist is declared as VAR_EXTERNAL", "VAR_GLOBAL"]);
@@ -427,7 +427,7 @@ fn the_same_program_twice_is_told() {
     for arguments in ["audit a.il b.il c.il --cpu Q26UDV", "doctor . --cpu Q26UDV"] {
         let found = run("twice", &files, arguments);
         let told = format!("{}{}", found.stdout, found.stderr);
-        assert!(told.contains("holds the same as") && found.code == Some(0), "{told}");
+        assert!(told.contains("has the same content as") && found.code == Some(0), "{told}");
     }
     let page = run("twice", &files, "explain same-content");
     assert!(page.stdout.contains("--ignore"), "{}", page.stdout);
