@@ -117,8 +117,8 @@ impl Emitter<'_> {
                     ["index", "indirect"],
                     Part::Value,
                     Code::Fact,
-                    format!("'{text}' is no device, nor from one to another of its kind"),
-                    "write \"ZR1000-ZR1999\" or \"D500\": devices as in the program, the least first",
+                    format!("'{text}' is not a device or a device range"),
+                    "write \"ZR1000-ZR1999\" or \"D500\": devices as in the program, the lowest number first",
                 ));
             }
         }
