@@ -226,8 +226,16 @@ struct SizeLimited {
 
 impl SizeLimited {
     fn followed(self, request: &Request<'_>) -> Result<Followed, Failure> {
-        let SizeLimited { start, mut program, table, mut prices, executed, machine, warnings, cuts } =
-            self;
+        let SizeLimited {
+            start,
+            mut program,
+            table,
+            mut prices,
+            executed,
+            machine,
+            warnings,
+            cuts,
+        } = self;
         let budget = Budget::new(start, request.time_limit, request.cancelled, cuts);
         (request.progress)(Progress::Stage("following the scan"));
         let (mut model, mut structural_only) =
