@@ -38,10 +38,10 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
     let io = "[io]\ninputs = 40\noutputs = 16\n";
     let unstated = audited(PROGRAM, &own, io);
     let why = [
-        "3 x 5 us a 16 points, the dearest base: the bound is 18.6 us less if [io] base = \"main\"",
-        "1 x 4.3 us a 16 points, begun on another base",
-        "1 x 2.3 us a 16 points, begun on another base",
-        "1 x 1.5 us a 16 points, begun on another base",
+        "3 x 5 us per 16 points, the slowest base: the bound is 18.6 us lower with [io] base = \"main\"",
+        "1 x 4.3 us per 16 points, on a further base",
+        "1 x 2.3 us per 16 points, on a further base",
+        "1 x 1.5 us per 16 points, on a further base",
     ];
     let why = why.map(|why| format!("40 input points as stated: {why}"));
     let times = [15_000_000, 4_300_000, 2_300_000, 1_500_000];

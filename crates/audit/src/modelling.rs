@@ -43,7 +43,7 @@ pub fn keep_in_range(
         return Ok(());
     }
     let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
-    let help = "look at the times in the table, and at how often loops run";
+    let help = "check the times in the table and how often loops run";
     let most = model.charges.iter().max_by_key(|charge| charge.dearer());
     let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
     let Some(charge) = most else {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Witness};
 use scanbound_replay::RealRun;
-use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
@@ -196,11 +196,11 @@ impl Simulation<'_> {
                 _ => &self.found.witness.choices,
             };
             // Of what is tested directly nothing is among the inputs.
-            let chance = match plan.before {
+            let seed = match plan.before {
                 Before::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
                 _ => None,
             };
-            let given = Given { inputs, choices, chance };
+            let given = OutsideValues { inputs, choices, seed };
             let (mut same, mut waits) = (0, 0);
             let mut waited = 0;
             loop {
@@ -229,7 +229,7 @@ impl Simulation<'_> {
     fn scan<'p>(
         &'p self,
         run: &mut Run<'p>,
-        given: &Given<'p>,
+        given: &OutsideValues<'p>,
         (number, waited): (u64, bool),
         done: &mut Simulated,
     ) -> bool {
@@ -242,7 +242,7 @@ impl Simulation<'_> {
         let is_over = scan.stopped.is_some() || done.executed >= MOST_OF_ONE;
         done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
         let best = self.found.best.replay.total;
-        if given.chance.is_some() && took > best {
+        if given.seed.is_some() && took > best {
             // What it was given at random no report can tell.
             return false;
         }

@@ -12,7 +12,7 @@ use scanbound_model::certain::certain;
 use scanbound_model::groups::witness;
 use scanbound_model::{Charge, Group, Lit, ScanModel};
 use scanbound_passes::values::{Trust, is_kept, is_ours};
-use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_scan::Purpose;
 use scanbound_scan::fit::SizeLimits;
 use scanbound_scan::keeping::{Stay, Stays, scan_model_staying};
@@ -161,11 +161,11 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
 /// Makes scans from power-up on of which nothing is known that the outside gives: what these break is broken whatever it
 /// gives.
 fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
-    let outside = Outside::unseen(search.program);
+    let outside = Outside::with_unknown_values(search.program);
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
     let (choices, mut executed) = (BTreeMap::new(), 0);
     for number in 1..=SCANS {
-        let given = Given { inputs: BTreeMap::new(), choices: &choices, chance: None };
+        let given = OutsideValues { inputs: BTreeMap::new(), choices: &choices, seed: None };
         let scan = run.scan(&given, MOST_RUN - executed);
         executed += scan.replay.events.len() as u64;
         found.violations.note(search.program, &scan, Some(number));

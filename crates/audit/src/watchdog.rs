@@ -6,7 +6,7 @@ use scanbound_base::facts::Facts;
 use scanbound_base::location::Location;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
-use scanbound_replay::run::{Given, Outside, Run};
+use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Event, RealRun};
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
@@ -314,7 +314,7 @@ impl Look<'_> {
         let mut run = Run::new(outside, times, self.prices.overhead_sum());
         let (mut is_set, mut is_on, mut constant) = (false, false, Picos::ZERO);
         for _ in 0..SCANS {
-            let given = Given { inputs: inputs.clone(), choices: &choices, chance: None };
+            let given = OutsideValues { inputs: inputs.clone(), choices: &choices, seed: None };
             let scan = run.scan(&given, MOST_RUN);
             if !scan.is_possible() {
                 break;

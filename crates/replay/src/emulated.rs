@@ -1,8 +1,8 @@
-//! A CPU that goes on scanning: real runs that follow each other, and only what each takes.
+//! An emulated CPU that repeats scans: runs one real run after the other and reports only the time of each.
 
-use super::clockwork::{Clockwork, Found};
 use super::machine::Machine;
-use super::memory::{Left, Memory};
+use super::memory::{Memory, ScanChanges};
+use super::timed::{TimedInputs, TimerMemory};
 use super::{FreeValues, Mode, Stopped};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::timed::Timed;
@@ -10,50 +10,51 @@ use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-/// A CPU whose memory was cleared, and the scans that it has made.
+/// A CPU that started with cleared memory, and its state after the scans so far.
 pub struct Emulated<'p> {
     program: &'p Program,
     times: &'p [Times],
     memory: Memory,
-    /// What registers hold that it sets by itself, by area and number; 0 where one is not named.
+    /// Values of registers that the CPU itself sets, by area and number. A register that is not listed holds 0.
     registers: BTreeMap<(String, u32), u16>,
-    /// Whether no scan was made yet.
+    /// Whether the next scan is the first.
     first: bool,
-    /// How long it was running when the scan began.
+    /// Time since power-up when the scan began.
     now: Picos,
-    clockwork: RefCell<Clockwork>,
+    timer_memory: RefCell<TimerMemory>,
 }
 
-/// One scan of an emulated CPU.
+/// The result of one scan of an emulated CPU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Scan {
-    /// What its instructions take.
+    /// The sum of the times of all executed instructions.
     pub total: Picos,
-    /// How many it executed.
+    /// The number of executed instructions.
     pub executed: u64,
-    /// Where it is followed no further: what the program does then depends on what is not known here.
+    /// Where the run stopped because what the program does next depends on an unknown value.
     pub stopped: Option<Stopped>,
-    /// The instruction at which it goes round without end.
+    /// The instruction at which the scan entered an endless loop.
     pub unbounded: Option<usize>,
 }
 
-/// The values with which a scan starts.
+/// The values with which a scan of the emulated CPU starts.
 struct Start<'e, 'p> {
     cpu: &'e Emulated<'p>,
 }
 
 impl<'p> Emulated<'p> {
-    /// Power-up with cleared memory. `times` is parallel to `Program::instructions`.
+    /// A CPU at power-up with cleared memory. `times` is parallel to `Program::instructions`.
     #[must_use]
     pub fn new(program: &'p Program, times: &'p [Times]) -> Emulated<'p> {
         let (memory, registers) = (Memory::default(), BTreeMap::new());
-        let (now, clockwork) = (Picos::ZERO, RefCell::default());
-        let mut cpu = Emulated { program, times, memory, registers, first: true, now, clockwork };
+        let (now, timer_memory) = (Picos::ZERO, RefCell::default());
+        let mut cpu =
+            Emulated { program, times, memory, registers, first: true, now, timer_memory };
         cpu.flag_first(true);
         cpu
     }
 
-    /// Sets or clears the bit of a word that says that this is the first scan since memory was cleared.
+    /// Sets or clears the special relays that are on in the first scan only.
     fn flag_first(&mut self, is_first: bool) {
         if let Some(BitTarget::WordBit(cell, bit)) = self.program.power_up.fresh {
             let word = self.value(cell);
@@ -63,41 +64,41 @@ impl<'p> Emulated<'p> {
         }
     }
 
-    /// Sets a cell from outside.
+    /// Writes a value into a cell from outside the program.
     pub fn set(&mut self, cell: Cell, value: u16) {
         self.memory.set(cell, value);
     }
 
-    /// Sets a register that the CPU keeps by itself.
+    /// Writes a register that the CPU itself maintains, such as its clock.
     pub fn set_register(&mut self, area: &str, index: u32, value: u16) {
         self.registers.insert((area.to_owned(), index), value);
     }
 
-    /// What such a register holds.
+    /// The value of such a register. `None` if it was never set.
     #[must_use]
     pub fn register(&self, area: &str, index: u32) -> Option<u16> {
         self.registers.get(&(area.to_owned(), index)).copied()
     }
 
-    /// What a cell holds.
+    /// The current value of a cell.
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
         self.memory.get(cell).map_or(0, |(value, _)| value)
     }
 
-    /// Says how long it has been running when the next scan begins.
+    /// Sets the time since power-up at which the next scan begins.
     pub fn set_clock(&mut self, now: Picos) {
         self.now = now;
     }
 
-    /// Makes the next scan, of at most `most` instructions.
+    /// Runs the next scan. It stops after `most` instructions.
     pub fn scan(&mut self, most: u64) -> Scan {
         let start = Start { cpu: self };
         let machine = Machine::new(self.program, self.times, start, Mode::Real).summing();
         let (total, executed, stopped, unbounded, mut state) = machine.summed(most);
-        let left = Left::by(&mut state);
+        let changes = ScanChanges::of(&mut state);
         drop(state);
-        self.memory.take(left);
+        self.memory.apply(changes);
         self.first = false;
         self.flag_first(false);
         Scan { total, executed, stopped, unbounded }
@@ -123,13 +124,13 @@ impl FreeValues for Start<'_, '_> {
         0
     }
 
-    fn timed(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
+    fn timed(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
         let now = self.cpu.now + found.now;
-        let found = Found { now, ..found.clone() };
-        self.cpu.clockwork.borrow_mut().execute(timed, &found)
+        let found = TimedInputs { now, ..found.clone() };
+        self.cpu.timer_memory.borrow_mut().execute(timed, &found)
     }
 
-    fn keeps_time(&self) -> bool {
+    fn simulates_time(&self) -> bool {
         true
     }
 
@@ -146,8 +147,8 @@ mod tests {
     use scanbound_front::{Input, Options};
     use scanbound_ir::AreaId;
 
-    /// Runs a program for so many scans, each instruction taking a nanosecond, and gives each scan's time and what D0
-    /// holds then.
+    /// Runs a program for this number of scans with one nanosecond per instruction. Returns each scan's time in ns and
+    /// the value of D0 after it.
     fn runs(text: &str, scans: usize) -> Vec<(u64, u16)> {
         let input = Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() };
         let facts = Facts::default();
@@ -182,13 +183,13 @@ mod tests {
 
     #[test]
     fn iterations_that_are_alike_are_charged_as_if_they_were_run() {
-        // FOR, 1000 times LD, MOV and NEXT, then END.
+        // FOR, then 1000 times LD, MOV and NEXT, then END.
         let alike = "FOR K1000\nLD SM400\nMOV K3 D0\nNEXT\nEND\n";
         assert_eq!(runs(alike, 2), [(3002, 3), (3002, 3)]);
-        // Each iteration differs: all are run.
+        // Every iteration differs, so all are executed.
         let counts = "FOR K1000\nLD SM400\nINC D0\nNEXT\nEND\n";
         assert_eq!(runs(counts, 2), [(3002, 1000), (3002, 2000)]);
-        // The last iterations are like the ones before, but the first are not.
+        // The last iterations are identical, the first are not.
         let ends = "FOR K100\nLD< D0 K5\nINC D0\nLD= D0 K5\nBREAK D1 P0\nNEXT\nP0\nEND\n";
         let jumped = runs(ends, 1)[0];
         assert_eq!(jumped.1, 5);

@@ -1,4 +1,4 @@
-//! Exact choices: operations on operands that are carried out, and what is learned from it.
+//! Exact choices: executes operations exactly and records what their results are.
 
 use super::FreeValues;
 use super::operation::run;
@@ -12,18 +12,18 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// Which bits of a cell an operation writes, and their values.
+/// The bits that an operation writes in each cell (mask) and their values.
 type Written = BTreeMap<Cell, (u16, u16)>;
 
 impl<F: FreeValues> State<'_, F> {
-    /// The value of a choice that is read; `None` where it is not settled, and so not known.
+    /// The value of an exact choice that is read. `None` if the manuals do not define it, so that it is unknown.
     pub(super) fn value_of(&mut self, choice: ChoiceId, meaning: &Meaning) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, doubt)) = self.known.get(&moment) {
             self.doubt = self.doubt.or(doubt);
             return Some(value);
         }
-        let (reads, doubt, results) = self.carried_out(meaning);
+        let (reads, doubt, results) = self.execute_operation(meaning);
         let value = results.and_then(|results| results.first()?.first().copied());
         match value {
             Some(value) => {
@@ -36,22 +36,22 @@ impl<F: FreeValues> State<'_, F> {
         value
     }
 
-    /// Writes what an operation gives; false where that is not settled.
+    /// Writes the results of an operation. Returns false if the manuals do not define them.
     pub(super) fn write_exactly(
         &mut self,
         choice: ChoiceId,
         meaning: &Meaning,
         fired: Truth,
     ) -> bool {
-        let (reads, doubt, results) = self.carried_out(meaning);
+        let (reads, doubt, results) = self.execute_operation(meaning);
         let Some(results) = results else { return false };
-        // Where the results go may depend on what is read, too.
-        let (more, place_doubt, written) = self.placed(meaning, &results);
+        // The target cells may also depend on what the operation reads.
+        let (more, place_doubt, written) = self.target_cells(meaning, &results);
         let Some(written) = written else { return false };
         if place_doubt.is_some() {
             return false;
         }
-        let allowed = self.allowed(choice);
+        let allowed = self.declared_regions(choice);
         for &cell in written.keys() {
             if !allowed.iter().any(|region| region.holds(cell)) {
                 self.undeclared_writes.push((self.at, cell));
@@ -65,7 +65,7 @@ impl<F: FreeValues> State<'_, F> {
         true
     }
 
-    /// In a run of the model: the value that was learned of a choice that is read.
+    /// In a run of the model: the recorded value of a choice that is read, if there is one.
     pub(super) fn learned_value(&mut self, choice: ChoiceId) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, _)) = self.known.get(&moment) {
@@ -85,7 +85,8 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// In a run of the model: writes what was learned of a choice that is havocked to, if something was.
+    /// In a run of the model: writes the recorded result of a choice that havocks cells. Returns false if there is
+    /// none.
     pub(super) fn write_learned(&mut self, choice: ChoiceId) -> bool {
         let Some(Fact { learned: Learned::Writes(writes), .. }) = self.learned_now(choice) else {
             return false;
@@ -96,7 +97,7 @@ impl<F: FreeValues> State<'_, F> {
         true
     }
 
-    /// The fact about a choice whose condition holds now.
+    /// The recorded fact about a choice whose condition is true in the current state.
     fn learned_now(&mut self, choice: ChoiceId) -> Option<Fact> {
         if self.learned.is_empty() {
             return None;
@@ -115,8 +116,8 @@ impl<F: FreeValues> State<'_, F> {
         })
     }
 
-    /// The regions of the instruction's effects with this choice.
-    fn allowed(&self, choice: ChoiceId) -> Vec<Region> {
+    /// The regions that the effects of the current instruction havoc with this choice.
+    fn declared_regions(&self, choice: ChoiceId) -> Vec<Region> {
         let effects = self.program().instructions[self.at].effects.iter();
         effects
             .filter_map(|effect| match effect.write {
@@ -127,7 +128,7 @@ impl<F: FreeValues> State<'_, F> {
     }
 
     fn learn(&mut self, choice: ChoiceId, mut reads: Vec<Read>, learned: Learned) {
-        // That the inputs are not known does not matter: the fact says what comes of them, whatever they are.
+        // Unknown inputs do not matter here: the fact states the result for exactly these input values.
         reads.sort();
         reads.dedup();
         let fact = Fact { reads, learned };
@@ -137,17 +138,20 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// What the operation reads, whether that is known, and its results.
-    fn carried_out(&mut self, meaning: &Meaning) -> (Vec<Read>, Doubt, Option<Vec<Vec<u16>>>) {
-        self.watched(|state| {
+    /// Executes the operation. Returns what it read, why an input is unknown, if one is, and the results.
+    fn execute_operation(
+        &mut self,
+        meaning: &Meaning,
+    ) -> (Vec<Read>, Doubt, Option<Vec<Vec<u16>>>) {
+        self.record_reads(|state| {
             let inputs: Option<Vec<Vec<u16>>> =
                 meaning.inputs.iter().map(|operand| state.operand(operand)).collect();
             run(&meaning.operation, &inputs?)
         })
     }
 
-    /// Works something out, and tells what it read and whether that is known.
-    fn watched<T>(
+    /// Evaluates `work` and records what it reads and whether all of that is known.
+    fn record_reads<T>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Option<T>,
     ) -> (Vec<Read>, Doubt, Option<T>) {
@@ -203,7 +207,7 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// The sum of an address.
+    /// The sum of the parts of an address.
     fn address(&mut self, address: &Address) -> Option<i64> {
         let mut sum = address.base;
         for term in &address.terms {
@@ -222,7 +226,7 @@ impl<F: FreeValues> State<'_, F> {
         i64::try_from(value).ok()?.checked_mul(term.times)
     }
 
-    /// The word of this number in a list of `count` words from an address on.
+    /// Word number `n` of a list of `count` words that starts at an address.
     fn element(
         &mut self,
         address: &Address,
@@ -243,13 +247,13 @@ impl<F: FreeValues> State<'_, F> {
         Some(word)
     }
 
-    /// The cells that results go to.
-    fn placed(
+    /// The cells into which the results are written.
+    fn target_cells(
         &mut self,
         meaning: &Meaning,
         results: &[Vec<u16>],
     ) -> (Vec<Read>, Doubt, Option<Written>) {
-        self.watched(|state| {
+        self.record_reads(|state| {
             let mut written = Written::new();
             for (target, result) in meaning.outputs.iter().zip(results) {
                 state.place(target, result, &mut written)?;
@@ -309,8 +313,8 @@ impl<F: FreeValues> State<'_, F> {
     }
 }
 
-/// Where the word `n` of a list of `count` stands: how far behind the address, and which bit of that cell; for a word
-/// that is packed, bit by bit.
+/// Where word `n` of a list of `count` words is stored: the offset from the address, and the bit of that cell. A word
+/// packed from bits has one entry per bit.
 fn cells_of(shape: Shape, n: u32, count: u32) -> Vec<(i64, Option<u8>)> {
     match shape {
         Shape::Cells => vec![(i64::from(n), None)],

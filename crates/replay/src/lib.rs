@@ -1,9 +1,8 @@
-//! The concrete interpreter: runs one scan on given values and adds up what it costs, apart from the analysis.
+//! The concrete interpreter: runs one scan on given values and adds up the times of its instructions.
 //!
-//! It follows the page of [`program`](scanbound_ir) and shares nothing with the symbolic execution, so that
-//! a scan which both price alike is a scan that can happen.
+//! It implements the meaning that [`scanbound_ir`] states and shares no code with the symbolic execution. If both give
+//! the same time for a scan, neither has an error that the other lacks.
 
-mod clockwork;
 pub mod emulated;
 mod exact;
 mod lists;
@@ -12,6 +11,7 @@ mod memory;
 mod operation;
 pub mod run;
 mod state;
+mod timed;
 mod words;
 
 #[cfg(test)]
@@ -21,79 +21,81 @@ mod real_tests;
 #[cfg(test)]
 mod value_tests;
 
-use clockwork::Found;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::timed::Timed;
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Frame, Program, Settled, Witness};
 use std::sync::Arc;
+use timed::TimedInputs;
 
 /// One execution of one instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
     /// Index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: calls and loop iterations on the path there, outermost first.
+    /// The call context: the calls and loop iterations on the path to it, outermost first.
     pub frames: Arc<[Frame]>,
-    /// Whether it fired. For a charge of a summarised loop: whether its on-time is the dearer.
+    /// Whether it fired. For a charge of a loop summary: whether its on-time is the larger of the two.
     pub fired: bool,
-    /// What it cost; for a charge of a summarised loop, all its repetitions.
+    /// Its time. For a charge of a loop summary: the time of all its repetitions.
     pub cost: Picos,
 }
 
-/// One scan as it was run.
+/// The result of running one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
-    /// What the scan costs, without the table's scan-level terms.
+    /// The sum of the times of all instructions, without the overhead of a scan.
     pub total: Picos,
-    /// What was executed, in order.
+    /// The executed instructions, in order.
     pub events: Vec<Event>,
-    /// Indices into `Program::ranges` that the start values which the scan read cannot meet: such a scan is
-    /// not one of those that the user's statements allow.
+    /// Indices into `Program::ranges` of the user's ranges that the start values violate. Only cells that the scan read
+    /// count. If the list is not empty, the user's statements exclude this scan.
     pub broken_ranges: Vec<usize>,
-    /// Indices into `Program::invariants` that the start values do not meet: no scan starts so. In a real run what holds in
-    /// every reading of the manuals is counted behind them.
+    /// Indices into `Program::invariants` of the invariants that the start values violate. If the list is not empty, no
+    /// scan starts with these values. In a real run, the conditions of `PowerUp::in_every_reading` follow behind the
+    /// invariants.
     pub broken_invariants: Vec<usize>,
-    /// The `Step::Unbounded` at which the scan was given up, if it came to one.
+    /// The `Step::Unbounded` that the scan reached, if any. The run stops there.
     pub unbounded: Option<usize>,
 }
 
-/// Gives the values that a program leaves free. The same question gets the same answer throughout a scan.
+/// Supplies the values that the program leaves free. Within a scan, the same question must get the same answer.
 pub trait FreeValues {
-    /// The cell's value at the start of the scan; bit 0 counts if the kind is `Bit`.
+    /// The value of the cell at the start of the scan. For a bit cell, only bit 0 counts.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
-    /// The bits of that value that nobody knows.
+    /// A mask of the bits of the start value that are unknown.
     fn unknown(&mut self, _cell: Cell) -> u16 {
         0
     }
-    /// The choice's value; bit 0 counts if the kind is `Bit`. The kind is no part of the question.
+    /// The value of the choice. For `Bit`, only bit 0 counts. The answer must not depend on `kind`.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
-    /// Whether nothing is known of what the outside gives.
-    fn is_unseen(&self) -> bool {
+    /// Whether all values from outside the program are unknown.
+    fn outside_is_unknown(&self) -> bool {
         false
     }
-    /// What the register of the CPU holds that this choice reads, where that is known.
+    /// The value of the CPU's register that this choice reads, if it is known.
     fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
         None
     }
-    /// The flag and the present value's word that a timer's or counter's execution leaves, where time goes by.
-    fn timed(&mut self, _timed: &Timed, _found: &Found) -> Option<(bool, u16)> {
+    /// The flag and the present value after a timer or counter was executed, if time is simulated.
+    fn timed(&mut self, _timed: &Timed, _found: &TimedInputs) -> Option<(bool, u16)> {
         None
     }
-    /// Whether time goes by: then timers and counters are executed, and nothing runs out between instructions.
-    fn keeps_time(&self) -> bool {
+    /// Whether time is simulated. Then timers and counters are executed as instructions, and none runs out between two
+    /// instructions.
+    fn simulates_time(&self) -> bool {
         false
     }
-    /// Whether a timer is over, and how long it has run, follows from the scans before.
+    /// Whether the elapsed time of a timer is derived from the earlier scans.
     fn counts_time(&self) -> bool {
         false
     }
-    /// How long the timer with this memory has been running when the scan begins, at least and at most, where time passes
-    /// from scan to scan. `None` where only one scan is looked at.
+    /// How long the timer with this memory cell has been running when the scan begins: the least and the greatest
+    /// possible time. `None` if only a single scan is run.
     fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
         None
     }
-    /// What the analysis settled in a scan that it found.
+    /// What the analysis resolved while it followed this scan.
     fn settled(&self) -> Option<&Settled> {
         None
     }
@@ -113,68 +115,70 @@ impl FreeValues for &Witness {
     }
 }
 
-/// Runs one scan of the program on the witness's values. `times` gives each instruction's on-time and
-/// off-time and is parallel to `Program::instructions`.
+/// Runs one scan of the program on the witness's values. `times` holds each instruction's on-time and off-time,
+/// parallel to `Program::instructions`.
 #[must_use]
 pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
     replay_with(program, times, witness)
 }
 
-/// How a program is followed.
+/// How nondeterministic values are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
-    /// As the analysis follows it: every choice is any value.
+    /// As in the analysis: every choice may have any value.
     Model,
-    /// As a PLC does it, a real run: see [`scanbound_ir::meaning`].
+    /// As on a PLC, with exact results of operations: a real run, see [`scanbound_ir::meaning`].
     Real,
 }
 
-/// Why a real run is followed no further.
+/// Why a real run stopped before the end of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// The further path depends on what is not known: this instruction's result.
+    /// The path depends on an unknown value: the result of the instruction with this index.
     Unknown(usize),
-    /// What the user stated excludes this scan.
+    /// The user's statements exclude this scan.
     Excluded,
-    /// An operation error occurs, from which the CPU does not go on.
+    /// An operation error occurs that stops the CPU.
     Error,
-    /// It has more instructions than are followed.
+    /// It executed more instructions than the limit.
     TooLong,
 }
 
-/// Where a real run is followed no further.
+/// Where and why a real run stopped before the end of the scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stopped {
-    /// The instruction.
+    /// The instruction, an index into `Program::instructions`.
     pub at: usize,
-    /// The call context: calls and loop iterations on the path there.
+    /// The call context: the calls and loop iterations on the path to it.
     pub frames: Arc<[Frame]>,
-    /// Why.
+    /// The reason.
     pub reason: StopReason,
 }
 
-/// A real run: one scan as a PLC makes it, as far as it is known what that does.
+/// A real run: one scan executed as on a PLC, as far as all values on its path are known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RealRun {
-    /// What was run. It takes at least `total`: what follows a stop is not counted, and of an instruction of which it is
-    /// not known whether it fires the lesser time.
+    /// The executed part of the scan. Its `total` is a lower bound on the scan's time: instructions after a stop are
+    /// not counted, and an instruction counts with its smaller time if it is unknown whether it fires.
     pub replay: Replay,
-    /// Where it is followed no further.
+    /// Where and why the run stopped, if it did not reach the end of the scan.
     pub stopped: Option<Stopped>,
-    /// What was learned about exact choices.
+    /// The results of operations that the run computed.
     pub learned: Knowledge,
-    /// Indices into `Program::ranges` that the start keeps and the scan's end does not, and what the words hold then; empty
-    /// where it is not followed to its end.
+    /// Ranges that hold at the start of the scan and not at its end: the index into `Program::ranges` and the value at
+    /// the end. Empty if the run stopped early.
     pub range_violations: Vec<(usize, i64)>,
-    /// Those of `Program::exclusive` that the start keeps and the scan's end surely does not; empty likewise.
+    /// Those of `Program::exclusive` that hold at the start and certainly not at the end. Empty if the run stopped
+    /// early.
     pub exclusion_violations: Vec<usize>,
-    /// Writes of operations that their instruction's effects do not allow: instruction and cell. There must be none.
+    /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
+    /// entry is an error in the analysis.
     pub undeclared_writes: Vec<(usize, Cell)>,
 }
 
 impl RealRun {
-    /// Whether the CPU makes this scan: the user's statements allow it, those of start values and those of counts within it,
-    /// and no operation error ends it.
+    /// Whether a CPU can make this scan: the start values and counts satisfy the user's statements, and no operation
+    /// error stops the CPU.
     #[must_use]
     pub fn is_possible(&self) -> bool {
         let excluded =
@@ -185,8 +189,8 @@ impl RealRun {
     }
 }
 
-/// Makes a real run of at most `most` instructions. Where loops make one iteration or none and manuals do not say which,
-/// each case is run, and the cheapest is the result. Each call of `free` gives the same values from the beginning.
+/// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
+/// none, both cases are run, and the result is the shortest run. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -196,7 +200,7 @@ pub fn real<F: FreeValues>(
 ) -> RealRun {
     let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
-    // For each such loop met whether it makes one iteration: all cases, in depth-first order.
+    // For each such loop met: whether it makes one iteration. All cases are tried in depth-first order.
     let mut once: Vec<bool> = Vec::new();
     loop {
         let machine = machine::Machine::new(program, times, free(), Mode::Real);
@@ -209,7 +213,7 @@ pub fn real<F: FreeValues>(
                 }
             }
         }
-        // A run that is not possible is taken only if there is no other.
+        // A run that is not possible is the result only if there is no other.
         let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
         if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
             best = Some(found);
@@ -233,7 +237,7 @@ pub fn real<F: FreeValues>(
     }
 }
 
-/// Runs one scan of the program on the witness's values where something was learned of exact choices.
+/// Runs one scan of the program on the witness's values, with what real runs showed about operations.
 #[must_use]
 pub fn replay_knowing(
     program: &Program,
@@ -244,7 +248,7 @@ pub fn replay_knowing(
     machine::Machine::new(program, times, witness, Mode::Model).knowing(knowledge).scan()
 }
 
-/// Runs one scan, asking `free` for every value that the program leaves free at the moment it is needed.
+/// Runs one scan and asks `free` for each free value when it is needed.
 #[must_use]
 pub fn replay_with(program: &Program, times: &[Times], free: impl FreeValues) -> Replay {
     machine::Machine::new(program, times, free, Mode::Model).scan()

@@ -1,13 +1,12 @@
-//! How operations on blocks, bits, bytes, reals and times are carried out; `None` where no manual settles what comes
-//! of it.
+//! Executes operations on blocks, bits, bytes, reals and times. The result is `None` where no manual defines it.
 
 use super::words::{number, words_of};
 use scanbound_ir::meaning::{Arithmetic, Operation};
 
-/// No list is longer.
+/// The maximum length of a list.
 const MOST: u16 = 0x7FFF;
 
-/// The operation's results on these inputs.
+/// The results of the operation on these inputs.
 pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
     let first = inputs.first()?;
     let signed = |at: usize| number(inputs.get(at)?, true);
@@ -131,18 +130,18 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
     Some(vec![result])
 }
 
-/// A number in so many words, signed, if it fits.
+/// A signed number in this many words. `None` if it does not fit.
 fn fitting(value: i128, words: usize) -> Option<Vec<u16>> {
     let result = words_of(value, words);
     (number(&result, true)? == value).then_some(result)
 }
 
-/// The numbers of so many words each that a list holds, signed.
+/// The signed numbers that a list holds, each of this many words.
 fn numbers(list: &[u16], words: u8) -> Option<Vec<i128>> {
     list.chunks(usize::from(words)).map(|words| number(words, true)).collect()
 }
 
-/// Where a number stands first, from 1 on, and how often.
+/// The position of the first occurrence of a number, counted from 1, and how often it occurs.
 fn places(numbers: &[i128], wanted: i128) -> Option<Vec<u16>> {
     let first = numbers.iter().position(|&number| number == wanted).map_or(0, |at| at + 1);
     let count = numbers.iter().filter(|&&number| number == wanted).count();
@@ -153,7 +152,7 @@ fn mask(bits: u8) -> u16 {
     (1 << bits) - 1
 }
 
-/// The single that two words make, if it is normal or +0.
+/// The single-precision number in two words, if it is normal or +0.
 fn real(words: &[u16]) -> Option<f32> {
     let &[low, high] = words else { return None };
     settled(f32::from_bits(u32::from(low) | u32::from(high) << 16))
@@ -167,7 +166,7 @@ fn bits(value: f32) -> Vec<u16> {
     words_of(i128::from(value.to_bits()), 2)
 }
 
-/// The result, if it is exact: whatever way a PLC rounds.
+/// The result if it is exact, so that the rounding mode of the PLC does not matter.
 fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
     let (x, y) = (f64::from(a), f64::from(b));
     let result = match arithmetic {
@@ -178,7 +177,7 @@ fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
     };
     let result = settled(result)?;
     let wide = f64::from(result);
-    // Products of singles fit a double; a sum is exact if taking either number away again leaves the other.
+    // The product of two singles fits into a double. A sum is exact if subtracting either number gives the other.
     let is_exact = match arithmetic {
         Arithmetic::Multiply => x * y == wide,
         Arithmetic::Divide => b != 0.0 && wide * y == x,
@@ -188,11 +187,11 @@ fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
     is_exact.then_some(result)
 }
 
-/// Whether the sum of two singles is exactly this: the double sum is, and what it lost is nothing.
+/// Whether `sum` is exactly the sum of two singles: the double sum is equal, and it lost nothing by rounding.
 fn is_sum(x: f64, y: f64, sum: f64) -> bool {
     let wide = x + y;
     let (big, small) = if x.abs() >= y.abs() { (x, y) } else { (y, x) };
-    // What the double sum loses is itself a double.
+    // The rounding error of the double sum is itself a double.
     wide == sum && small - (wide - big) == 0.0
 }
 

@@ -1,4 +1,4 @@
-//! The control of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
+//! The control flow of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
 use super::state::{Doubt, State, Truth};
 use super::{Event, FreeValues, Mode, RealRun, Replay, StopReason, Stopped};
@@ -11,21 +11,21 @@ use scanbound_ir::{
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The most loops in a scan of which both cases are tried, one iteration and none.
-pub(super) const MOST_ASKED: usize = 4;
+/// The maximum number of loops in a scan for which both cases are tried, one iteration and none.
+pub(super) const MAX_UNDECIDED_LOOPS: usize = 4;
 
-/// A loop that is being run.
+/// A loop that is being executed.
 struct Loop {
     begin: usize,
     end: usize,
     iteration: u32,
     iterations: u32,
-    /// Where only the sum of costs is asked for: how things stood when this iteration began.
-    begun: Option<Begun>,
+    /// The state at the start of this iteration. Kept only if only the total time is wanted.
+    begun: Option<Snapshot>,
 }
 
-/// How things stood when an iteration began.
-struct Begun {
+/// The state of the interpreter when an iteration began.
+struct Snapshot {
     total: Picos,
     executed: u64,
     changes: u64,
@@ -34,19 +34,20 @@ struct Begun {
     masters: usize,
 }
 
-/// What belongs to one routine while it runs.
+/// The state of one routine while it runs.
 #[derive(Default)]
 struct Routine {
     stack: Vec<Truth>,
     slots: BTreeMap<u32, Truth>,
-    /// The open master control regions, each with its level, its condition, and those of all up to it.
+    /// The open master control regions: the level, the region's condition, and the conjunction with those of all outer
+    /// regions.
     masters: Vec<(u32, Truth, Truth)>,
     loops: Vec<Loop>,
-    /// Where its caller goes on.
+    /// The return address in its caller.
     back: usize,
 }
 
-/// Where control goes from an instruction.
+/// Where control goes after an instruction.
 enum Next {
     Go(usize),
     Return,
@@ -54,10 +55,10 @@ enum Next {
     Stop,
 }
 
-/// Why a main or interrupt routine ended.
+/// How a main or interrupt routine ended.
 #[derive(PartialEq)]
-enum Ended {
-    Itself,
+enum RoutineEnd {
+    Normal,
     Scan,
 }
 
@@ -69,17 +70,17 @@ pub(super) struct Machine<'p, F> {
     total: Picos,
     events: Vec<Event>,
     unbounded: Option<usize>,
-    /// Where a real run is followed no further, and why.
+    /// Where and why a real run stopped early.
     stopped: Option<Stopped>,
     /// How many more instructions may be executed.
     remaining: u64,
-    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met, and how
-    /// many were met.
+    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met. `undecided`
+    /// counts the loops met so far.
     once: Vec<bool>,
-    asked: usize,
-    /// Whether only the sum of costs is asked for.
+    undecided: usize,
+    /// Whether only the total time is wanted.
     sums: bool,
-    /// Parts of a timer's or counter's instruction that was executed as a whole.
+    /// The instructions of a timer or counter that was already executed as a whole.
     executed: Range<usize>,
 }
 
@@ -97,39 +98,38 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             stopped: None,
             remaining: u64::MAX,
             once: Vec::new(),
-            asked: 0,
+            undecided: 0,
             sums: false,
             executed: 0..0,
         }
     }
 
-    /// The same where only the sum of costs is asked for: no events are kept, and iterations that are all alike are run
-    /// once.
+    /// Requests only the total time: no events are kept, and of identical iterations only one is executed.
     pub(super) fn summing(mut self) -> Self {
         self.sums = true;
         self.events = Vec::new();
         self
     }
 
-    /// Makes a real run of at most `most` instructions, and gives what it takes, how many were executed, where it is
-    /// followed no further, and the state that it leaves.
+    /// Makes a real run of at most `most` instructions. Returns its time, the number of executed instructions, where it
+    /// stopped, the endless loop that it reached, and the final state.
     pub(super) fn summed(
         mut self,
         most: u64,
     ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
-        (self.remaining, self.asked) = (most, MOST_ASKED);
+        (self.remaining, self.undecided) = (most, MAX_UNDECIDED_LOOPS);
         let replay = self.scan();
         (replay.total, most - self.remaining, self.stopped, replay.unbounded, self.state)
     }
 
-    /// The same with what was learned of exact choices.
+    /// Uses the results of operations that earlier real runs computed.
     pub(super) fn knowing(mut self, knowledge: &Knowledge) -> Self {
         self.state.learned = knowledge.clone();
         self
     }
 
-    /// Makes a real run of at most so many instructions; `once` says of each loop that makes one iteration or none whether
-    /// it makes one.
+    /// Makes a real run of at most `most` instructions. `once` says for each loop that makes one iteration or none
+    /// whether it makes one.
     pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (RealRun, usize) {
         (self.remaining, self.once) = (most, once);
         let replay = self.scan();
@@ -145,14 +145,14 @@ impl<'p, F: FreeValues> Machine<'p, F> {
                 exclusion_violations,
                 undeclared_writes,
             },
-            self.asked,
+            self.undecided,
         )
     }
 
-    /// The same, and the state that the scan leaves. `asked` such loops count as met before: from `MOST_ASKED` on, a
-    /// loop of which it is not known which it does ends the run.
-    pub(super) fn real_from(mut self, most: u64, asked: usize) -> (RealRun, State<'p, F>) {
-        (self.remaining, self.asked) = (most, asked);
+    /// As [`Self::real`], and returns the final state. `undecided` such loops count as already met: from `MAX_UNDECIDED_LOOPS` on,
+    /// the run stops at a loop of which it is unknown whether it makes one iteration.
+    pub(super) fn real_from(mut self, most: u64, undecided: usize) -> (RealRun, State<'p, F>) {
+        (self.remaining, self.undecided) = (most, undecided);
         let replay = self.scan();
         let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
         let learned = std::mem::take(&mut self.state.learned);
@@ -170,7 +170,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         )
     }
 
-    /// What the scan's end does not keep of what is stated of starts: ranges and invariants.
+    /// The stated ranges and exclusive pairs that hold at the start of the scan and not at its end.
     fn end_violations(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
         if self.stopped.is_some() {
             return (Vec::new(), Vec::new());
@@ -196,7 +196,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         let broken = broken.filter(|(_, holds)| !self.state.logic(holds, Truth::TRUE).value);
         let broken_invariants: Vec<usize> = broken.map(|(index, _)| index).collect();
         for main in &program.mains {
-            if self.run(main.start, main.end) == Ended::Scan {
+            if self.run(main.start, main.end) == RoutineEnd::Scan {
                 break;
             }
         }
@@ -222,14 +222,14 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Runs a routine that nobody called, `limit` being the instruction before which it ends by itself.
-    fn run(&mut self, entry: usize, limit: usize) -> Ended {
+    /// Runs a main or interrupt routine. It ends by itself before the instruction `limit`.
+    fn run(&mut self, entry: usize, limit: usize) -> RoutineEnd {
         self.routines = vec![Routine::default()];
         let mut at = entry;
         let ended = loop {
             let limit = if self.routines.len() > 1 { usize::MAX } else { limit };
             if at >= limit.min(self.program.instructions.len()) {
-                break Ended::Itself;
+                break RoutineEnd::Normal;
             }
             match self.execute(at) {
                 Next::Go(target) => at = target,
@@ -238,12 +238,12 @@ impl<'p, F: FreeValues> Machine<'p, F> {
                     at = self.routine().back;
                     self.routines.pop();
                     if self.routines.is_empty() {
-                        break Ended::Itself;
+                        break RoutineEnd::Normal;
                     }
                     self.state.leave();
                 }
-                Next::End => break Ended::Itself,
-                Next::Stop => break Ended::Scan,
+                Next::End => break RoutineEnd::Normal,
+                Next::Stop => break RoutineEnd::Scan,
             }
         };
         while !self.routines.is_empty() {
@@ -260,7 +260,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         self.routines.last_mut().expect("a routine is running")
     }
 
-    /// Ends the innermost loops of the routine until so many are open.
+    /// Leaves the innermost loops of the routine until `open` of them remain.
     fn leave_loops(&mut self, open: usize) {
         while self.routine().loops.len() > open {
             self.routine().loops.pop();
@@ -308,7 +308,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             return self.stop(at, why);
         }
         let cost = match (fired.doubt, fired.value) {
-            // It takes the lesser of the two at least.
+            // It is unknown whether it fires: it takes at least the smaller time.
             (Some(_), _) => times.on.min(times.off),
             (None, true) => times.with(self.units(instruction, times)),
             (None, false) => times.off,
@@ -331,7 +331,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Why the CPU does not go on from the instruction, or may not: an operation error.
+    /// Whether an operation error stops, or may stop, the CPU at the instruction.
     fn fails(&mut self, condition: Truth, executed: Truth) -> Option<StopReason> {
         if self.state.mode != Mode::Real {
             return None;
@@ -345,7 +345,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Whether an instruction handles another number of units than is stated, as far as that is known.
+    /// Whether the instruction's number of units is known and differs from what the user stated.
     fn breaks_count(&mut self, instruction: &Instruction) -> bool {
         let stated = self.program.counts.get(&self.state.at).copied();
         let (Some((low, high)), Some(counted), Mode::Real) =
@@ -357,7 +357,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         doubt.is_none() && !(low..=high).contains(&i64::try_from(count).unwrap_or(i64::MAX))
     }
 
-    /// Whether an instruction writes by an index that is not as stated, as far as that is known.
+    /// Whether the instruction's index is known and differs from what the user stated.
     fn breaks_index(&mut self, instruction: &Instruction) -> bool {
         if self.state.mode != Mode::Real {
             return false;
@@ -381,7 +381,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         })
     }
 
-    /// What the words say that count units, and why it is not known, if so.
+    /// The number of units by the words that count them, and why it is unknown, if so.
     fn number_of_units(&mut self, counted: &Counted) -> (u64, Doubt) {
         let outer = self.state.doubt.take();
         let number = counted.words.iter().rev();
@@ -389,8 +389,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         (count, std::mem::replace(&mut self.state.doubt, outer))
     }
 
-    /// How many units an instruction handles that words count. Where a scan is run as on a PLC, units are charged only if
-    /// their count is known and the PLC is known to carry the instruction out with it.
+    /// The number of units to charge for an instruction whose units are counted by words. In a real run, units are
+    /// charged only if their number is known and the PLC certainly executes the instruction with it.
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
@@ -407,14 +407,14 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         count.min(counted.most).saturating_mul(counted.each)
     }
 
-    /// Follows the scan no further.
+    /// Stops the real run at this instruction.
     fn stop(&mut self, at: usize, reason: StopReason) -> Next {
         let frames = self.state.frames().clone();
         self.stopped.get_or_insert(Stopped { at, frames, reason });
         Next::Stop
     }
 
-    /// How many iterations a loop makes.
+    /// The number of iterations that a loop makes.
     fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, StopReason> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
@@ -442,7 +442,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         let doubt: Doubt = std::mem::replace(&mut self.state.doubt, outer);
         match (doubtful, doubt) {
             (_, Some(cause)) => Err(StopReason::Unknown(cause)),
-            // What the user stated of this count excludes the scan.
+            // What the user stated about this count excludes the scan.
             (_, None)
                 if self.state.mode == Mode::Real && !self.allows_iterations(value, is_signed) =>
             {
@@ -456,16 +456,18 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             (Some(choice), None) if self.state.mode == Mode::Model => {
                 Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
             }
-            (Some(_), None) if self.asked >= MOST_ASKED => Err(StopReason::Unknown(self.state.at)),
+            (Some(_), None) if self.undecided >= MAX_UNDECIDED_LOOPS => {
+                Err(StopReason::Unknown(self.state.at))
+            }
             (Some(_), None) => {
-                let once = self.once.get(self.asked).copied().unwrap_or(false);
-                self.asked += 1;
+                let once = self.once.get(self.undecided).copied().unwrap_or(false);
+                self.undecided += 1;
                 Ok(u32::from(once))
             }
         }
     }
 
-    /// Whether a loop may have this count, by what is stated of it.
+    /// Whether the user's statements allow this count of a loop.
     fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
         let stated = self.program.counts.get(&self.state.at);
         let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
@@ -496,7 +498,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             return;
         }
         let timed = self.timed(instruction, condition);
-        // The exact choices of this instruction that were carried out, and whether that gave anything.
+        // The exact choices of this instruction that were executed, and whether each gave a result.
         let mut exact: Vec<(ChoiceId, bool)> = Vec::new();
         for effect in &instruction.effects {
             let fired = if effect.when == When::Always { Truth::TRUE } else { fired };
@@ -538,7 +540,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// What a timer's or counter's execution leaves, where time goes by, this instruction is one, and all of it is known.
+    /// The flag and present value after a timer or counter was executed. `None` if time is not simulated, if the
+    /// instruction is neither, or if something it reads is unknown.
     fn timed(&mut self, instruction: &Instruction, condition: Truth) -> Option<(bool, u16)> {
         if self.state.mode != Mode::Real || instruction.effects.is_empty() {
             return None;
@@ -651,7 +654,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         stack.push(join(lower, upper));
     }
 
-    /// Goes on elsewhere in the same routine; loops in which the target does not stand end.
+    /// Jumps within the same routine and leaves the loops that do not contain the target.
     fn go(&mut self, target: usize) -> Next {
         let loops = &self.routine().loops;
         let open = loops.iter().take_while(|l| l.begin < target && target <= l.end).count();
@@ -660,26 +663,27 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     }
 
     fn begin_loop(&mut self, at: usize, end: usize, iterations: u32) {
-        let begun = self.stands();
+        let begun = self.snapshot();
         let one = Loop { begin: at, end, iteration: 0, iterations, begun };
         self.routine().loops.push(one);
         self.state.enter(Frame { at, iteration: 0 });
     }
 
-    /// How things stand, where only the sum of costs is asked for.
-    fn stands(&mut self) -> Option<Begun> {
+    /// A snapshot of the state. `None` unless only the total time is wanted.
+    fn snapshot(&mut self) -> Option<Snapshot> {
         if !self.sums {
             return None;
         }
         let (total, executed, changes) = (self.total, self.remaining, self.state.changes);
         let Routine { stack, slots, masters, .. } = self.routine();
         let (stack, slots, masters) = (stack.clone(), slots.clone(), masters.len());
-        Some(Begun { total, executed, changes, stack, slots, masters })
+        Some(Snapshot { total, executed, changes, stack, slots, masters })
     }
 
-    /// Where an iteration has changed nothing at all, the others are like it: they are charged, and the loop is at its last.
-    fn skip_alike(&mut self) {
-        let now = self.stands();
+    /// If an iteration changed nothing, the remaining ones are identical: charges them without executing
+    /// them.
+    fn skip_identical(&mut self) {
+        let now = self.snapshot();
         let (total, remaining) = (self.total, self.remaining);
         let Some(current) = self.routine().loops.last_mut() else { return };
         let (Some(begun), Some(now)) = (current.begun.take(), now) else { return };
@@ -703,7 +707,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         if self.routine().loops.last().is_none_or(|current| current.end != at) {
             return Next::Go(at + 1);
         }
-        self.skip_alike();
+        self.skip_identical();
         let Some(current) = self.routine().loops.last_mut() else { return Next::Go(at + 1) };
         current.iteration += 1;
         let (begin, iteration, iterations) = (current.begin, current.iteration, current.iterations);
@@ -717,7 +721,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Next::Go(begin + 1)
     }
 
-    /// Charges what is summarised and says where control goes on.
+    /// Charges a loop summary and returns where control continues.
     fn summary(
         &mut self,
         end: usize,

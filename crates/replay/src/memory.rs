@@ -1,4 +1,4 @@
-//! What the cells hold between two scans that follow each other.
+//! The values of the cells between two consecutive scans.
 
 use super::FreeValues;
 use super::state::State;
@@ -6,29 +6,29 @@ use rustc_hash::FxHashMap;
 use scanbound_ir::{Cell, Region};
 use std::collections::BTreeSet;
 
-/// A region of so many cells at most that took any value is kept cell by cell.
+/// A havocked region of at most this many cells is stored cell by cell.
 const SMALL: u32 = 64;
 
-/// The values of cells.
+/// The values of the cells, as far as they are known.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memory {
-    /// Each cell's value, and which of its bits are not known.
+    /// Each cell's value and the mask of its unknown bits.
     cells: FxHashMap<Cell, (u16, u16)>,
-    /// Regions of which nothing is known but what stands in `cells`.
+    /// Havocked regions. Their cells are unknown unless `cells` has them.
     lost: BTreeSet<Region>,
 }
 
-/// What a scan leaves.
-pub(super) struct Left {
-    /// The regions that took any value.
+/// The changes that a scan makes to the memory.
+pub(super) struct ScanChanges {
+    /// The regions that were havocked.
     lost: Vec<Region>,
-    /// The cells that it touched, with their values and which of their bits are not known.
+    /// The cells that were read or written: the value and the mask of unknown bits of each.
     touched: Vec<(Cell, u16, u16)>,
 }
 
-impl Left {
-    /// What it leaves in this state.
-    pub(super) fn by<F: FreeValues>(state: &mut State<'_, F>) -> Left {
+impl ScanChanges {
+    /// The changes recorded in the final state of a scan.
+    pub(super) fn of<F: FreeValues>(state: &mut State<'_, F>) -> ScanChanges {
         let lost = state.lost();
         for &region in &lost {
             if let Region::Range { first, count } = region
@@ -37,37 +37,37 @@ impl Left {
                 (0..count).for_each(|n| _ = state.after(first.plus(n)));
             }
         }
-        Left { lost, touched: state.touched() }
+        ScanChanges { lost, touched: state.touched() }
     }
 }
 
 impl Memory {
-    /// Sets a cell from outside.
+    /// Writes a value into a cell from outside the program.
     pub(super) fn set(&mut self, cell: Cell, value: u16) {
         self.cells.insert(cell, (value, 0));
     }
 
-    /// What a cell holds, and which of its bits are not known; `None` if nothing has changed it yet.
+    /// The cell's value and the mask of its unknown bits. `None` if nothing has written it since power-up.
     pub(super) fn get(&self, cell: Cell) -> Option<(u16, u16)> {
         let is_lost = || self.lost.iter().any(|region| region.holds(cell)).then_some((0, u16::MAX));
         self.cells.get(&cell).copied().or_else(is_lost)
     }
 
-    /// Takes over what a scan leaves; the cells that it changed.
-    pub(super) fn take(&mut self, left: Left) -> Vec<Cell> {
+    /// Applies the changes of a scan and returns the cells that changed.
+    pub(super) fn apply(&mut self, changes: ScanChanges) -> Vec<Cell> {
         let is_new =
             |&&(cell, value, unknown): &&(Cell, u16, u16)| self.get(cell) != Some((value, unknown));
-        let changed = left.touched.iter().filter(is_new).map(|&(cell, ..)| cell).collect();
-        for region in left.lost {
-            self.lose(region);
+        let changed = changes.touched.iter().filter(is_new).map(|&(cell, ..)| cell).collect();
+        for region in changes.lost {
+            self.havoc(region);
         }
-        let touched = left.touched.into_iter();
+        let touched = changes.touched.into_iter();
         self.cells.extend(touched.map(|(cell, value, unknown)| (cell, (value, unknown))));
         changed
     }
 
-    /// Nothing is known of a region any more.
-    fn lose(&mut self, region: Region) {
+    /// Makes all cells of a region unknown.
+    fn havoc(&mut self, region: Region) {
         match region {
             Region::Range { first, count } if count <= SMALL => {
                 self.cells.extend((0..count).map(|n| (first.plus(n), (0, u16::MAX))));

@@ -1,10 +1,10 @@
-//! How operations on lists of words are carried out; `None` where no manual settles what comes of it.
+//! Executes operations on lists of words. The result is `None` where no manual defines it.
 
 use super::lists;
 use super::words::{bcd, number, words_of};
 use scanbound_ir::meaning::{Operation, Unary};
 
-/// The operation's results on these inputs.
+/// The results of the operation on these inputs.
 pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
     match operation {
         Operation::Copy => Some(inputs.to_vec()),
@@ -87,7 +87,7 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
     }
 }
 
-/// The first two inputs' numbers, and the third's bit, in one sum.
+/// Adds or subtracts the first two inputs and the carry bit in the third.
 fn sum(subtract: bool, inputs: &[Vec<u16>], read: &dyn Fn(&[u16]) -> Option<i128>) -> Option<i128> {
     let (a, b) = (read(inputs.first()?)?, read(inputs.get(1)?)?);
     let carry = inputs.get(2).and_then(|carry| carry.first()).map_or(0, |carry| carry & 1);
@@ -95,7 +95,7 @@ fn sum(subtract: bool, inputs: &[Vec<u16>], read: &dyn Fn(&[u16]) -> Option<i128
     Some(if subtract { a - second } else { a + second })
 }
 
-/// The decimal digits of a number, four a word.
+/// The decimal digits of a number, four per word.
 fn digits(value: i128, words: usize) -> Vec<u16> {
     let digit = |n: usize| (value / 10i128.pow(n as u32) % 10) as u16;
     (0..words).map(|w| (0..4).fold(0, |word, n| word | digit(4 * w + n) << (4 * n))).collect()
@@ -130,7 +130,7 @@ fn each(unary: Unary, words: &[u16]) -> Option<Vec<u16>> {
     }
 }
 
-/// The bits of words, the least first.
+/// The bits of the words, least significant first.
 fn bits_of(words: &[u16]) -> Vec<bool> {
     words.iter().flat_map(|word| (0..16).map(move |bit| word >> bit & 1 == 1)).collect()
 }
@@ -160,7 +160,7 @@ fn rotate(left: bool, through: bool, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>
     if through {
         carry = bits.pop();
     } else if places > 0 {
-        // The last bit that went round stands where it came in.
+        // The last bit rotated out is at the end at which it came in.
         carry = Some(if left { bits[0] } else { bits[count - 1] });
     }
     Some(vec![words_of_bits(&bits), carry.map(u16::from).into_iter().collect()])

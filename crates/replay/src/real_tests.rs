@@ -1,4 +1,4 @@
-//! Tests of real runs: what is not known, what an operation may write, loops that run one iteration or none.
+//! Tests of real runs: unknown values, undeclared writes of operations, loops with one iteration or none.
 
 use super::control_tests::{bit, instruction, program, word};
 use super::*;
@@ -34,7 +34,7 @@ fn what_is_not_known_costs_the_lesser_time_and_decides_no_way() {
     assert_eq!(found.stopped.as_ref().map(|stopped| stopped.at), Some(2));
     assert_eq!(found.stopped.map(|stopped| stopped.reason), Some(StopReason::Unknown(0)));
     assert_eq!(found.replay.total, Picos(10 + 1 + 1));
-    // What the outside gives is a value like any other.
+    // A value from outside is a value like any other.
     p.kinds.insert(ChoiceId(0), ChoiceKind::World);
     assert_eq!(run(&p).stopped, None);
 }
@@ -77,7 +77,7 @@ fn a_loop_of_one_turn_or_none_takes_the_cheaper() {
         let mut all = vec![instruction(Step::ForBegin { count, least: 0, most: 9, end }, vec![])];
         all.extend(body);
         all.push(instruction(Step::ForEnd, vec![]));
-        // Behind the loop so much that an iteration that sets M1 is the cheaper path.
+        // The code behind the loop is long enough that an iteration which sets M1 gives the shorter path.
         all.extend([contact(bit(1)), jump(end + 7)]);
         all.extend((0..4).map(|_| instruction(Step::Nothing, vec![])));
         all.push(instruction(Step::Nothing, vec![]));

@@ -1,8 +1,8 @@
-//! Scans that follow each other from power-up on: real runs, each in the state that the one before has left.
+//! Consecutive scans from power-up on: each is a real run that starts in the state that the one before it left.
 
-use super::clockwork::{Clockwork, Found};
-use super::machine::{MOST_ASKED, Machine};
-use super::memory::{Left, Memory};
+use super::machine::{MAX_UNDECIDED_LOOPS, Machine};
+use super::memory::{Memory, ScanChanges};
+use super::timed::{TimedInputs, TimerMemory};
 use super::{FreeValues, Mode, RealRun};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Operand;
@@ -13,39 +13,40 @@ use scanbound_ir::{
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the outside gives in one scan.
+/// The values from outside the program in one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Given<'p> {
-    /// Inputs, and what else [`Outside::sets`]; 0 where it is not named.
+pub struct OutsideValues<'p> {
+    /// Values of inputs and of the other cells that [`Outside::sets`]. A cell that is not listed is 0.
     pub inputs: BTreeMap<Cell, u16>,
-    /// Choices in the scan; 0 where one is not named.
+    /// Values of the nondeterministic values. One that is not listed is 0.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
-    /// Choices that the outside makes are at random instead, by this seed.
-    pub chance: Option<u64>,
+    /// If set, values from outside are pseudo-random with this seed instead.
+    pub seed: Option<u64>,
 }
 
-/// What the outside of a program sets.
+/// Which cells are set from outside the program.
 pub struct Outside<'p> {
     program: &'p Program,
-    /// What the program may write by itself where inputs are.
+    /// The regions of inputs that the program may write.
     written: Vec<Region>,
-    /// Where nothing is known of what the outside gives: the cells that the program writes by themselves.
-    own: Option<BTreeSet<Cell>>,
+    /// If values from outside are unknown: the cells that the program writes individually. `None` otherwise.
+    program_written: Option<BTreeSet<Cell>>,
 }
 
-/// Larger stretches of cells are not taken as the program's own.
+/// A written region with more cells than this does not count as written by the program alone.
 const LARGEST: u32 = 4096;
 
 impl<'p> Outside<'p> {
-    /// The program's.
+    /// The outside of this program.
     #[must_use]
     pub fn of(program: &'p Program) -> Outside<'p> {
-        Outside { program, written: written(program), own: None }
+        Outside { program, written: written(program), program_written: None }
     }
 
-    /// The program's, where nothing is known of what it gives, nor of any cell that the program does not write by itself.
+    /// The outside of this program with unknown values: everything from outside is unknown, and so is every cell that
+    /// the program does not write individually.
     #[must_use]
-    pub fn unseen(program: &'p Program) -> Outside<'p> {
+    pub fn with_unknown_values(program: &'p Program) -> Outside<'p> {
         let mut own = BTreeSet::new();
         for region in (0..program.instructions.len()).flat_map(|at| flow::written(program, at)) {
             if let Region::Range { first, count } = region
@@ -54,23 +55,23 @@ impl<'p> Outside<'p> {
                 own.extend((0..count).map(|n| first.plus(n)));
             }
         }
-        Outside { own: Some(own), ..Outside::of(program) }
+        Outside { program_written: Some(own), ..Outside::of(program) }
     }
 
-    /// A value that is not known: one that is stated to be possible, 0 where that is.
+    /// A placeholder for an unknown value: the smallest value that the user states as possible, otherwise 0.
     fn stated(&self, cell: Cell) -> u16 {
         let range = self.program.ranges.iter().find(|range| range.cells == [cell]);
         range.map_or(0, |range| range.least() as u16)
     }
 
-    /// Whether nothing is known of what the cell holds whenever a scan starts, or at power-up.
-    fn hides(&self, cell: Cell, is_first: bool) -> bool {
-        let Some(own) = &self.own else { return false };
+    /// Whether the value of the cell is unknown at the start of every scan, or of the first one.
+    fn is_unknown(&self, cell: Cell, is_first: bool) -> bool {
+        let Some(own) = &self.program_written else { return false };
         let is_others = self.program.external.iter().any(|region| region.holds(cell));
         is_others || self.sets(cell) || is_first && !own.contains(&cell)
     }
 
-    /// Whether the outside sets the cell before each scan: an input that the program leaves alone.
+    /// Whether the cell is set from outside before each scan: it is an input, and the program does not write it.
     #[must_use]
     pub fn sets(&self, cell: Cell) -> bool {
         let inputs = &self.program.power_up.inputs;
@@ -79,41 +80,41 @@ impl<'p> Outside<'p> {
     }
 }
 
-/// A PLC that was switched on, and the scans that it has made.
+/// A PLC since power-up, and its state after the scans so far.
 pub struct Run<'p> {
     outside: &'p Outside<'p>,
-    /// What each instruction costs at least.
+    /// The least times of each instruction.
     times: &'p [Times],
-    /// What a scan takes besides its instructions.
+    /// The overhead of a scan: its time besides its instructions.
     overhead: Picos,
     memory: Memory,
-    /// Whether no scan was made yet.
+    /// Whether the next scan is the first.
     is_first: bool,
-    /// How long it was running when the next scan begins.
+    /// Time since power-up at which the next scan begins.
     now: Picos,
-    clockwork: RefCell<Clockwork>,
-    /// When timers that run began to, by their memories: at the earliest and at the latest.
+    timer_memory: RefCell<TimerMemory>,
+    /// The earliest and latest time at which each running timer was started, by its memory cell.
     began: BTreeMap<Cell, (Picos, Picos)>,
-    /// The values with which the last scan began, as far as it asked for them.
+    /// The start values that the last scan read.
     asked: RefCell<BTreeMap<Cell, u16>>,
-    /// What the last scan took, if a further one with the same inputs does the same until some timer is over.
+    /// The time of the last scan, if a scan with the same inputs would repeat it until a timer runs out.
     steady: Option<Picos>,
-    /// The words of timers' present values, and whether the program reads one.
+    /// The cells of timers' present values. `reads_presents` says whether the program reads one.
     presents: BTreeSet<Cell>,
     reads_presents: bool,
 }
 
-/// The values with which a scan of a run starts.
+/// The values with which a scan of the run starts.
 struct Start<'r, 'p> {
     run: &'r Run<'p>,
-    given: &'r Given<'p>,
+    given: &'r OutsideValues<'p>,
 }
 
 impl<'p> Run<'p> {
-    /// Power-up. `times` is parallel to `Program::instructions`, and a scan takes `overhead` besides.
+    /// A PLC at power-up. `times` is parallel to `Program::instructions`. Each scan takes `overhead` in addition.
     #[must_use]
     pub fn new(outside: &'p Outside<'p>, times: &'p [Times], overhead: Picos) -> Run<'p> {
-        // Counters count scans and not time: a scan that changes one differs from the next.
+        // Counters count scans, not time: a scan that changes a counter differs from the next scan.
         let coils = outside.program.timekeeping.coils.values();
         let timers = coils.filter(|timed| timed.manner.is_timer());
         let presents: BTreeSet<Cell> = timers.map(|timed| timed.present).collect();
@@ -124,7 +125,7 @@ impl<'p> Run<'p> {
             memory: Memory::default(),
             is_first: true,
             now: Picos::ZERO,
-            clockwork: RefCell::default(),
+            timer_memory: RefCell::default(),
             began: BTreeMap::new(),
             asked: RefCell::default(),
             steady: None,
@@ -133,18 +134,18 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Makes the next scan, of at most `most` instructions. After one that was not followed to its end none follows.
-    pub fn scan(&mut self, given: &Given<'p>, most: u64) -> RealRun {
+    /// Runs the next scan. It stops after `most` instructions. Do not call it again after a scan that stopped early.
+    pub fn scan(&mut self, given: &OutsideValues<'p>, most: u64) -> RealRun {
         let program = self.outside.program;
         self.asked.borrow_mut().clear();
         let start = Start { run: self, given };
         let machine = Machine::new(program, self.times, start, Mode::Real);
-        // One run cannot try both cases of a loop that makes one iteration or none: it ends there.
-        let (real, mut state) = machine.real_from(most, MOST_ASKED);
-        let left = Left::by(&mut state);
+        // This run does not try both cases of a loop that makes one iteration or none: it stops at such a loop.
+        let (real, mut state) = machine.real_from(most, MAX_UNDECIDED_LOOPS);
+        let changes = ScanChanges::of(&mut state);
         let rested = std::mem::take(&mut state.rested);
         drop(state);
-        let changed = self.memory.take(left);
+        let changed = self.memory.apply(changes);
         let scratch = &program.timekeeping.scratch;
         let matters = |cell: &Cell| !self.presents.contains(cell) && !scratch.contains(&cell.area);
         let is_steady = !self.is_first && !changed.iter().any(matters);
@@ -163,24 +164,24 @@ impl<'p> Run<'p> {
         real
     }
 
-    /// The values with which the last scan began, as far as they matter.
+    /// The start values that the last scan read.
     #[must_use]
     pub fn started(&self) -> BTreeMap<Cell, u16> {
         self.asked.borrow().clone()
     }
 
-    /// Whether the last scan changed nothing.
+    /// Whether the last scan changed nothing, so that the same inputs repeat it.
     #[must_use]
     pub fn is_steady(&self) -> bool {
         self.steady.is_some()
     }
 
-    /// Lets scans like the last one follow, until the next one may differ since time has passed for a timer: how many.
-    /// `None` if the last scan changed something, or no timer runs.
+    /// Skips the scans that repeat the last one, up to the next moment at which a timer may change something. Returns
+    /// their number. `None` if the last scan changed something or no timer runs.
     pub fn wait(&mut self) -> Option<u64> {
         let took = self.steady?;
         let program = self.outside.program;
-        let clockwork = self.clockwork.borrow();
+        let timer_memory = self.timer_memory.borrow();
         let known = |cell: Cell| self.memory.get(cell).filter(|(_, unknown)| *unknown == 0);
         let coils = program.timekeeping.coils.values().filter_map(|timed| {
             let setting = match timed.setting {
@@ -188,7 +189,7 @@ impl<'p> Run<'p> {
                 WordSource::Cell(cell) => known(cell)?.0,
                 WordSource::Bits { .. } | WordSource::Free(_) => return None,
             };
-            clockwork.next(timed, [setting, known(timed.present)?.0], self.reads_presents)
+            timer_memory.next(timed, [setting, known(timed.present)?.0], self.reads_presents)
         });
         let expiries = program.timekeeping.expiries.values().filter_map(|expiry| {
             let &(_, latest) = self.began.get(&expiry.memory)?;
@@ -197,14 +198,14 @@ impl<'p> Run<'p> {
                 WordSource::Cell(cell) => Some(all << 16 | u64::from(known(cell)?.0)),
                 WordSource::Bits { .. } | WordSource::Free(_) => None,
             })?;
-            // The next moment from which on it is over for certain.
+            // The moment from which on the timer has certainly run out.
             let is_followed = !expiry.is_decimal;
             let end = expiry.unit.0.checked_mul(words.checked_add(2)?)?;
             latest.0.checked_add(end).filter(|_| is_followed).map(Picos)
         });
         let expiries = expiries.filter(|&moment| moment > self.now);
         let next = coils.chain(expiries).min()?;
-        drop(clockwork);
+        drop(timer_memory);
         let scans = next.0.saturating_sub(self.now.0).div_ceil(took.0.max(1));
         self.now += Picos(took.0.checked_mul(scans)?);
         Some(scans)
@@ -214,14 +215,14 @@ impl<'p> Run<'p> {
 impl FreeValues for Start<'_, '_> {
     fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
         let Run { outside, memory, is_first, .. } = self.run;
-        let value = if outside.own.is_none() && outside.sets(cell) {
+        let value = if outside.program_written.is_none() && outside.sets(cell) {
             self.given.inputs.get(&cell).copied().unwrap_or(0)
         } else if outside.program.power_up.first_scan.contains(&cell) {
             u16::from(*is_first)
         } else {
             match memory.get(cell) {
                 Some((value, _)) => value,
-                None if outside.hides(cell, true) => outside.stated(cell),
+                None if outside.is_unknown(cell, true) => outside.stated(cell),
                 None => outside.program.power_up.word(cell),
             }
         };
@@ -237,13 +238,13 @@ impl FreeValues for Start<'_, '_> {
         if power_up.first_scan.contains(&cell) {
             return 0;
         }
-        if outside.hides(cell, self.run.is_first) {
+        if outside.is_unknown(cell, self.run.is_first) {
             return u16::MAX;
         }
         if outside.sets(cell) {
             return 0;
         }
-        // What others write comes to the program as they please.
+        // Cells that are written by others at any time are unknown.
         if is_in(&program.volatile) || program.networks.iter().any(|(region, _)| region.holds(cell))
         {
             return u16::MAX;
@@ -255,12 +256,12 @@ impl FreeValues for Start<'_, '_> {
         }
     }
 
-    fn is_unseen(&self) -> bool {
-        self.run.outside.own.is_some()
+    fn outside_is_unknown(&self) -> bool {
+        self.run.outside.program_written.is_some()
     }
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
-        if let Some(seed) = self.given.chance
+        if let Some(seed) = self.given.seed
             && self.run.outside.program.kinds.get(&key.choice) == Some(&ChoiceKind::World)
         {
             return at_random(seed, key);
@@ -268,22 +269,22 @@ impl FreeValues for Start<'_, '_> {
         self.given.choices.get(key).copied().unwrap_or(0)
     }
 
-    fn timed(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
-        let found = Found { now: self.run.now + found.now, ..found.clone() };
-        self.run.clockwork.borrow_mut().execute(timed, &found)
+    fn timed(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
+        let found = TimedInputs { now: self.run.now + found.now, ..found.clone() };
+        self.run.timer_memory.borrow_mut().execute(timed, &found)
     }
 
-    fn keeps_time(&self) -> bool {
-        // Where nothing is known of the outside, scans may also take longer.
-        !self.is_unseen()
+    fn simulates_time(&self) -> bool {
+        // If values from outside are unknown, scans may also take longer than simulated.
+        !self.outside_is_unknown()
     }
 
     fn counts_time(&self) -> bool {
-        self.keeps_time()
+        self.simulates_time()
     }
 
     fn ran_for(&mut self, memory: Cell) -> Option<(Picos, Picos)> {
-        if !self.keeps_time() {
+        if !self.simulates_time() {
             return None;
         }
         let (earliest, latest) = self.run.began.get(&memory).copied().unwrap_or_default();
@@ -292,7 +293,7 @@ impl FreeValues for Start<'_, '_> {
     }
 }
 
-/// A value that depends on nothing but the seed and what is asked.
+/// A pseudo-random value that depends only on the seed and the key.
 fn at_random(seed: u64, key: &ChoiceKey) -> u16 {
     const ODD: u64 = 0x9E37_79B9_7F4A_7C15;
     let frames = key.frames.iter().flat_map(|frame| [frame.at as u64, frame.iteration.into()]);
@@ -301,7 +302,7 @@ fn at_random(seed: u64, key: &ChoiceKey) -> u16 {
     (mixed.wrapping_mul(ODD) >> 48) as u16
 }
 
-/// Whether the program reads one of these cells but where it executes a timer or counter.
+/// Whether an instruction other than that of a timer or counter reads one of these cells.
 fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
     let mut found = false;
     for (at, instruction) in program.instructions.iter().enumerate() {
@@ -333,11 +334,11 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
     found
 }
 
-/// What the program may write where inputs are; words of which a bit is written count whole.
+/// The regions of inputs that the program may write. If a bit of a word is written, the whole word counts.
 fn written(program: &Program) -> Vec<Region> {
     let inputs = &program.power_up.inputs;
     let all = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
-    // Only inputs are asked for.
+    // Only inputs are of interest.
     let area = |region: &Region| match *region {
         Region::Range { first, .. } => Some(first.area),
         Region::Area(area) => Some(area),

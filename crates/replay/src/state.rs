@@ -1,6 +1,6 @@
-//! The memory of one scan and the values worked out from it, and which of these a real run does not know.
+//! The state of one scan: the memory, the values computed from it, and which of them are unknown in a real run.
 
-use super::clockwork::Found;
+use super::timed::TimedInputs;
 use super::words::bcd;
 use super::{FreeValues, Mode};
 use rustc_hash::FxHashMap;
@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// The instruction because of which a value is not known; `None` for a value that is.
+/// The instruction because of which a value is unknown. `None` if the value is known.
 pub(super) type Doubt = Option<usize>;
 
 /// A truth value, and whether it is known.
@@ -26,10 +26,10 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// What is known to be true.
+    /// Known to be true.
     pub(super) const TRUE: Truth = Truth { value: true, doubt: None };
 
-    /// Both together: one that is known to be false decides.
+    /// Conjunction. If one side is known to be false, the result is known.
     pub(super) fn and(self, other: Truth) -> Truth {
         let decides = |one: Truth| !one.value && one.doubt.is_none();
         if decides(self) {
@@ -50,7 +50,7 @@ impl Truth {
     }
 }
 
-/// A region that was havocked, at one moment.
+/// A region that was havocked, and when.
 #[derive(Clone)]
 struct Havoc {
     region: Region,
@@ -59,14 +59,15 @@ struct Havoc {
     doubt: Doubt,
 }
 
-/// A cell's value and how much of its area had been havocked when it got it. Large programs have very many of these.
+/// A cell's value, and the number of havocs in its area when it was written. Kept small: large programs have very many
+/// of these.
 #[derive(Clone, Copy)]
 struct Held {
     value: u16,
-    /// Which of its bits are not known; none where there is no doubt.
+    /// The mask of its unknown bits. 0 if it is known.
     unknown: u16,
     havocs: u32,
-    /// The instruction because of which these are not known; [`KNOWN`] where all are.
+    /// The instruction because of which these bits are unknown. [`KNOWN`] if none is.
     because: u32,
 }
 
@@ -78,45 +79,46 @@ impl Held {
     }
 }
 
-/// Values of exact choices, by the moment.
+/// Values of exact choices, by call context and choice.
 type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
-/// The cells, and the frames that say which moment it is.
+/// The state of one scan: the cells, and the frames of the current call context.
 pub(super) struct State<'p, F> {
     program: &'p Program,
     free: F,
     cells: FxHashMap<Cell, Held>,
-    /// By area, in order.
+    /// The havocs of each area, oldest first.
     havocs: Vec<Vec<Havoc>>,
-    /// What cells that the user states ranges of had at the scan's start.
+    /// The start values of cells for which the user states a range.
     started: BTreeMap<Cell, Option<u16>>,
     frames: Arc<[Frame]>,
     pub(super) mode: Mode,
     /// The instruction that is being executed.
     pub(super) at: usize,
-    /// Its condition.
+    /// Its execution condition.
     pub(super) condition: Truth,
-    /// Why what is being worked out is not known, if something of it is not.
+    /// Why the value being computed is unknown, if part of it is.
     pub(super) doubt: Doubt,
-    /// Whether an interrupt routine runs.
+    /// Whether an interrupt routine is running.
     pub(super) interrupting: bool,
-    /// What the operation that is being carried out reads.
+    /// What the current operation has read. `None` outside of operations.
     pub(super) reading: Option<Vec<Read>>,
-    /// Whether some of that may change at any moment.
+    /// Whether something it read may change at any moment.
     pub(super) changing: bool,
-    /// The exact choices worked out so far, by the moment.
+    /// The exact choices computed so far.
     pub(super) known: Known,
-    /// What was learned: on the way of a real run, before a run of the model.
+    /// The results of operations: those this real run has computed, or those that a run of the model uses.
     pub(super) learned: Knowledge,
-    /// Writes of operations beyond what their effects allow.
+    /// Writes of operations to cells that their effects do not declare.
     pub(super) undeclared_writes: Vec<(usize, Cell)>,
-    /// How long the scan has been running.
+    /// Time since the scan began.
     pub(super) now: Picos,
-    /// The memories of timers, and the value of each while its timer is at rest.
+    /// The memory cells of timers, each with the value it has while its timer is at rest.
     memories: FxHashMap<Cell, u16>,
-    /// Those of them whose timer was at rest at some moment of this scan.
+    /// Those memory cells whose timer was at rest at some moment of this scan.
     pub(super) rested: BTreeSet<Cell>,
-    /// How often a cell was changed, or something asked that need not be the same the next time.
+    /// Counts changes of cells, and questions whose answer may differ the next time. Used to detect identical
+    /// iterations.
     pub(super) changes: u64,
 }
 
@@ -152,7 +154,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.program
     }
 
-    /// The calls and iterations that are open, outermost first.
+    /// The current call context: calls and iterations, outermost first.
     pub(super) fn frames(&self) -> &Arc<[Frame]> {
         &self.frames
     }
@@ -170,7 +172,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             return value;
         }
         if self.mode == Mode::Real
-            && self.free.keeps_time()
+            && self.free.simulates_time()
             && let Some(present) = self.program.timekeeping.between.get(&choice)
         {
             return present.map_or(0, |cell| self.read(cell));
@@ -185,7 +187,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
         let value = match self.program.kinds.get(&choice) {
             Some(ChoiceKind::World) => {
-                let given = self.given(&key, kind);
+                let given = self.outside_value(&key, kind);
                 if self.is_uncounted(choice) {
                     self.doubt = self.doubt.or(Some(self.at));
                 }
@@ -196,12 +198,14 @@ impl<'p, F: FreeValues> State<'p, F> {
                 if self.read(contact) & 1 == 1 {
                     setting
                 } else {
-                    Some(self.given(&key, kind)).filter(|&value| value < setting).unwrap_or(0)
+                    Some(self.outside_value(&key, kind))
+                        .filter(|&value| value < setting)
+                        .unwrap_or(0)
                 }
             }
-            // A timer that starts in this scan is not over in it, unless its setting is 0.
+            // A timer that starts in this scan does not run out in it, unless its set value is 0.
             Some(ChoiceKind::ScanTicks { .. }) => 0,
-            // It is asked only as a loop's count.
+            // Such a choice is asked for only as the count of a loop.
             None | Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
                 self.free.choice(&key, kind)
@@ -217,15 +221,15 @@ impl<'p, F: FreeValues> State<'p, F> {
         value
     }
 
-    /// What the outside gives.
-    fn given(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
-        if self.free.is_unseen() {
+    /// A value from outside the program.
+    fn outside_value(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
+        if self.free.outside_is_unknown() {
             self.doubt = self.doubt.or(Some(self.at));
         }
         self.free.choice(key, kind)
     }
 
-    /// A choice of the outside's that tells how far a timer has run, which can be no more than time has passed.
+    /// A value from outside that says whether a timer has run out, corrected by the time that can have passed.
     fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
         let timekeeping = &self.program.timekeeping;
         if let Some(over) = timekeeping.elapsed.get(&choice) {
@@ -239,7 +243,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             self.doubt = self.doubt.or(Some(self.at));
             return given;
         };
-        let given = self.by_time(expiry, setting).unwrap_or(given);
+        let given = self.expired_by_time(expiry, setting).unwrap_or(given);
         let is_open = |state: &mut Self, stood: Cell| {
             let stood = state.read(stood).cast_signed();
             let setting = i64::from((setting as u16).cast_signed());
@@ -251,12 +255,12 @@ impl<'p, F: FreeValues> State<'p, F> {
         given
     }
 
-    /// Whether a choice tells of time that is not counted where time passes from scan to scan.
+    /// Whether a choice depends on time that the run does not simulate.
     fn is_uncounted(&self, choice: ChoiceId) -> bool {
         self.free.counts_time() && self.program.timekeeping.uncounted.contains(&choice)
     }
 
-    /// A timer's setting; `None` if it is not known.
+    /// The set value of a timer. `None` if it is unknown.
     fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
         let program = self.program;
         let changes = |word: &WordSource| match *word {
@@ -274,8 +278,9 @@ impl<'p, F: FreeValues> State<'p, F> {
         setting.filter(|_| is_known)
     }
 
-    /// What tells whether a timer is over that cannot have run for its setting, or has run for longer.
-    fn by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
+    /// Whether the timer has run out, if the possible elapsed times decide it: all below the set value, or all above
+    /// it.
+    fn expired_by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
         let (least, most) = match self.has_rested(expiry.memory) {
             true => (Picos::ZERO, self.now),
             false => {
@@ -291,7 +296,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         is_over.then_some(u16::from(!expiry.running))
     }
 
-    /// Whether a timer was at rest at some moment of this scan, by its memory.
+    /// Whether the timer with this memory cell was at rest at some moment of this scan.
     fn has_rested(&mut self, memory: Cell) -> bool {
         let started = self.free.start(memory, AreaKind::Word);
         self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
@@ -301,7 +306,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.choose(choice, AreaKind::Bit) & 1 == 1
     }
 
-    /// What a timer's or counter's execution leaves, where time goes by and its cells are known.
+    /// The flag and present value after a timer or counter was executed, if time is simulated and its cells are known.
     pub(super) fn executed(
         &mut self,
         timed: &Timed,
@@ -309,7 +314,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         condition: bool,
         inputs: Vec<bool>,
     ) -> Option<(bool, u16)> {
-        if !self.free.keeps_time() {
+        if !self.free.simulates_time() {
             return None;
         }
         let outer = self.doubt.take();
@@ -318,26 +323,26 @@ impl<'p, F: FreeValues> State<'p, F> {
         let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
         let doubt = std::mem::replace(&mut self.doubt, outer);
         let is_known = doubt.is_none();
-        let found = Found { now, condition, inputs, setting, flag, present, is_known };
+        let found = TimedInputs { now, condition, inputs, setting, flag, present, is_known };
         if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
     }
 
-    /// How the analysis settled a choice in this call context.
+    /// How the analysis resolved a choice in this call context.
     pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Settling> {
         self.free.settled()?.choice(&self.frames, choice)
     }
 
-    /// Whether the analysis counted this instruction's units in this call context.
+    /// Whether the analysis determined the number of units of this instruction in this call context.
     pub(super) fn was_counted(&self) -> bool {
         self.free.settled().is_some_and(|settled| settled.counted(&self.frames, self.at))
     }
 
-    /// The cell's value now. A value that comes from outside is kept, so that it is asked for once.
+    /// The current value of the cell. A value from outside is stored, so that it is asked for only once.
     pub(super) fn read(&mut self, cell: Cell) -> u16 {
         self.read_masked(cell, u16::MAX)
     }
 
-    /// The same where only these bits of it matter.
+    /// As [`Self::read`], where only the bits of `mask` matter.
     pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
         let held = self.held(cell);
         self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
@@ -351,7 +356,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         held.value
     }
 
-    /// What the cell holds now; what comes from outside is asked for here.
+    /// The current value of the cell with its unknown bits. Asks for values from outside.
     fn held(&mut self, cell: Cell) -> Held {
         let held = self.cells.get(&cell).copied();
         let since = held.map_or(0, |held| held.havocs as usize);
@@ -360,7 +365,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
         let (value, doubt, unknown) = match (havoc, held) {
             (Some(havoc), _) => {
-                let unseen = self.free.is_unseen().then_some(self.at);
+                let unseen = self.free.outside_is_unknown().then_some(self.at);
                 let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt.or(unseen));
                 let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
                 (self.free.choice(&key, kind), doubt, u16::MAX)
@@ -379,13 +384,13 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.hold(cell, value, doubt, unknown)
     }
 
-    /// What the cell holds once the scan is over, and which of its bits are not known.
+    /// The value of the cell at the end of the scan, and the mask of its unknown bits.
     pub(super) fn after(&mut self, cell: Cell) -> (u16, u16) {
         let held = self.held(cell);
         (held.value, held.unknown)
     }
 
-    /// What the scan leaves in each cell that it touched, and which of its bits are not known.
+    /// The cells that the scan read or wrote: the final value and the mask of unknown bits of each.
     pub(super) fn touched(&mut self) -> Vec<(Cell, u16, u16)> {
         let cells: Vec<Cell> = self.cells.keys().copied().collect();
         let left = |cell| {
@@ -395,7 +400,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         cells.into_iter().map(left).collect()
     }
 
-    /// The regions that took any value.
+    /// The regions that were havocked.
     pub(super) fn lost(&self) -> Vec<Region> {
         self.havocs.iter().flatten().map(|one| one.region).collect()
     }
@@ -403,7 +408,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
         let havocs = self.havocs[usize::from(cell.area.0)].len();
         let unknown = if doubt.is_some() { unknown } else { 0 };
-        // No program that fits into memory has as many instructions as that.
+        // A program with that many instructions does not fit into memory.
         let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
         let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
         let held = Held { value, unknown, havocs: number(havocs), because };
@@ -420,7 +425,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         held
     }
 
-    /// These bits of the cell take a value if `fired`, which may not be known; nor may the value.
+    /// Writes the bits of `mask` if `fired`. Both `fired` and the value may be unknown.
     pub(super) fn put(&mut self, cell: Cell, mask: u16, value: u16, doubt: Doubt, fired: Truth) {
         if fired.doubt.is_none() && !fired.value {
             return;
@@ -436,7 +441,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             self.hold(cell, kept | written, doubt.or(old.doubt()), unknown);
             return;
         }
-        // Where it takes the value that it has, it does not matter.
+        // If the value is already there, it does not matter whether the write happens.
         if old.value & mask == written && old.unknown & mask == 0 && doubt.is_none() {
             return;
         }
@@ -468,14 +473,14 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// The number's words, least first.
+    /// The words of the number, least significant first.
     pub(super) fn number(&mut self, number: &Number) -> Vec<u16> {
         match number {
             Number::Words(sources) => sources.iter().map(|&source| self.word(source)).collect(),
             Number::Add(a, b) => add(&self.number(a), &self.number(b), false),
             Number::Sub(a, b) => {
                 let (a, b) = (self.number(a), self.number(b));
-                // Two's complement: the difference is the sum with the inverse and one.
+                // Two's complement: a difference is the sum with the inverse plus one.
                 add(&a, &b.iter().map(|word| !word).collect::<Vec<_>>(), true)
             }
             Number::And(a, b) => zip(&self.number(a), &self.number(b), |a, b| a & b),
@@ -506,12 +511,12 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// The truth value in this state, `condition` being the instruction's.
+    /// The truth value of `logic` in this state. `condition` is the execution condition of the instruction.
     pub(super) fn logic(&mut self, logic: &Logic, condition: Truth) -> Truth {
         match logic {
             Logic::Condition => condition,
             Logic::Not(inner) => self.logic(inner, condition).not(),
-            // In a real run all parts are looked at, so that what is learned does not depend on their order.
+            // In a real run all parts are evaluated, so that what is learned does not depend on their order.
             Logic::All(parts) => {
                 let parts = parts.iter().map(|part| self.logic(part, condition));
                 parts.fold(Truth::TRUE, Truth::and)
@@ -526,7 +531,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// What is worked out, and whether it is known.
+    /// Evaluates `work` and records whether its result is known.
     fn doubted(&mut self, work: impl FnOnce(&mut Self) -> bool) -> Truth {
         let outer = self.doubt.take();
         let value = work(self);
@@ -534,7 +539,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         Truth { value, doubt }
     }
 
-    /// Carries out a write if `fired`.
+    /// Performs a write if `fired`.
     pub(super) fn write(&mut self, write: &Write, condition: Truth, fired: Truth) {
         if !fired.value && fired.doubt.is_none() {
             return;
@@ -576,7 +581,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// Havocs a region if `fired`; what it holds then is known only where the outside gives it.
+    /// Havocs a region if `fired`. Its cells are known afterwards only if their values come from outside.
     pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
         self.changes += 1;
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
@@ -610,13 +615,13 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// The stated ranges that no values of the cells not read could meet.
+    /// The stated ranges that the start values violate, whatever the cells hold that were not read.
     pub(super) fn broken_ranges(&self) -> Vec<usize> {
         let ranges = self.program.ranges.iter().enumerate();
         ranges.filter(|(_, range)| !self.meets(range)).map(|(index, _)| index).collect()
     }
 
-    /// The ranges that the scan's start keeps and its end does not, where both are known, and what the words hold then.
+    /// The ranges that hold at the start and not at the end, with the values at the end. Only known values count.
     pub(super) fn range_violations(&mut self) -> Vec<(usize, i64)> {
         let number = |words: &[u16]| match *words {
             [word] => Some(i64::from(word.cast_signed())),
@@ -669,7 +674,7 @@ fn zip(a: &[u16], b: &[u16], mut join: impl FnMut(u16, u16) -> u16) -> Vec<u16> 
     a.iter().zip(b).map(|(&a, &b)| join(a, b)).collect()
 }
 
-/// The sum, wrapped around, with a carry into the least word.
+/// The sum with a carry into the least significant word, wrapped around.
 fn add(a: &[u16], b: &[u16], carry: bool) -> Vec<u16> {
     let mut carry = u32::from(carry);
     zip(a, b, |a, b| {
@@ -679,7 +684,7 @@ fn add(a: &[u16], b: &[u16], carry: bool) -> Vec<u16> {
     })
 }
 
-/// The words, most significant first, such that their order is the order of the signed numbers.
+/// Converts words so that comparing them, most significant first, orders them as signed numbers.
 fn signed(words: &[u16]) -> Vec<u16> {
     let mut ordered: Vec<u16> = words.iter().rev().copied().collect();
     if let Some(top) = ordered.first_mut() {
@@ -688,7 +693,7 @@ fn signed(words: &[u16]) -> Vec<u16> {
     ordered
 }
 
-/// The IEEE 754 single if it is a normal number or plain +0.
+/// The IEEE 754 single, if it is a normal number or +0.
 fn real(words: &[u16]) -> Option<f32> {
     let &[low, high] = words else { return None };
     let bits = u32::from(high) << 16 | u32::from(low);

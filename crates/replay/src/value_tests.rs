@@ -7,8 +7,7 @@ use scanbound_ir::{
     Relation, StartRange, Step, When, WordSource, WordTarget, Write,
 };
 
-/// Runs the writes, each an instruction of its own that fires if M99 is on, then asks for the value of each
-/// logic as a contact.
+/// Runs the writes as instructions that fire if M99 is on. Then evaluates each logic as a contact.
 fn ask(writes: Vec<(When, Write)>, asked: Vec<Logic>, witness: &Witness) -> Vec<bool> {
     let contact = |value| instruction(Step::Logic { join: Join::Start, value }, vec![]);
     let act = |effect| instruction(Step::Act { fires: Logic::cell(bit(99)) }, vec![effect]);
@@ -196,7 +195,7 @@ fn all_words_are_read_before_any_is_written() {
     let shift = Write::Words(targets(&[word(1), word(2)]), cells(&[word(0), word(1)]));
     let asked = vec![holds(word(0), 1), holds(word(1), 1), holds(word(2), 2)];
     assert_eq!(ask(vec![(When::Always, shift)], asked, &witness), [true; 3]);
-    // The same bits under two targets: the later target wins.
+    // Both targets are the same bits: the later write wins.
     let twice = Write::Words(
         vec![WordTarget::Discard, WordTarget::Cell(word(3)), WordTarget::Cell(word(3))],
         Number::Words([7, 8, 9].map(WordSource::Const).to_vec()),
@@ -210,7 +209,7 @@ fn effects_see_the_effects_before_but_expressions_the_state_before_all() {
         when: When::Always,
         write: Write::Bit(BitTarget::Cell(cell), value),
     };
-    // A rising edge: fires if M0 is on and the memory M1 was off; the memory is written at once.
+    // A rising edge fires if M0 is on and the memory bit M1 was off. The memory bit is updated at once.
     let edge = Logic::All(vec![Logic::cell(bit(0)), Logic::cell(bit(1)).not()]);
     let contact = instruction(
         Step::Logic { join: Join::Start, value: edge },
@@ -232,7 +231,7 @@ fn effects_see_the_effects_before_but_expressions_the_state_before_all() {
     let fired = |witness: &Witness| {
         replay(&p, &times, witness).events.iter().map(|event| event.fired).collect::<Vec<_>>()
     };
-    // The condition was true (empty stack) although the contact is not.
+    // The condition was true (empty stack) although the contact is false.
     assert_eq!(fired(&start(&[(bit(0), 1)])), [true, true, true, true, true]);
     assert_eq!(fired(&start(&[(bit(0), 1), (bit(1), 1)])), [false, true, true, true, false]);
     assert_eq!(fired(&start(&[(bit(1), 1)])), [false, false, false, true, false]);
@@ -270,10 +269,10 @@ fn havocked_cells_take_the_choice_until_they_are_written() {
     let all = havoc(Region::Everything, 2);
     let asked = vec![holds(word(1), 22), holds(word(2), 0), Logic::cell(bit(0)).not()];
     assert_eq!(ask(vec![havoc(range, 1), keep, all], asked), [true; 3]);
-    // A bit written into a havocked word leaves the other bits of the choice.
+    // Writing a bit of a havocked word keeps the word's other bits.
     let low = (When::Always, Write::Bit(BitTarget::WordBit(word(1), 2), Logic::Const(true)));
     assert_eq!(ask(vec![havoc(range, 1), low], vec![holds(word(1), 15)]), [true]);
-    // One word copied from a havocked one is the same word ever after.
+    // A copy of a havocked word keeps the value of the original.
     let copy = (When::Always, Write::Words(targets(&[word(9)]), cells(&[word(1)])));
     let asked = vec![equal(cells(&[word(9)]), cells(&[word(1)]))];
     assert_eq!(ask(vec![havoc(range, 1), copy], asked), [true]);

@@ -1,6 +1,6 @@
-//! Numbers in words, the least word first.
+//! Numbers stored in words, least significant word first.
 
-/// The number that words make, the least first; at most four words.
+/// The number in at most four words. `None` if there are more.
 pub fn number(words: &[u16], signed: bool) -> Option<i128> {
     if words.len() > 4 {
         return None;
@@ -10,12 +10,12 @@ pub fn number(words: &[u16], signed: bool) -> Option<i128> {
     Some(if negative { value - (1i128 << (16 * words.len())) } else { value })
 }
 
-/// The lowest so many words of a number.
+/// The lowest `count` words of a number.
 pub fn words_of(value: i128, count: usize) -> Vec<u16> {
     (0..count).map(|n| (value >> (16 * n)) as u16).collect()
 }
 
-/// The number that words' digits make; `None` if a digit is above 9.
+/// The number in BCD words. `None` if a digit is above 9.
 pub fn bcd(words: &[u16]) -> Option<i128> {
     let digits =
         words.iter().rev().flat_map(|word| (0..4).rev().map(move |n| word >> (4 * n) & 15));

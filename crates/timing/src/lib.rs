@@ -1,4 +1,4 @@
-//! What instructions take: timing tables, and each instruction's and each scan's price by them.
+//! Timing tables, and the times of each instruction and each scan by these tables.
 
 pub mod price;
 pub mod table;

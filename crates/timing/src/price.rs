@@ -1,4 +1,4 @@
-//! Gives every instruction of a program its two times from a timing table, and a scan its overhead.
+//! Gives each instruction its on-time and off-time from a timing table, and each scan its overhead.
 
 mod networks;
 mod refresh;
@@ -22,68 +22,69 @@ use refresh::Refresh;
 pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, unsure};
 use touched::Cells;
 
-/// The two times of an instruction.
+/// The times of an instruction and where they come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Price {
-    /// When it fires, with the most units that it may handle.
+    /// The on-time, with the largest number of units that the instruction may handle.
     pub on: Picos,
-    /// When it is reached and does not fire.
+    /// The off-time: the instruction is reached and does not fire.
     pub off: Picos,
-    /// When it fires and handles no unit, where the number of units is not known or stands in words; else the same as
-    /// `on`.
+    /// A lower bound on the on-time: with no units, if their number is unknown or is read from words. Otherwise equal
+    /// to `on`.
     pub least: Picos,
-    /// When it fires, but for `per_unit`.
+    /// The part of the on-time that does not depend on the number of units in words.
     pub base: Picos,
-    /// For each unit that words count.
+    /// Added to `base` for each unit that words count.
     pub per_unit: Picos,
-    /// The weakest evidence among the rows used; that of the table's factor stands in [`Prices::factor`].
+    /// The weakest evidence among the rows used. The evidence of the table's factor is in [`Prices::factor`].
     pub evidence: Evidence,
-    /// The rows used, joined by ` + `.
+    /// The names of the rows used, joined by ` + `.
     pub row: Arc<str>,
-    /// Where the first row is that of a class: the most general name under which the instruction could have its own.
+    /// If the first row is a class row: the most general name under which the table could have a row for the
+    /// instruction itself.
     pub instead_of: Option<Arc<str>>,
-    /// Where the number of units is not known: the largest number, which was charged.
+    /// If the number of units is unknown: the largest possible number, which was charged.
     pub at_most_units: Option<u64>,
 }
 
-/// What each scan costs besides its instructions, one kind of it.
+/// One kind of overhead: a time that each scan takes in addition to its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OverheadTerm {
-    /// What it is, in words.
+    /// What it is, for the reader of a report.
     pub name: String,
-    /// How long, the table's factor included.
+    /// The time, including the table's factor.
     pub time: Picos,
-    /// How well founded.
+    /// The weakest evidence among the rows used.
     pub evidence: Evidence,
-    /// How it was worked out.
+    /// How the time was calculated.
     pub why: String,
 }
 
-/// What a program's scan is charged.
+/// The times that a scan of a program is charged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prices {
-    /// Parallel to `Program::instructions`; `None` costs nothing. Those that are priced alike share one.
+    /// Parallel to `Program::instructions`. `None` takes no time. Instructions with equal prices share one `Price`.
     pub instructions: Vec<Option<Arc<Price>>>,
-    /// Once a scan.
+    /// The overhead, charged once in each scan.
     pub overhead: Vec<OverheadTerm>,
-    /// The factor that all these times hold already.
+    /// The factor that is already contained in all these times.
     pub factor: Option<Factor>,
-    /// The sides, inputs and outputs, of which it is not stated how many points are refreshed.
+    /// The inputs or outputs whose number of refreshed points is not stated.
     pub points: Vec<UnstatedPoints>,
-    /// The sides of which it is not stated on which base units they are.
+    /// The inputs or outputs whose base units are not stated.
     pub bases: Vec<UnstatedBase>,
-    /// What networks refresh that the program uses, where nobody says what that takes.
+    /// What the program uses that a network refreshes, if neither the table nor the user gives a time for it.
     pub networks: Vec<NetworkUse>,
 }
 
 impl Prices {
-    /// What every instruction takes.
+    /// The on-time and off-time of each instruction.
     #[must_use]
     pub fn times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
     }
 
-    /// What every instruction takes at least: where it is not known how many units it handles, without any.
+    /// Lower bounds on the times of each instruction: if its number of units is unknown, without units.
     #[must_use]
     pub fn least_times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.least, off: price.off, per_unit: price.per_unit })
@@ -94,19 +95,19 @@ impl Prices {
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
-    /// What all the points that the CPU can have take beyond those taken, where they are not stated.
+    /// The additional time if all points that the CPU can have are refreshed, where their number is not stated.
     #[must_use]
     pub fn more_points(&self) -> Picos {
         more_points(&self.points)
     }
 
-    /// What was charged for refresh that need not be there, where that is not stated.
+    /// The part of the refresh time that may not occur, because points or base units are not stated.
     #[must_use]
     pub fn unsure(&self) -> Picos {
         unsure(&self.points, &self.bases)
     }
 
-    /// The overhead in one sum.
+    /// The sum of all overhead terms.
     #[must_use]
     pub fn overhead_sum(&self) -> Picos {
         self.overhead.iter().map(|term| term.time).sum()
@@ -116,26 +117,26 @@ impl Prices {
 /// Why an instruction has no price.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoPrice {
-    /// Neither the instruction nor its class has a row.
+    /// Neither the instruction nor its class has a row, and it needs one.
     Missing,
-    /// The same, and it then costs nothing (a label).
+    /// Neither has a row, and the instruction takes no time (a label).
     Free,
-    /// The time does not fit the range of times.
+    /// The time exceeds the largest time that can be represented.
     TooLarge,
 }
 
-/// How often each tag of `@+` rows occurs in an instruction's operands: for an area's name, how many of its
-/// cells are read or written; for `WORDBIT`, how many bits of words.
+/// How often each tag of the `@+` rows occurs in an instruction's operands. For the name of an area: how many of its
+/// cells are read or written. For `WORDBIT`: how many bits of words.
 pub type Tags = BTreeMap<String, u64>;
 
-/// All that a price depends on: of a key all but what its operands touch, the tags, and whether a rung and an interrupt
-/// begin here.
+/// Everything that a price depends on: the timing key, the tags of the operands, and whether a rung or an interrupt
+/// routine begins at the instruction.
 type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags, [bool; 2]);
 
 /// The tag for bits of words.
 const WORD_BIT: &str = "WORDBIT";
 
-/// Prices every instruction and the scan.
+/// Prices every instruction and the overhead of a scan.
 ///
 /// # Errors
 /// Every instruction that has no time, each with its line.
@@ -145,7 +146,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     };
     let extras = table.has_extras();
     let tagged: Vec<Option<String>> = program.areas.iter().map(tag).collect();
-    // Most instructions are priced like many others.
+    // Most instructions have the same price as many others.
     let mut known: FxHashMap<Asked<'_>, Priced> = FxHashMap::default();
     let rung = table.row("@rung");
     let entry = table.row("@interrupt-entry");
@@ -169,9 +170,10 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
             });
             continue;
         }
-        // A rung costs where it begins, so that it costs nothing where it is jumped over and again in a loop.
+        // The cost of a rung is charged at its first instruction. So it is not charged if the rung is skipped, and
+        // charged again in each iteration of a loop.
         let begins = rung.filter(|_| instruction.block != block);
-        // An interrupt costs where its routine is entered: once an occurrence.
+        // The cost of an interrupt is charged at the first instruction of its routine, once for each occurrence.
         let entered = entry.filter(|_| entries.contains(&at));
         let Priced { price, begun } = match &instruction.timing {
             None => priced(table, Err(NoPrice::Free), begins, entered),
@@ -215,7 +217,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     Ok(Prices { instructions, overhead, factor, points, bases, networks })
 }
 
-/// The price of what the user states a time of.
+/// The price of an instruction whose time the user states.
 fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
     let row = Row {
         name: "stated".to_owned(),
@@ -231,14 +233,14 @@ fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
     Sum::new(&row, 0).price(table)
 }
 
-/// An instruction's price, and whether it holds the cost of the rung that begins there.
+/// An instruction's price, and whether it includes the cost of the rung that begins there.
 #[derive(Clone)]
 struct Priced {
     price: Result<Arc<Price>, NoPrice>,
     begun: bool,
 }
 
-/// What an instruction costs, with the rung and the interrupt that begin there.
+/// The price of an instruction, including the cost of a rung or an interrupt that begins at it.
 fn priced<'a>(
     table: &Table,
     mut sum: Result<Sum<'a>, NoPrice>,
@@ -258,9 +260,9 @@ fn priced<'a>(
     Priced { price: sum.and_then(|sum| sum.price(table)).map(Arc::new), begun }
 }
 
-/// The price of an instruction: the first of its names that has a row, else its class's row; then what `@+`
-/// rows add for its operands; then the larger time both ways where the key wants it; then the factor. What the user
-/// states over a table of a less specific name holds too, where it is dearer than the table's row.
+/// The price of an instruction, in this order: the row of the first of its names that has one, otherwise the row of its
+/// class; the `@+` rows for its operands; the larger of both times for both, if the key asks for that; the factor. A
+/// time that the user states for a less specific name also holds for this one, if it is larger than the table's.
 ///
 /// # Errors
 /// If there is no row, or the time is too large.
@@ -304,7 +306,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
     Ok(sum)
 }
 
-/// A row and what `@+` rows add for operands, but for those of the variant that the row is for.
+/// A row plus the `@+` rows of the operands, except those of the variant that the row is already for.
 fn with_extras<'a>(
     table: &'a Table,
     key: &TimingKey,
@@ -321,27 +323,27 @@ fn with_extras<'a>(
     for (tag, &times) in tags.iter().filter(|(tag, _)| told.as_ref() != Some(tag)) {
         if let Some(extra) = table.row(&format!("@+{tag}")) {
             sum.add(extra, times, units);
-            // How many cells are touched depends on the count.
+            // The number of cells touched depends on the count.
             sum.counted += u128::from(extra.on.0) * u128::from(times);
         }
     }
     sum
 }
 
-/// Rows being added up for one price.
+/// The rows that are added up for one price.
 struct Sum<'a> {
     on: u128,
     off: u128,
-    /// The part of the on-time that depends on the count.
+    /// The part of the on-time that is proportional to the count.
     counted: u128,
-    /// How much of that a unit takes.
+    /// The part of `counted` for one unit.
     per_unit: u128,
-    /// How many units the on-time holds.
+    /// The number of units in the on-time.
     units: u64,
     evidence: Evidence,
     rows: Vec<&'a str>,
     instead_of: Option<Arc<str>>,
-    /// Whether words say how many units there are.
+    /// Whether words of the program hold the number of units.
     by_words: bool,
     at_most_units: Option<u64>,
 }
@@ -380,12 +382,12 @@ impl<'a> Sum<'a> {
         self.per_unit > 0
     }
 
-    /// What of the on-time does not go by the unit.
+    /// The part of the on-time that does not depend on the units.
     fn base(&self) -> u128 {
         self.on.saturating_sub(self.per_unit * u128::from(self.units))
     }
 
-    /// The dearer of two, each time by itself.
+    /// The larger of both on-times and the larger of both off-times.
     fn dearer(self, stated: Sum<'a>) -> Sum<'a> {
         let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
         let (ours, theirs) = (parts(&self), parts(&stated));
@@ -395,7 +397,7 @@ impl<'a> Sum<'a> {
         if ours.iter().zip(theirs).all(|(ours, theirs)| *ours >= theirs) {
             return self;
         }
-        // Each row gives one of the times.
+        // Each of the two rows gives one of the times.
         let evidence = self.evidence.min(stated.evidence);
         let [base, per_unit, off] = [0, 1, 2].map(|part| ours[part].max(theirs[part]));
         let rows = [stated.rows, self.rows].concat();
@@ -414,7 +416,7 @@ impl<'a> Sum<'a> {
         } else {
             (fit(self.on)?, Picos::ZERO)
         };
-        // A factor is rounded up for the unit, and once more for the rest.
+        // With a factor, the time per unit is rounded up, and so is the rest.
         let on = u128::from(base.0) + u128::from(per_unit.0) * u128::from(self.units);
         let on = u64::try_from(on).map(Picos).map_err(|_| NoPrice::TooLarge)?;
         Ok(Price {
@@ -431,7 +433,7 @@ impl<'a> Sum<'a> {
     }
 }
 
-/// An instruction without a count counts as one unit.
+/// The number of units. An instruction without a count has one unit.
 fn units(units: &Units) -> u64 {
     match units {
         Units::None => 1,
@@ -440,7 +442,7 @@ fn units(units: &Units) -> u64 {
     }
 }
 
-/// The part of a row name behind the colon.
+/// The part of a row name after the colon.
 fn variant(name: &str) -> Option<String> {
     name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
 }
@@ -462,8 +464,8 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
     let name = at.timing.as_ref().and_then(|key| key.names.last()).map_or("", String::as_str);
     let (message, help) = match why {
         NoPrice::TooLarge => (
-            format!("the time of {name} for so many units is too large to add up"),
-            "look at the units and the time per unit in the table".to_owned(),
+            format!("the time of {name} with its number of units is too large"),
+            "check the number of units and the time per unit in the table".to_owned(),
         ),
         NoPrice::Missing | NoPrice::Free => (
             format!("the table {} has no time for {name}", table.name),
@@ -506,12 +508,12 @@ fn overhead(
     Ok((terms, refresh))
 }
 
-/// A term's time so many times, with the table's factor.
+/// The time of an overhead row, multiplied by `times` and the table's factor.
 fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
     let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
     time.ok_or_else(|| {
-        let message = format!("the time of {} is too large to add up", row.name);
-        let help = "look at the times in the table";
+        let message = format!("the time of {} is too large", row.name);
+        let help = "check the times in the table";
         vec![Diagnostic::file(Code::NoTime, &row.table, message, help)]
     })
 }

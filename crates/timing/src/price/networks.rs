@@ -1,4 +1,4 @@
-//! The refresh of networks: what it is charged, and what of a program needs it where nobody priced it.
+//! Network refresh: its overhead, and what a program uses of a network for which no time is given.
 
 use super::{OverheadTerm, charged};
 use crate::table::{Evidence, Row, Table};
@@ -10,21 +10,21 @@ use scanbound_ir::{
     WordTarget, Write,
 };
 
-/// Something that a program uses and that a network refreshes, or reaches.
+/// Something the program uses that lies on a network: devices that the network refreshes, or a station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// What, in words: `B`, `X1000 and beyond`.
+    /// Its name: `B`, `X1000 and beyond`.
     pub what: String,
     /// The first instruction that uses it, an index into `Program::instructions`.
     pub first: usize,
 }
 
-/// Whether the table or the user says what networks take, or that there are none.
+/// Whether the table or the user gives the time of network refresh, or says that there is no network.
 pub fn is_priced(table: &Table, facts: &Facts) -> bool {
     facts.network.is_some() || table.terms("@network").next().is_some()
 }
 
-/// What a scan is charged for networks: what the user states, else the table's rows.
+/// The overhead of network refresh: what the user states, otherwise the table's rows.
 pub fn terms(table: &Table, facts: &Facts) -> Result<Vec<OverheadTerm>, Vec<Diagnostic>> {
     let term = |row: &Row| -> Result<OverheadTerm, Vec<Diagnostic>> {
         let name = row.name.split_once(':').map_or("network refresh", |(_, name)| name);
@@ -52,8 +52,8 @@ pub fn terms(table: &Table, facts: &Facts) -> Result<Vec<OverheadTerm>, Vec<Diag
     }
 }
 
-/// What the program uses that networks refresh: cells that the dialect names, points beyond those that the CPU can
-/// have, and stations that it reaches into by itself.
+/// What the program uses of networks: link devices of the dialect, points above the largest number the CPU can have,
+/// and stations that instructions access.
 pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
     let beyond =
         [(Role::Input, "input", &table.most_inputs), (Role::Output, "output", &table.most_outputs)];
@@ -88,20 +88,21 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
         .filter_map(|((_, what), first)| Some(NetworkUse { what, first: first? }));
     let direct = program.direct_links.map(|first| {
         let text = program.instructions.get(first).map_or("", |one| &*one.text);
-        NetworkUse { what: format!("the station that {text} reaches into"), first }
+        NetworkUse { what: format!("the station that {text} accesses"), first }
     });
     used.chain(direct).collect()
 }
 
-/// A longer range has no known end: of it the first cell alone is named.
+/// A range with more cells than this has no known end: only its first cell is used.
 const MOST_CELLS: u32 = 1 << 24;
 
-/// How many cells a range of so many is known to name.
+/// The number of cells that a range of `count` cells certainly names.
 pub fn known_length(count: u32) -> u32 {
     if count > MOST_CELLS { 1 } else { count }
 }
 
-/// Whether an instruction that names the one region is seen to use the other. What may be anywhere shows nothing.
+/// Whether an instruction on the region `cells` certainly uses the region `named`. A region at an unknown place does
+/// not count.
 fn meet(cells: Region, named: Region) -> bool {
     match (cells, named) {
         (Region::Area(area), Region::Area(other)) => area == other,
@@ -116,7 +117,7 @@ fn meet(cells: Region, named: Region) -> bool {
     }
 }
 
-/// Calls back with every region that an instruction reads, writes or has among its operands.
+/// Calls `each` with every region that an instruction reads, writes or names as an operand.
 pub fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
     let mut range = |first: Cell, count: u32| each(Region::Range { first, count });
     instruction.each_read(&mut |source| match source {

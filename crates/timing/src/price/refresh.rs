@@ -1,4 +1,4 @@
-//! The refresh of inputs and outputs: what it is charged, and where nobody stated how many points there are.
+//! Refresh of inputs and outputs: its overhead, and what the user could state about points and base units.
 
 use super::networks::{each_region, known_length};
 use super::{Evidence, OverheadTerm, charged};
@@ -10,48 +10,49 @@ use scanbound_base::time::Picos;
 use scanbound_ir::{Cell, Program, Region, Role};
 use std::collections::BTreeSet;
 
-/// Points of one side of which nobody stated how many are refreshed.
+/// Inputs or outputs whose number of refreshed points is not stated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnstatedPoints {
     /// `input` or `output`.
     pub side: &'static str,
-    /// How many were taken, as far as the program shows them.
+    /// The number of points charged: those that the program is seen to use.
     pub taken: u32,
-    /// What their refresh was charged.
+    /// The refresh time charged for them.
     pub time: Picos,
-    /// What it would be charged for sixteen more at most.
+    /// The largest additional time for sixteen more points.
     pub sixteen: Picos,
-    /// What it would be charged besides if a number were stated: such points may be split among bases anywhere.
+    /// The additional time that would be charged if a number of points were stated: stated points may be distributed
+    /// over several bases.
     pub begun: Picos,
-    /// How the number was found.
+    /// How the number of points was determined.
     pub why: String,
-    /// All that the CPU can have, where the table says it.
+    /// The largest number of points that the CPU can have, if the table gives it.
     pub most: Option<MorePoints>,
 }
 
-/// The most points that a CPU can have.
+/// The largest number of points that a CPU can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MorePoints {
-    /// How many.
+    /// The number of points.
     pub points: u32,
-    /// What the refresh of all of them takes beyond that of those taken.
+    /// The additional refresh time for all of them, compared with the points charged.
     pub more: Picos,
-    /// How well founded the number is.
+    /// The evidence of the number of points.
     pub evidence: Evidence,
-    /// How well founded the time is: the number and the rows that price it, the weakest of these.
+    /// The evidence of `more`: the weakest among the number of points and the rows used.
     pub founded: Evidence,
-    /// Where it comes from.
+    /// The source of the number.
     pub source: String,
 }
 
-/// What all the points that the CPU can have take beyond those taken, as far as the table knows them.
+/// The additional time if all points that the CPU can have are refreshed, as far as the table gives their number.
 #[must_use]
 pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
     unstated.iter().filter_map(|points| points.most.as_ref()).map(|most| most.more).sum()
 }
 
-/// What was charged for refresh that need not be there: points that are not stated, and what a dearer base takes more
-/// than the cheapest where the points are.
+/// The refresh time that was charged and may not occur: that of points that are not stated, and the difference between
+/// the slowest and the fastest base.
 #[must_use]
 pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     let is_stated = |base: &&UnstatedBase| unstated.iter().all(|points| points.side != base.side);
@@ -59,59 +60,59 @@ pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     unstated.iter().map(|points| points.time).chain(bases).sum()
 }
 
-/// A side of which it is not stated on which kind of base unit its modules sit, so the dearest was taken.
+/// Inputs or outputs whose kind of base unit is not stated. The slowest base is charged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnstatedBase {
     /// `input` or `output`.
     pub side: &'static str,
-    /// The base on which the refresh takes least.
+    /// The fastest base.
     pub least: String,
-    /// By how much less.
+    /// How much less its refresh takes.
     pub saves: Picos,
 }
 
-/// What the refresh of inputs and outputs is charged.
+/// The overhead for refreshing inputs and outputs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Refresh {
-    /// Terms of each scan.
+    /// The overhead terms.
     pub terms: Vec<OverheadTerm>,
-    /// The sides whose points are not stated.
+    /// Inputs or outputs whose number of points is not stated.
     pub points: Vec<UnstatedPoints>,
-    /// The sides whose base units are not stated.
+    /// Inputs or outputs whose base units are not stated.
     pub bases: Vec<UnstatedBase>,
 }
 
-/// The rows of one side: what each 8 or 16 points take, and what a scan takes once where there are any.
+/// The table rows for the inputs or for the outputs: a time for each 8 or 16 points, and a time once in each scan.
 struct Side<'a> {
     name: &'static str,
     table: &'a Table,
-    /// Whether points of which it is not stated on which bases they are may be split among these anywhere. So may a
-    /// stated number of them. Those that the program names are counted by addresses, sixteens of them, and a module takes
-    /// up its addresses by sixteens: each of these is on one base.
+    /// Whether the points may be distributed over several bases in any way. This is so for a stated number of points on
+    /// unstated bases. Points that the program names are counted by addresses in blocks of sixteen. A module occupies
+    /// whole blocks, so each block is on one base.
     splits: bool,
-    /// How many points the CPU has addresses for.
+    /// The number of points that the CPU can address.
     most: Option<u32>,
 }
 
-/// A row that counts for points of a side.
+/// One table row that is charged for points.
 struct Charge<'a> {
     row: &'a Row,
-    /// How many points it is for at a time; 0: however many.
+    /// The number of points that the row's time is for. 0: any number.
     size: u32,
-    /// How often it counts.
+    /// How often the row is charged.
     times: u64,
-    /// Whether it counts beside the dearest one, for points on another base.
+    /// Whether it is charged in addition to the slowest row, for points on another base.
     besides: bool,
 }
 
-/// Points that rows are for at a time; 0 for a row that counts once a scan.
+/// The numbers of points that rows can be for. 0 is a row that is charged once in each scan.
 const SIZES: [u32; 3] = [8, 16, 0];
 
-/// Points of one kind of base unit; of none where nobody says on which they are.
+/// A number of points on one kind of base unit. `None` if the base is not stated.
 type Points<'a> = (Option<&'a str>, u32);
 
 impl<'a> Side<'a> {
-    /// The rows that price points, each with how many it is for at a time (0: however many).
+    /// The rows that price points, each with the number of points that it is for (0: any number).
     fn rows(&self, base: Option<&str>) -> Vec<(u32, &'a Row)> {
         SIZES
             .into_iter()
@@ -119,8 +120,8 @@ impl<'a> Side<'a> {
             .collect()
     }
 
-    /// The rows for so many points at a time: for a base unit its own, else that for any; where it is not stated on which
-    /// base units the points are, the dearest.
+    /// The rows for this number of points at a time. For a base unit: its own row, otherwise the general one. If the
+    /// base units are not stated: the slowest row.
     fn rows_of(&self, size: u32, base: Option<&str>) -> Vec<&'a Row> {
         let plain = self.table.row(&self.row(size));
         let kind = format!("{}:", self.row(size));
@@ -128,14 +129,14 @@ impl<'a> Side<'a> {
         let of_bases = || self.table.rows().iter().filter(is_own);
         let dearest = || of_bases().max_by_key(|row| row.on);
         let Some(base) = base else {
-            // What a base takes once a scan adds up where points are on several.
+            // The time per scan of each base adds up if the points are on several bases.
             if size == 0
                 && of_bases().map(|row| row.on).sum::<Picos>()
                     > plain.map_or(Picos::ZERO, |row| row.on)
             {
                 return of_bases().collect();
             }
-            // Of equals the plain one, which says what it is for.
+            // Among equal rows, take the general one: its name says what it is for.
             return dearest()
                 .into_iter()
                 .chain(plain)
@@ -144,13 +145,13 @@ impl<'a> Side<'a> {
                 .collect();
         };
         let own = |size| self.table.row(&format!("{}:{base}", self.row(size)));
-        // Of a base that has rows of its own, what it has none for is not counted by those of another.
+        // If a base has rows of its own, missing ones are not replaced by rows of another base.
         let is_known = SIZES.into_iter().any(|size| own(size).is_some());
         let others = || if is_known { None } else { dearest() };
         own(size).or(plain).or_else(others).into_iter().collect()
     }
 
-    /// What so many points are charged at most.
+    /// The rows charged for this many points, at most.
     fn charges(&self, base: Option<&str>, points: u32) -> Vec<Charge<'a>> {
         let mut charges = Vec::new();
         for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
@@ -166,15 +167,15 @@ impl<'a> Side<'a> {
         charges
     }
 
-    /// The rows of the bases on which a point each makes refresh the longest, where all other points are charged by the
-    /// dearest row. What is begun is rounded up on each base. No split takes longer: beyond the first row of each base,
-    /// the dearest is the most that further points can take. On all bases together there are no more modules than the CPU
-    /// has addresses for.
+    /// The additional rows if the points are distributed over bases in the slowest way: one point on each of these
+    /// bases, and all others charged by the slowest row. Each base rounds its number of points up. No other
+    /// distribution takes longer, because beyond the first row of each base the slowest row is the most that further
+    /// points can take. The total number of modules is limited by the CPU's addresses.
     fn begun_besides(&self, size: u32, dearest: &'a Row, points: u32) -> Vec<&'a Row> {
         let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.on));
-        // The base that has the dearest row, if it is not that for any.
+        // Leave out the base that the slowest row belongs to, unless that is the general row.
         if rows.first().is_some_and(|row| row.on == dearest.on) {
             rows.remove(0);
         }
@@ -193,13 +194,13 @@ impl<'a> Side<'a> {
         rows
     }
 
-    /// The name of the row for so many points at a time.
+    /// The name of the row for this number of points at a time.
     fn row(&self, size: u32) -> String {
         let size = if size == 0 { String::new() } else { size.to_string() };
         format!("@{}{size}", self.name)
     }
 
-    /// The base units that the table tells apart.
+    /// The kinds of base units that the table distinguishes.
     fn bases(&self) -> BTreeSet<String> {
         let kinds = SIZES.map(|size| format!("{}:", self.row(size)));
         let names = self.table.rows().iter().map(|row| row.name.to_ascii_lowercase());
@@ -210,7 +211,7 @@ impl<'a> Side<'a> {
             .collect()
     }
 
-    /// What so many points take.
+    /// The refresh time of these points.
     fn time(&self, all: &[Points<'_>]) -> Result<Picos, Vec<Diagnostic>> {
         let mut sum = Picos::ZERO;
         for &(base, points) in all {
@@ -222,7 +223,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// How often a row for so many points at a time counts.
+/// How often a row for `size` points at a time is charged for `points` points.
 fn times(size: u32, points: u32) -> u64 {
     match size {
         0 => u64::from(points > 0),
@@ -230,7 +231,7 @@ fn times(size: u32, points: u32) -> u64 {
     }
 }
 
-/// The terms of a scan for the refresh, and what of it is not stated.
+/// The overhead terms of the refresh, and the facts about it that are not stated.
 pub fn refresh(
     program: &Program,
     table: &Table,
@@ -297,7 +298,7 @@ pub fn refresh(
             if let Some((own, least)) = least.filter(|(own, _)| *own < time) {
                 let saves = time.checked_sub(own).unwrap_or_default();
                 saved = format!(
-                    ", the dearest base: the bound is {saves} less if [io] base = \"{least}\""
+                    ", the slowest base: the bound is {saves} lower with [io] base = \"{least}\""
                 );
                 found.bases.push(UnstatedBase { side: name, least, saves });
             }
@@ -307,8 +308,8 @@ pub fn refresh(
                 let unit = row.on.us_text();
                 let each = match size {
                     0 => "once a scan".to_owned(),
-                    _ if besides => format!("a {size} points, begun on another base"),
-                    _ => format!("a {size} points"),
+                    _ if besides => format!("per {size} points, on a further base"),
+                    _ => format!("per {size} points"),
                 };
                 let origin = match (by_base.is_empty(), base) {
                     (false, Some(base)) => {
@@ -317,7 +318,7 @@ pub fn refresh(
                     (_, Some(base)) => format!("{origin}, on the base {base}"),
                     (_, None) => origin.clone(),
                 };
-                // What is saved is told once.
+                // The saving is reported only once.
                 let saved = std::mem::take(&mut saved);
                 let why = format!("{origin}: {times} x {unit} us {each}{saved}; {}", row.source);
                 let time = charged(table, row, times)?;
@@ -329,7 +330,7 @@ pub fn refresh(
     Ok(found)
 }
 
-/// Refuses base units that the table does not know.
+/// Refuses base units for which the table has no times.
 fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let sides = ["input", "output"].map(|name| Side { name, table, splits: false, most: None });
     let known: BTreeSet<String> = sides.iter().flat_map(Side::bases).collect();
@@ -337,7 +338,7 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let fault = |key: &str, part: Part, base: &str| {
         let message = format!("the table {} has no times for the base '{base}'", table.name);
         let help = match known.is_empty() {
-            true => "it tells no bases apart: leave it out".to_owned(),
+            true => "this table does not distinguish bases: leave it out".to_owned(),
             false => format!("it has {names}"),
         };
         facts.fault(["io", key], part, Code::NoBase, message, &help)
@@ -360,8 +361,8 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
 /// The most wrong bases of a side that are reported.
 const MOST_TOLD: usize = 100;
 
-/// How many points the program is seen to use among those that the CPU can have, and how that was found: what lies
-/// beyond is a network's.
+/// The number of points that the program uses, within those that the CPU can have, and how it was determined. Points
+/// above that belong to a network.
 #[must_use]
 pub fn own_points(
     program: &Program,
@@ -392,7 +393,8 @@ pub fn own_points(
     (own, format!("{own} {side} points, since {name} is the highest {side} {which}"))
 }
 
-/// The highest cell of a role that instructions name below a limit, and whether they name cells beyond.
+/// The highest cell below a limit that instructions name as an input or output, and whether they name cells above the
+/// limit.
 struct Highest {
     cell: Cell,
     beyond: bool,

@@ -1,4 +1,4 @@
-//! Tests of pricing: which row, which units, which operands, and what a scan costs besides.
+//! Tests of pricing: which rows, units and operands count, and the overhead of a scan.
 
 use super::*;
 use crate::table::{CLASSES, POINTS, SINGLE, VARIED};
@@ -213,7 +213,7 @@ fn labels_and_parts_of_instructions_are_free() {
     let mut part = instruction(2, 1, "LD X0", "contact");
     part.timing = None;
     let program = program(vec![label, part]);
-    // An optional row's class does not price it, its own row does.
+    // If the row is optional, the instruction is not priced by its class, only by its own row.
     let prices = price(&program, &table("@nothing,1,\n"), &Facts::default()).unwrap();
     assert_eq!(prices.instructions, [None, None]);
     assert_eq!(prices.times(), [Times::default(); 2]);
@@ -241,7 +241,7 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
 }
 
-/// Wherever an index leads, an instruction writes as many cells as it says.
+/// Whatever its index is, an instruction writes as many cells as its meaning says.
 #[test]
 fn what_is_written_by_an_index_is_charged_once() {
     let mut moved = instruction(1, 1, "FMOV K0 ZR0Z0 K300", "block");
@@ -257,7 +257,7 @@ fn what_is_written_by_an_index_is_charged_once() {
         let table = table("FMOV,1,\n@+ZR,10,0\n");
         price(program, &table, &Facts::default()).unwrap().times()[0].on
     };
-    // Of what is not known to be written by an index twice as many are charged.
+    // Without a known index, twice as many cells are charged.
     assert_eq!(of(&indexed), us(6_001));
     indexed.indexed.insert(ChoiceId(0), reached);
     assert_eq!(of(&indexed), us(3_001));
@@ -296,12 +296,12 @@ fn an_interrupt_costs_where_it_is_entered() {
     assert_eq!(prices.times().iter().map(|t| t.on).collect::<Vec<_>>(), [us(1), us(40), us(41)]);
 }
 
-/// Rows with one number that are no part of a scan: a limit on it, and what a response time holds besides scans.
+/// Rows with one number that are not part of a scan: a limit for it, and the parts of a response time outside of scans.
 const BESIDE_SCANS: [&str; 3] = ["@watchdog", "@input-delay", "@output-delay"];
 
 #[test]
 fn every_kind_of_row_is_charged() {
-    // It has all that a row may be for: rungs, an interrupt, two main routines, points of both sides.
+    // The program has everything that a row may be for: rungs, an interrupt, two main routines, inputs and outputs.
     let mut program = program(vec![
         load(1, 1, cell(X, 3)),
         load(2, 1, cell(Y, 3)),
@@ -371,7 +371,7 @@ fn points_are_those_stated_or_up_to_the_highest_used() {
     assert_eq!(told, [("input", 32, us15(4), us15(2)), ("output", 40, us15(15), us15(6))]);
     let more = |points: &UnstatedPoints| points.most.as_ref().map(|m| (m.points, m.more));
     assert_eq!(more(&points[0]), Some((64, us15(4))));
-    // More than the CPU can have is no point of its own.
+    // Points above the CPU's maximum are not its own.
     assert_eq!(more(&points[1]), Some((40, us15(0))));
     let stated = Facts { inputs: Some(65), outputs: Some(8), ..Facts::default() };
     let (terms, points, _) = found(&stated);
@@ -396,7 +396,7 @@ fn built_in_tables_price_what_their_cpus_run() {
         let moved = |names: &[&str]| price(names, "move", Units::None).on;
         assert!(moved(&["MOV:digits", "MOV"]) > moved(&["MOV"]), "{name}");
         assert!(moved(&["MOV:module", "MOV"]) > moved(&["MOV:indexed", "MOV"]), "{name}");
-        // Annunciators, where the CPU has them.
+        // Annunciators, if the CPU has them.
         let coil = |names: &[&str]| price(names, "coil", Units::None).on;
         let dearer = coil(&["OUT:F", "OUT"]) > coil(&["OUT:M", "OUT"]);
         assert_eq!(dearer, table.row("OUT:F").is_some() || table.row("OUT:M").is_some(), "{name}");

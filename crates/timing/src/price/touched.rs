@@ -6,35 +6,36 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// Cells of an instruction whose meaning does not say how many of a range it writes are counted up to this,
-/// or up to twice its units.
+/// If the meaning of an instruction does not say how many cells of a range it writes, this many are counted, or twice
+/// its units if that is more.
 const LEAST_RANGE: u64 = 8;
-/// A longer range has no known end: of it the first cell alone is named.
+/// A range with more cells than this has no known end: only its first cell is used.
 const MOST_CELLS: u32 = 1 << 24;
 
-/// What an instruction touches.
+/// The cells that an instruction reads, writes or names.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cells {
-    /// Of each area; few instructions touch more than two.
+    /// The cells by area. Few instructions use more than two areas.
     pub areas: Vec<OfArea>,
-    /// How many bits of words.
+    /// The number of bits of words.
     pub word_bits: u64,
     units: u64,
 }
 
-/// What an instruction touches of one area.
+/// The cells of one area that an instruction uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OfArea {
     /// The area.
     pub area: AreaId,
-    /// How many cells, each mention counted.
+    /// The number of cells. A cell that is mentioned twice counts twice.
     pub count: u64,
-    /// The highest index that is named.
+    /// The highest index that the instruction names.
     pub highest: Option<u32>,
 }
 
 impl Cells {
-    /// What an instruction of so many units touches. `indexed` has what writes by an index may reach.
+    /// The cells that an instruction with these units uses. `indexed` gives the cells that writes with an index may
+    /// reach.
     #[must_use]
     pub fn of(
         instruction: &Instruction,
@@ -46,7 +47,7 @@ impl Cells {
             Source::Bit(source) => cells.bit(source),
             Source::Word(source) => cells.word(source),
         });
-        // How many cells were counted of what one write by an index may reach.
+        // The cells already counted for each write with an index.
         let mut counted: Vec<(ChoiceId, u64)> = Vec::new();
         for effect in &instruction.effects {
             match &effect.write {
@@ -67,7 +68,7 @@ impl Cells {
                         cells.region(*region);
                         continue;
                     };
-                    // Wherever they lie, no more cells are written than the instruction says.
+                    // Whatever the index is, the instruction writes no more cells than its meaning says.
                     let most = match written.length {
                         Length::Exactly(length) => length.into(),
                         Length::Counted(..) | Length::Unknown => cells.most_of_range(),
@@ -86,12 +87,12 @@ impl Cells {
         cells
     }
 
-    /// So many cells of a range are counted.
+    /// The number of cells of a range that are counted.
     fn most_of_range(&self) -> u64 {
         LEAST_RANGE.max(self.units.saturating_mul(2))
     }
 
-    /// What the operands name counts as well: of cells shown and cells named the more.
+    /// Adds the cells that operands name: the larger of the cells shown by effects and the cells named counts.
     fn named(&mut self, touched: &Touched) {
         let mut named = Cells { units: self.units, ..Cells::default() };
         touched.regions.iter().for_each(|&region| named.region(region));

@@ -1,4 +1,4 @@
-//! The timing tables that come with the program, and which of them a CPU's name means.
+//! The built-in timing tables, and which of them belongs to the name of a CPU.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -7,7 +7,7 @@ use super::{Evidence, Table};
 use scanbound_base::near;
 use scanbound_base::time::Picos;
 
-/// Name and text of each file under `timing-tables`, by name.
+/// The name and text of each file under `timing-tables`, sorted by name.
 const FILES: [(&str, &str); 19] = [
     ("c200h", include_str!("../../timing-tables/c200h.csv")),
     ("cj2m", include_str!("../../timing-tables/cj2m.csv")),
@@ -30,7 +30,7 @@ const FILES: [(&str, &str); 19] = [
     ("qnudv", include_str!("../../timing-tables/qnudv.csv")),
 ];
 
-/// The tables, each read when it is first asked for; that each of them reads is tested. None amends another.
+/// The parsed tables. Each is parsed when it is first needed; a test parses them all. None amends another.
 static TABLES: [OnceLock<Option<Table>>; FILES.len()] = [const { OnceLock::new() }; FILES.len()];
 
 fn table(index: usize) -> Option<&'static Table> {
@@ -39,17 +39,17 @@ fn table(index: usize) -> Option<&'static Table> {
     TABLES[index].get_or_init(read).as_ref()
 }
 
-/// The first cells of a built-in table's rows of a kind: most of its rows need not be read for that.
+/// The second fields of a built-in table's rows with this name. Much faster than parsing the table.
 fn cells<'a>(text: &'a str, row: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(row).skip(1).map(|rest| rest.split([',', '\n']).next().unwrap_or_default().trim())
 }
 
-/// The CPUs that a built-in table's text names.
+/// The CPUs that a built-in table's text lists.
 fn cpus(text: &str) -> impl Iterator<Item = &str> {
     cells(text, "\n@cpu,").flat_map(str::split_whitespace)
 }
 
-/// The families that the built-in tables name.
+/// The families of the built-in tables.
 pub(super) fn families() -> BTreeSet<&'static str> {
     FILES.iter().flat_map(|(_, text)| cells(text, "\n@family,")).collect()
 }
@@ -58,29 +58,29 @@ fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {
     FILES.iter().enumerate().filter_map(|(index, (name, _))| Some((*name, table(index)?)))
 }
 
-/// The most CPUs of like names that are suggested.
+/// The maximum number of CPUs with similar names that are suggested.
 const MOST_NEAR: usize = 4;
 
-/// What a list of the built-in tables shows of one.
+/// One line of the list of built-in tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// What `--table` takes.
+    /// The name that `--table` takes.
     pub name: &'static str,
-    /// One line.
+    /// The title, one line.
     pub title: String,
-    /// The CPUs it is for.
+    /// The CPUs that it is for.
     pub cpus: Vec<String>,
-    /// How many rows rest on which evidence, in the order of [`Evidence::ALL`].
+    /// The number of rows with each kind of evidence, in the order of [`Evidence::ALL`].
     pub rows: [(Evidence, usize); 4],
 }
 
-/// The names of the built-in tables, in order.
+/// The names of the built-in tables, sorted.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
     FILES.iter().map(|(name, _)| *name).collect()
 }
 
-/// The names of the built-in tables, each with the day of its last change.
+/// The names of the built-in tables, each with the date of its last change.
 pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
     let dated = |&(name, text): &(&'static str, &'static str)| {
         (name, cells(text, "\n@date,").next().unwrap_or_default())
@@ -88,20 +88,20 @@ pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
     FILES.iter().map(dated)
 }
 
-/// The built-in tables for a family, by name.
+/// The built-in tables of a family, sorted by name.
 #[must_use]
 pub fn of_family(family: &str) -> Vec<Table> {
     let is_own = |(_, table): &(&str, &Table)| table.family.as_deref() == Some(family);
     tables().filter(is_own).map(|(_, table)| table.clone()).collect()
 }
 
-/// A built-in table's text; letter case does not count.
+/// The text of a built-in table. Letter case is ignored.
 #[must_use]
 pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(own, _)| own.eq_ignore_ascii_case(name.trim())).map(|(_, text)| *text)
 }
 
-/// All built-in tables in short.
+/// The list of all built-in tables.
 #[must_use]
 pub fn list() -> Vec<Summary> {
     tables()
@@ -115,15 +115,15 @@ pub fn list() -> Vec<Summary> {
 }
 
 impl Table {
-    /// A built-in table.
+    /// The built-in table of this name.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Table> {
         let index = FILES.iter().position(|(own, _)| own.eq_ignore_ascii_case(name.trim()))?;
         table(index).cloned()
     }
 
-    /// The built-in table for a CPU as a source file names it. Where the name means several CPUs (`Q02(H)`),
-    /// the slowest of their tables.
+    /// The built-in table for a CPU as a source file names it. If the name means several CPUs (`Q02(H)`), the table of
+    /// the slowest.
     #[must_use]
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
         let meant = meant(cpu);
@@ -138,7 +138,7 @@ impl Table {
             .map(|(name, _)| name)
     }
 
-    /// What to tell a user whose CPU has no table.
+    /// The help for a user whose CPU has no table.
     #[must_use]
     pub fn advice(cpu: &str) -> String {
         let shared = |name: &str| {
@@ -150,7 +150,7 @@ impl Table {
         let all =
             || tables.iter().flat_map(|table| table.cpus.iter().map(move |own| (own, table.name)));
         let most = all().map(|(own, _)| shared(own)).max().unwrap_or(0);
-        // Two letters in common say little, but more than nothing.
+        // Two common letters are weak evidence of similarity, but better than none.
         let near: Vec<String> = all()
             .filter(|(own, _)| most >= 2 && shared(own) == most)
             .take(MOST_NEAR)
@@ -159,10 +159,13 @@ impl Table {
         let near = match near.as_slice() {
             [] => String::new(),
             near => {
-                format!("; nearest by name: {}: compare the CPUs' speeds first", near.join(", "))
+                format!(
+                    "; similar names: {}: compare the CPUs' speeds before you use one",
+                    near.join(", ")
+                )
             }
         };
-        // Other letters may be another CPU, which is slower; the same ones in another order are a slip of the pen.
+        // Different letters may mean another, slower CPU. The same letters in another order are a typing error.
         let slip = all().find(|(own, _)| meant(cpu).iter().any(|one| near::is_reordered(one, own)));
         let slip = slip.map(|(own, _)| own.clone());
         let advice = format!(
@@ -173,8 +176,8 @@ impl Table {
     }
 }
 
-/// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`; of a unit's order name (`CJ2M-CPU31`,
-/// `CP1L-M40DR-A`, `FX3U-32MR/ES`) the series, unless the whole is a name of its own (`L26-BT`).
+/// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`. For the order name of a unit
+/// (`CJ2M-CPU31`, `CP1L-M40DR-A`, `FX3U-32MR/ES`) this is the series, unless the whole is a name in a table (`L26-BT`).
 fn meant(cpu: &str) -> Vec<String> {
     let mut names = Vec::new();
     for part in cpu.to_ascii_uppercase().replace("CPU", "").split(['/', ',', ' ']) {

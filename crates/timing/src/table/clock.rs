@@ -1,23 +1,23 @@
-//! The clock of a machine that runs one word a clock, as the user states it, in place of a table's.
+//! The clock of a machine that executes one word per clock cycle, as the user states it.
 
 use super::{Evidence, Table};
 use scanbound_base::time::Picos;
 use std::fmt;
 use std::str::FromStr;
 
-/// By how much the switch position SLOW divides a MINASEC-U's clock.
+/// The divisor of a MINASEC-U's clock in the switch position SLOW.
 const SLOW: u64 = 32_768;
 
-/// A stated clock.
+/// The clock that the user states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StatedClock {
-    /// The table's.
+    /// The clock of the table.
     Fast,
-    /// The table's, divided by 32,768.
+    /// The clock of the table, divided by 32,768.
     Slow,
-    /// Of this period.
+    /// A clock with this period.
     Period {
-        /// The period; of a frequency, rounded up.
+        /// The period. If a frequency was given, rounded up.
         period: Picos,
         /// As the user wrote it.
         text: String,
@@ -35,14 +35,14 @@ impl FromStr for StatedClock {
         }
         let fault = || {
             format!(
-                "'{text}' is no clock: give a frequency (30.3kHz), a period (33us), fast or slow"
+                "'{text}' is not a clock: give a frequency (30.3kHz), a period (33us), fast or slow"
             )
         };
         let period = match text.strip_suffix("Hz") {
             Some(number) => period(number.trim()).ok_or_else(fault)?,
             None => Picos::from_duration_text(text).map_err(|_| fault())?,
         };
-        // Slower than any such machine, and the sum over a scan stays small.
+        // No such machine is slower, and the sum over a scan stays representable.
         if period == Picos::ZERO || period > Picos(10_000_000_000_000) {
             return Err(fault());
         }
@@ -57,7 +57,7 @@ fn period(text: &str) -> Option<Picos> {
         Some(number) => (number, 6),
         None => (text, 0),
     };
-    // Read like a duration: a frequency in microhertz.
+    // Parsed like a duration, the frequency is in microhertz.
     let number = Picos::from_us_text(number.trim()).ok()?;
     let microhertz = u128::from(number.0) * 10_u128.pow(digits);
     let picos = 1_000_000_000_000_u128 * 1_000_000;
@@ -80,8 +80,8 @@ impl fmt::Display for StatedClock {
 }
 
 impl Table {
-    /// Puts a stated clock in place of the table's. A period is believed as it stands: the table's tolerance
-    /// is the table's clock's, and goes with it.
+    /// Replaces the table's clock by the stated one. A stated period is used as it is: the table's tolerance applies
+    /// only to the table's clock, so it is removed.
     pub fn set_clock(&mut self, clock: &StatedClock) {
         let words = self.rows.iter_mut().filter(|row| !row.name.starts_with('@'));
         match clock {

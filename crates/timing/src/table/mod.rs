@@ -1,4 +1,4 @@
-//! A timing table: what each instruction of a CPU costs, with the evidence for it, and how a row is found.
+//! A timing table: the times of each instruction of a CPU, the evidence for them, and how a row is found.
 
 pub mod builtin;
 mod clock;
@@ -16,7 +16,7 @@ pub use parse::{Override, Parsed, parse_override};
 #[cfg(test)]
 pub(crate) use parse::{POINTS, SINGLE, VARIED};
 
-/// The timing classes: each has its `@class` row in every built-in table.
+/// The timing classes. Every built-in table has an `@class` row for each.
 pub const CLASSES: [&str; 39] = [
     "arithmetic",
     "arithmetic-double",
@@ -59,25 +59,25 @@ pub const CLASSES: [&str; 39] = [
     "timer",
 ];
 
-/// How well a time is founded, the weakest first.
+/// How reliable a time is. The weakest comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Evidence {
-    /// Nobody has published or measured it: a table's author supposed it.
+    /// The table's author assumed it: nobody has published or measured it.
     Assumed,
-    /// The user gave it, and did not say from where.
+    /// The user gave it without a source.
     Stated,
-    /// Measured on the CPU.
+    /// It was measured on the CPU.
     Measured,
-    /// In the maker's document that the row names.
+    /// It is in the manufacturer's document that the row names.
     Published,
 }
 
 impl Evidence {
-    /// All, the best first.
+    /// All kinds of evidence, the strongest first.
     pub const ALL: [Evidence; 4] =
         [Evidence::Published, Evidence::Measured, Evidence::Stated, Evidence::Assumed];
 
-    /// The word that tables and reports use.
+    /// The word for it in tables and reports.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -100,65 +100,65 @@ impl fmt::Display for Evidence {
 pub struct Row {
     /// As written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
     pub name: String,
-    /// The time when it fires; for `@` rows that have one number only, that number.
+    /// The on-time. For `@` rows with only one number, that number.
     pub on: Picos,
-    /// The time when it is reached and does not fire.
+    /// The off-time: the instruction is reached and does not fire.
     pub off: Picos,
     /// Added to `on` for each unit.
     pub per_unit: Picos,
-    /// What is counted; empty if nothing is.
+    /// The unit: what is counted. Empty if nothing is.
     pub unit: String,
-    /// How well founded.
+    /// The evidence for the times.
     pub evidence: Evidence,
     /// Document and page, or the reason for an assumption; may be empty.
     pub source: String,
-    /// The table it comes from: a table that amends another holds rows of both.
+    /// The table it comes from. A table that amends another has rows of both.
     pub table: String,
-    /// Whether the user stated it over the rows of a table: in one that amends another, or on the command line.
+    /// Whether the user gave it over another table's rows: in a table that amends another, or on the command line.
     pub amends: bool,
 }
 
 /// A factor on the whole scan, at least 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Factor {
-    /// In millionths.
+    /// The factor in millionths.
     pub millionths: u64,
     /// As written.
     pub text: String,
-    /// How well founded.
+    /// The evidence for it.
     pub evidence: Evidence,
-    /// Why there is one.
+    /// Its source or reason.
     pub source: String,
 }
 
 impl Factor {
-    /// The time multiplied by the factor, rounded up to a whole picosecond; `None` if too large.
+    /// The time multiplied by the factor, rounded up to a whole picosecond. `None` if it is too large.
     #[must_use]
     pub fn apply(&self, time: Picos) -> Option<Picos> {
         let product = u128::from(time.0) * u128::from(self.millionths);
         u64::try_from(product.div_ceil(1_000_000)).ok().map(Picos)
     }
 
-    /// What a time that holds the factor is without it, rounded up.
+    /// Divides a time by the factor, rounded up.
     #[must_use]
     pub fn taken_off(&self, time: Picos) -> Picos {
         taken_off(self.millionths, time)
     }
 }
 
-/// What a time that holds a factor, given in millionths and at least 1, is without it, rounded up.
+/// Divides a time by a factor that is given in millionths and is at least 1. Rounded up.
 #[must_use]
 pub fn taken_off(millionths: u64, time: Picos) -> Picos {
     let whole = u128::from(time.0) * 1_000_000;
     Picos(u64::try_from(whole.div_ceil(u128::from(millionths.max(1)))).unwrap_or(time.0))
 }
 
-/// The most points of inputs or of outputs that a CPU refreshes.
+/// The largest number of inputs or outputs that a CPU refreshes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MostPoints {
-    /// How many.
+    /// The number of points.
     pub points: u32,
-    /// How well founded.
+    /// The evidence for it.
     pub evidence: Evidence,
     /// Document and page, or the reason for an assumption; may be empty.
     pub source: String,
@@ -167,59 +167,59 @@ pub struct MostPoints {
 /// A timing table.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
-    /// The built-in name, or the file's name as the user gave it.
+    /// The name of the built-in table, or the file's name as the user gave it.
     pub name: String,
-    /// What it is for, one line; empty if it does not say.
+    /// What it is for, in one line. Empty if the table does not say.
     pub title: String,
-    /// The day of its last change, as `2026-11-21`.
+    /// The date of its last change, such as `2026-11-21`.
     pub date: Option<String>,
     /// The SHA-256 of its file's bytes.
     pub sha256: String,
-    /// The family whose instruction set it prices, as a built-in table names it (`q`, `fx5`).
+    /// The CPU family whose instruction set it prices, as in a built-in table (`q`, `fx5`).
     pub family: Option<String>,
-    /// The CPUs it is for, upper case, without the word CPU.
+    /// The CPUs that it is for, in upper case, without the word CPU.
     pub cpus: Vec<String>,
     /// The built-in table that it amends.
     pub base: Option<String>,
-    /// What its times do not hold, in words for the reader of a report.
+    /// What its times do not include, for the reader of a report.
     pub notes: Vec<String>,
     /// The factor on the whole scan.
     pub factor: Option<Factor>,
-    /// The most input points that can be fitted.
+    /// The largest number of input points that the CPU can have.
     pub most_inputs: Option<MostPoints>,
-    /// The most output points that can be fitted.
+    /// The largest number of output points that the CPU can have.
     pub most_outputs: Option<MostPoints>,
     rows: Vec<Row>,
     index: BTreeMap<String, usize>,
 }
 
 impl Table {
-    /// All rows with times, in the order of the file; those of an amended table first.
+    /// All rows with times, in the order of the file. Rows of an amended table come first.
     #[must_use]
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// The row of this name; letter case does not count.
+    /// The row of this name. Letter case is ignored.
     #[must_use]
     pub fn row(&self, name: &str) -> Option<&Row> {
         self.index.get(&*folded(name)).map(|&at| &self.rows[at])
     }
 
-    /// Whether the table prices an instruction of this very name: what the dialect does not know but the
-    /// table does is a user's instruction.
+    /// Whether the table has a row for exactly this instruction. An instruction that only the table knows is a user's
+    /// own instruction.
     #[must_use]
     pub fn knows(&self, mnemonic: &str) -> bool {
         !mnemonic.starts_with('@') && self.row(mnemonic).is_some()
     }
 
-    /// How many rows rest on this evidence.
+    /// The number of rows with this evidence.
     #[must_use]
     pub fn count(&self, evidence: Evidence) -> usize {
         self.rows.iter().filter(|row| row.evidence == evidence).count()
     }
 
-    /// Rows of one per-scan kind: `@end` and `@end:NAME` for `@end`.
+    /// The rows of one kind of overhead: for `@end`, the rows `@end` and `@end:NAME`.
     pub(crate) fn terms<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Row> {
         self.rows.iter().filter(|row| row.name.starts_with('@')).filter(move |row| {
             let folded_name = folded(&row.name);
@@ -229,18 +229,18 @@ impl Table {
         })
     }
 
-    /// Whether any row adds to the times of instructions by what they touch (`@+ZR`).
+    /// Whether any row adds to the times of instructions by the operands that they use (`@+ZR`).
     pub(crate) fn has_extras(&self) -> bool {
         self.rows.iter().any(|row| row.name.starts_with("@+"))
     }
 
-    /// The watchdog time that the CPU has by default.
+    /// The CPU's default watchdog time.
     #[must_use]
     pub fn watchdog(&self) -> Option<Picos> {
         self.row("@watchdog").map(|row| row.on)
     }
 
-    /// Prices an instruction by name as the user stated it, over whatever the table has for this name.
+    /// Sets the price of an instruction as the user stated it. It replaces the table's row of this name.
     pub fn amend(&mut self, name: &str, on: Picos, off: Picos) {
         self.put(Row {
             name: name.trim().to_owned(),
@@ -255,20 +255,20 @@ impl Table {
         });
     }
 
-    /// A time with the table's factor; `None` if too large.
+    /// A time multiplied by the table's factor. `None` if it is too large.
     #[must_use]
     pub fn scaled(&self, time: Picos) -> Option<Picos> {
         self.factor.as_ref().map_or(Some(time), |factor| factor.apply(time))
     }
 
-    /// Leaves out the most points where nobody has published them.
+    /// Removes the largest numbers of points that are only assumed.
     pub fn refuse_assumed_points(&mut self) {
         for most in [&mut self.most_inputs, &mut self.most_outputs] {
             most.take_if(|most| most.evidence == Evidence::Assumed);
         }
     }
 
-    /// Takes areas of these names for the same cells: what the `@+` row of one says holds for all, the dearest of them.
+    /// Treats areas with these names as the same cells: the slowest of their `@+` rows applies to all of them.
     pub fn join_cells(&mut self, areas: &[&str]) {
         let names: Vec<String> = areas.iter().map(|name| format!("@+{name}")).collect();
         let rows: Vec<Row> = names.iter().filter_map(|name| self.row(name).cloned()).collect();
@@ -301,7 +301,7 @@ impl Table {
     }
 }
 
-/// A name as it is compared: without blanks around, in upper case.
+/// A name in the form in which names are compared: upper case, without surrounding blanks.
 pub(crate) fn folded(name: &str) -> Cow<'_, str> {
     let name = name.trim();
     if name.bytes().any(|byte| byte.is_ascii_lowercase()) {

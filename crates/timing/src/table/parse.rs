@@ -1,4 +1,4 @@
-//! Reads a timing table from CSV text, and a price from the command line, with every fault named at once.
+//! Reads a timing table from CSV text and a price from the command line. All faults are reported at once.
 
 use scanbound_base::code::Code;
 use std::borrow::Cow;
@@ -10,33 +10,33 @@ use scanbound_base::checksum::sha256;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::{Picos, TimeError};
 
-/// A table that was read, and what is odd about it.
+/// The result of reading a table, with its warnings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parsed {
-    /// The table; where it amends a built-in one, the two together.
+    /// The table. If it amends a built-in table, it contains that table's rows too.
     pub table: Table,
-    /// Findings that do not keep it from being used.
+    /// Findings that do not prevent its use.
     pub warnings: Vec<Diagnostic>,
 }
 
 /// A price given on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
-    /// The row's name.
+    /// The name of the row that it replaces.
     pub name: String,
-    /// When it fires.
+    /// The on-time.
     pub on: Picos,
-    /// When it is reached and does not fire.
+    /// The off-time: the instruction is reached and does not fire.
     pub off: Picos,
 }
 
-/// No single time may be longer: no watchdog waits so long, and sums stay far from the largest time.
+/// The largest time that a row may have. No watchdog waits longer, and sums stay far below the largest time.
 const LONGEST: Picos = Picos(10_000_000_000_000);
-/// More faults than this are counted, not listed.
+/// Further faults are counted, not listed.
 const MOST_FAULTS: usize = 1000;
-/// Of more columns than so many it is not told one by one that they are not known.
+/// Further unknown columns are counted, not listed.
 const MOST_WARNINGS: usize = 20;
-/// More of a line is not shown.
+/// Longer text from a line is cut after this many characters.
 const SHOWN: usize = 200;
 
 /// The columns that are used.
@@ -62,7 +62,7 @@ impl Column {
         Column::Source,
     ];
 
-    /// Its head.
+    /// The column's heading.
     fn name(self) -> &'static str {
         match self {
             Column::Instruction => "instruction",
@@ -76,7 +76,7 @@ impl Column {
     }
 }
 
-/// Rows with one number. What a scan is charged for each, `price` says; a test holds it to all of them.
+/// Rows with one number. `price` charges them for a scan; a test checks that it charges all of them.
 pub(crate) const SINGLE: [&str; 15] = [
     "@end",
     "@further-program",
@@ -94,7 +94,7 @@ pub(crate) const SINGLE: [&str; 15] = [
     "@input-delay",
     "@output-delay",
 ];
-/// Rows of which there may be several, each with a name of its own behind a colon: what it is, or the base unit.
+/// Rows that may occur several times, each with a name after a colon: what it is for, or the base unit.
 pub(crate) const VARIED: [&str; 8] =
     ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
@@ -108,7 +108,7 @@ const HEAD_HELP: &str = "begin the table with the line instruction,on_us,off_us 
 const TIME_HELP: &str =
     "write decimal microseconds with a point, such as 1.52, no finer than 0.000001";
 
-/// What a row's name makes of it.
+/// The kind of a row, by its name.
 enum Kind {
     Times,
     Single,
@@ -144,7 +144,7 @@ impl Table {
     /// Reads a table. `file` is its name for the diagnostics and for the report.
     ///
     /// # Errors
-    /// All faults at once, and with them the warnings; past a thousand they are only counted.
+    /// All faults at once, with the warnings. Beyond a thousand they are only counted.
     ///
     /// # Examples
     /// ```
@@ -184,7 +184,7 @@ fn shown(line: &str) -> String {
     line.chars().take(SHOWN).collect()
 }
 
-/// One line's fields by column.
+/// The fields of one line, by column.
 struct Fields<'a> {
     line: u32,
     text: &'a str,
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
     ) {
         let text = shown(fields.text);
         let mut found = Diagnostic::line(code, self.file, fields.line, text, message, help);
-        // The field itself, not the first text like it, where the field is a piece of the line.
+        // Compare addresses, not text: an equal text may occur earlier in the line.
         let at = (part.as_ptr() as usize).checked_sub(fields.text.as_ptr() as usize);
         let end = at.map(|at| at + part.len()).filter(|&end| end <= found.text.len());
         found.span = at.zip(end).filter(|_| !part.is_empty());
@@ -276,7 +276,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Takes the columns' names; false if required ones are missing.
+    /// Reads the heading. Returns false if required columns are missing.
     fn head(&mut self, number: u32, line: &str) -> bool {
         let fields = split(line).unwrap_or_default();
         let mut unknown = 0_usize;
@@ -289,8 +289,8 @@ impl<'a> Reader<'a> {
             if twice && self.faults.len() >= MOST_FAULTS {
                 self.unlisted += 1;
             } else if twice {
-                let message = format!("the column {name} stands twice");
-                let help = "leave one of the two";
+                let message = format!("the column {name} occurs twice");
+                let help = "remove one of the two";
                 let text = shown(line);
                 self.fault(Diagnostic::line(
                     Code::TableColumn,
@@ -311,7 +311,7 @@ impl<'a> Reader<'a> {
                     self.file,
                     number,
                     shown(line),
-                    format!("the column '{}' is not known and not used", shown(field)),
+                    format!("the column '{}' is unknown and ignored", shown(field)),
                     format!("columns are {}", Column::ALL.map(Column::name).join(", ")),
                 );
                 self.warnings.push(found.mark(field).warning());
@@ -319,8 +319,8 @@ impl<'a> Reader<'a> {
             self.columns.push(known);
         }
         if let Some(more) = unknown.checked_sub(MOST_WARNINGS).filter(|&more| more > 0) {
-            let message = format!("and {more} further columns that are not known and not used");
-            let help = "leave out what is no column of a timing table";
+            let message = format!("and {more} further columns are unknown and ignored");
+            let help = "remove columns that do not belong to a timing table";
             self.warnings
                 .push(Diagnostic::file(Code::TableColumn, self.file, message, help).warning());
         }
@@ -352,7 +352,7 @@ impl<'a> Reader<'a> {
         let mut fields = Fields { line: number, text, cells: Default::default() };
         let Some(cells) = split(text) else {
             let help = "close it on the same line; a quote inside quotes is written twice";
-            self.fault_at(&fields, Code::TableRow, "", "a quote is not closed", help);
+            self.fault_at(&fields, Code::TableRow, "", "a double quote is not closed", help);
             return;
         };
         if cells.len() > self.columns.len()
@@ -379,7 +379,7 @@ impl<'a> Reader<'a> {
         let name = fields.get(Column::Instruction);
         if name.is_empty() {
             let help = "give the instruction, such as MOV, in the column instruction";
-            self.fault_at(fields, Code::TableRow, "", "the row names no instruction", help);
+            self.fault_at(fields, Code::TableRow, "", "the row has no instruction", help);
             return;
         }
         let kind = kind(name);
@@ -387,8 +387,7 @@ impl<'a> Reader<'a> {
         let before = self.seen.insert(folded(name).into_owned(), fields.line);
         if let Some(first) = before.filter(|_| !matches!(lower.as_str(), "@note" | "@cpu")) {
             let message = format!("{name} has a row already, in line {first}");
-            let help =
-                "leave one row for each name; a variant has a name of its own, such as OUT:T";
+            let help = "keep one row for each name; a variant such as OUT:T has its own name";
             self.fault_at(fields, Code::TableDuplicate, name, message, help);
         }
         match kind {
@@ -397,7 +396,7 @@ impl<'a> Reader<'a> {
             Kind::Points => self.points(fields, &lower),
             Kind::Single | Kind::Times => self.times(fields, name, matches!(kind, Kind::Single)),
             Kind::Unknown => {
-                let message = format!("'{name}' is not a row for the scan nor a class");
+                let message = format!("'{name}' is neither a row for the scan nor a class");
                 let singles = SINGLE.join(" ");
                 let help = format!(
                     "use {singles} @end:NAME @network:NAME @input16:BASE @factor {} {}, a class ({}), or @+TAG",
@@ -420,7 +419,7 @@ impl<'a> Reader<'a> {
             && let Some(&(column, _)) = second.iter().find(|(_, time)| matches!(time, Ok(Some(_))))
         {
             let cell = fields.get(column);
-            let message = format!("{name} has one time only, and {} is given too", column.name());
+            let message = format!("{name} takes only one time, but {} is given too", column.name());
             self.fault_at(fields, Code::TableRow, cell, message, "leave the field empty");
         }
         let (Ok(Some(on)), Ok(off), Ok(per_unit), Some(evidence)) = (on, off, per_unit, evidence)
@@ -440,7 +439,7 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// The time in a column; `Ok(None)` if the field is empty and may be, `Err` if a fault was noted.
+    /// The time in a column. `Ok(None)` if the field is empty and may be, `Err` if a fault was reported.
     fn time(
         &mut self,
         fields: &Fields<'_>,
@@ -473,7 +472,7 @@ impl<'a> Reader<'a> {
         }
         let known = Evidence::ALL.into_iter().find(|known| cell.eq_ignore_ascii_case(known.word()));
         if known.is_none() {
-            let message = format!("'{}' is no kind of evidence", shown(cell));
+            let message = format!("'{}' is not a kind of evidence", shown(cell));
             let help =
                 "write published, measured, stated or assumed, or leave the field empty (stated)";
             self.fault_at(fields, Code::TableEvidence, cell, message, help);
@@ -494,7 +493,7 @@ impl<'a> Reader<'a> {
             }
             _ => {
                 let message = format!("the factor '{}' is not a decimal from 1 to 10", shown(cell));
-                let help = "write what the whole scan is multiplied by, such as 1.05";
+                let help = "write the factor for the whole scan, such as 1.05";
                 self.fault_at(fields, Code::TableTime, cell, message, help);
             }
         }
@@ -530,7 +529,7 @@ impl<'a> Reader<'a> {
             "@note" => self.table.notes.push(text),
             "@date" if is_date(&text) => self.table.date = Some(text),
             "@date" => {
-                let message = format!("'{}' is no date", shown(&text));
+                let message = format!("'{}' is not a date", shown(&text));
                 let help = "write year, month and day: 2026-11-21";
                 self.fault_at(fields, Code::TableRow, &text, message, help);
             }
@@ -539,7 +538,7 @@ impl<'a> Reader<'a> {
                 self.table.family = Some(text.to_ascii_lowercase());
             }
             "@family" => {
-                let message = format!("'{}' is no family of CPUs", shown(&text));
+                let message = format!("'{}' is not a family of CPUs", shown(&text));
                 let known: Vec<&str> = super::builtin::families().into_iter().collect();
                 let help = format!("families are {}", known.join(", "));
                 self.fault_at(fields, Code::TableRow, &text, message, help);
@@ -558,7 +557,7 @@ impl<'a> Reader<'a> {
     fn finish(mut self) -> Result<Parsed, Vec<Diagnostic>> {
         if self.unlisted > 0 {
             let message = format!("and {} further faults, not listed", self.unlisted);
-            let help = "mend those listed first";
+            let help = "correct the listed ones first";
             self.faults.push(Diagnostic::file(Code::TableFaults, self.file, message, help));
         }
         if !self.faults.is_empty() {
@@ -591,7 +590,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Whether a text is a day in the form `2026-11-21`.
+/// Whether a text is a date in the form `2026-11-21`.
 fn is_date(text: &str) -> bool {
     let digits = |part: &str, most: u32| {
         part.bytes().all(|byte| byte.is_ascii_digit())
@@ -608,14 +607,14 @@ fn is_date(text: &str) -> bool {
     }
 }
 
-/// A line's fields, trimmed; `None` if a quote is not closed.
+/// A line's fields, trimmed; `None` if a double quote is not closed.
 fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
     let quotes = line.bytes().filter(|&byte| byte == b'"').count();
     if quotes % 2 == 1 {
         return None;
     }
     if quotes == 0 {
-        // Nearly every line; a reader of its own for each would take longer than all else that is read.
+        // Nearly every line has no quotes. Creating a CSV reader for each line would dominate the reading time.
         return Some(line.split(',').map(|field| Cow::Borrowed(field.trim())).collect());
     }
     let mut reader = csv::ReaderBuilder::new()
@@ -625,23 +624,23 @@ fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
         .trim(csv::Trim::All)
         .from_reader(line.as_bytes());
     let mut record = csv::StringRecord::new();
-    // The text is UTF-8 and the rows may have any length, so reading does not fail.
+    // The text is UTF-8 and rows may have any number of fields, so reading cannot fail.
     reader.read_record(&mut record).ok()?;
     Some(record.iter().map(|field| Cow::Owned(field.to_owned())).collect())
 }
 
-/// Reads a price from the command line: `MOV=12.5us` or, with a time when it does not fire, `MOV=12.5us/0.3us`.
+/// Reads a price from the command line: `MOV=12.5us`, or with an off-time `MOV=12.5us/0.3us`.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// A message that says what is wrong.
 pub fn parse_override(text: &str) -> Result<Override, String> {
     let form = "write NAME=12.5us or NAME=12.5us/0.3us";
-    // Names such as LD= hold the sign too.
+    // A name such as LD= contains the sign, too.
     let (name, times) =
-        text.rsplit_once('=').ok_or_else(|| format!("'{text}' gives no time; {form}"))?;
+        text.rsplit_once('=').ok_or_else(|| format!("'{text}' has no time; {form}"))?;
     let name = name.trim();
     if name.is_empty() || name.starts_with('@') {
-        return Err(format!("'{text}' names no instruction; {form}"));
+        return Err(format!("'{text}' has no instruction; {form}"));
     }
     let time = |text: &str| match Picos::from_duration_text(text) {
         Ok(time) if time <= LONGEST => Ok(time),

@@ -15,7 +15,7 @@ fn faults(text: &str) -> Vec<Diagnostic> {
     Table::parse("t.csv", text.as_bytes()).unwrap_err()
 }
 
-/// The message of the one fault that the row is met with.
+/// The message of the only fault that this row causes.
 fn fault(row: &str) -> String {
     let found = faults(&format!("{HEAD}{row}\n"));
     assert_eq!(found.len(), 1, "{found:?}");
@@ -55,20 +55,20 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert!(fault("MOV,10000000.1,2").contains("more than 10 s"));
     assert!(fault("MOV,99999999999999999999,2").contains("more than 10 s"));
     assert_eq!(fault("MOV,0,08,0,08"), "the row has 5 fields, the table 3 columns");
-    assert_eq!(fault("\"MOV,1,2"), "a quote is not closed");
-    assert_eq!(fault(",1,2"), "the row names no instruction");
-    assert_eq!(fault("@ned,1,"), "'@ned' is not a row for the scan nor a class");
-    assert_eq!(fault("@+,1,"), "'@+' is not a row for the scan nor a class");
-    assert_eq!(fault("@end,1,2"), "@end has one time only, and off_us is given too");
+    assert_eq!(fault("\"MOV,1,2"), "a double quote is not closed");
+    assert_eq!(fault(",1,2"), "the row has no instruction");
+    assert_eq!(fault("@ned,1,"), "'@ned' is neither a row for the scan nor a class");
+    assert_eq!(fault("@+,1,"), "'@+' is neither a row for the scan nor a class");
+    assert_eq!(fault("@end,1,2"), "@end takes only one time, but off_us is given too");
     assert_eq!(fault("@factor,0.9,"), "the factor '0.9' is not a decimal from 1 to 10");
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
-    assert_eq!(fault("@family,s7,"), "'s7' is no family of CPUs");
+    assert_eq!(fault("@family,s7,"), "'s7' is not a family of CPUs");
     assert_eq!(fault("@base,fx9,"), "there is no built-in table 'fx9' to amend");
     assert_eq!(fault("@max-inputs,4k,"), "@max-inputs is '4k': not a number of points");
     assert_eq!(fault("@max-outputs,65537,"), "@max-outputs is '65537': not a number of points");
     assert_eq!(fault("@max-outputs,,"), "@max-outputs is '': not a number of points");
     for bad in ["today", "2026-13-01", "2026-1-01", "26-01-01", "2026-01-32", "2026-01-+1"] {
-        assert_eq!(fault(&format!("@date,{bad},")), format!("'{bad}' is no date"));
+        assert_eq!(fault(&format!("@date,{bad},")), format!("'{bad}' is not a date"));
     }
     assert_eq!(fault("@title,one,two"), "@title takes one text, in the second field");
 }
@@ -76,7 +76,7 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
 #[test]
 fn evidence_is_one_of_four_words() {
     let found = faults("instruction,on_us,off_us,evidence\nMOV,1,,guessed\n");
-    assert_eq!(found[0].message, "'guessed' is no kind of evidence");
+    assert_eq!(found[0].message, "'guessed' is not a kind of evidence");
     assert_eq!(found[0].span, Some((7, 14)));
     let head = "instruction,on_us,off_us,evidence\n";
     assert_eq!(
@@ -110,7 +110,7 @@ fn a_table_without_its_columns_or_rows_is_refused() {
     assert_eq!(faults("instruction,on_us\nA,1\n")[0].message, "the table lacks the column off_us");
     assert_eq!(
         faults("instruction,on_us,on_us,off_us\n")[0].message,
-        "the column on_us stands twice"
+        "the column on_us occurs twice"
     );
     assert_eq!(faults("")[0].message, "the table is empty");
     assert_eq!(faults("\n# only this\n")[0].message, "the table is empty");
@@ -137,7 +137,7 @@ fn an_unknown_column_is_warned_about_and_not_used() {
     let parsed = Table::parse("t.csv", text.as_bytes()).unwrap();
     assert_eq!(parsed.warnings.len(), 1);
     assert_eq!(parsed.warnings[0].severity, Severity::Warning);
-    assert_eq!(parsed.warnings[0].message, "the column 'colour' is not known and not used");
+    assert_eq!(parsed.warnings[0].message, "the column 'colour' is unknown and ignored");
     assert_eq!(parsed.table.row("MOV").unwrap().off, Picos(2_000_000));
 }
 
@@ -215,7 +215,7 @@ fn every_built_in_table_is_complete_and_says_where_its_times_come_from() {
     }
 }
 
-/// The built-in tables of MELSEC: those with a family.
+/// The built-in tables of MELSEC CPUs: those with a family.
 fn melsec() -> impl Iterator<Item = (&'static str, Table)> {
     let tables = builtin::names().into_iter().map(|name| (name, Table::builtin(name).unwrap()));
     tables.filter(|(_, table)| table.family.is_some())
@@ -262,7 +262,7 @@ fn assumed_classes_are_dear() {
             let row = table.row(&format!("@{class}")).unwrap();
             let least = if matches!(class, "contact" | "stack" | "nothing") { load } else { moved };
             assert!(row.on >= least, "{name}: @{class}");
-            // Even an instruction that does nothing has a few steps to pass over.
+            // Even an instruction that does nothing has a few steps to skip.
             assert!(row.off >= load, "{name}: @{class}");
         }
     }
@@ -324,9 +324,7 @@ fn a_cpus_name_finds_its_table() {
     ] {
         assert_eq!(Table::for_cpu(cpu), None, "{cpu}");
     }
-    assert!(
-        Table::advice("FX3G").contains("nearest by name: FX3U (table fx3u), FX3UC (table fx3u)")
-    );
+    assert!(Table::advice("FX3G").contains("similar names: FX3U (table fx3u), FX3UC (table fx3u)"));
     assert!(!Table::advice("S7-1200").contains("nearest"));
 }
 

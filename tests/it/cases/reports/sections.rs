@@ -266,7 +266,7 @@ impl Report<'_> {
             self.must(self.scaled(all) == time, line);
         }
         if let Some(found) =
-            fits("{*}, the dearest base: the bound is {t:saves} less if {*}", plain)
+            fits("{*}, the slowest base: the bound is {t:saves} lower with {*}", plain)
         {
             let saves = |base: &Value| exactly(&found["saves"], ps(&base["saves_ps"]));
             self.must(list(&self.json["bases"]).iter().any(saves), line);

@@ -1,4 +1,4 @@
-//! The timers and counters of an emulated CPU: what becomes of each when its instruction is executed.
+//! Timers and counters of an emulated CPU: computes the flag and present value that one execution produces.
 
 use super::words::bcd;
 use scanbound_base::time::Picos;
@@ -6,38 +6,38 @@ use scanbound_ir::Cell;
 use scanbound_ir::timed::{Manner, Timed};
 use std::collections::BTreeMap;
 
-/// What is remembered of timers and counters between two executions, by their flags.
+/// What timers and counters remember between two executions. The key is the cell of the flag.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Clockwork {
-    /// The tick at which a timer that runs was executed last.
+pub(super) struct TimerMemory {
+    /// The tick at which a running timer was last executed.
     ran: BTreeMap<Cell, u64>,
-    /// What a counter's inputs were.
+    /// The inputs of a counter at its last execution.
     were: BTreeMap<Cell, Vec<bool>>,
 }
 
-/// What an instruction finds when it is executed.
+/// The values that the instruction of a timer or counter reads when it is executed.
 #[derive(Debug, Clone)]
-pub struct Found {
-    /// How long the CPU has been running.
+pub struct TimedInputs {
+    /// Time since power-up.
     pub now: Picos,
-    /// Whether no master control region holds it off, and of one without inputs its condition.
+    /// False inside a master control region that is off. For an instruction without inputs, also its condition.
     pub condition: bool,
-    /// Its inputs.
+    /// The values of its input contacts, in the order in which the program gives them.
     pub inputs: Vec<bool>,
-    /// Its setting's word.
+    /// The word of its set value, binary or BCD as the instruction expects it.
     pub setting: u16,
-    /// Its flag.
+    /// Its completion flag before the execution.
     pub flag: bool,
-    /// Its present value's word.
+    /// The word of its present value before the execution.
     pub present: u16,
-    /// Whether flag and present value are known.
+    /// Whether the flag and the present value are known.
     pub is_known: bool,
 }
 
-impl Clockwork {
-    /// The next moment at which a timer that was running at its last execution comes closer to its end: one tick before
-    /// it, then at its end; at every tick if each of them `matters`. `None` if it does not run or is over. `at` is what its
-    /// setting and its present value say.
+impl TimerMemory {
+    /// The next time since power-up at which a scan may differ because of this timer: one tick before its end, or its
+    /// end. If the program reads present values (`matters`), it is the next tick. `None` if the timer does not run or
+    /// has run out. `at` holds its set value and its present value.
     pub(super) fn next(&self, timed: &Timed, at: [u16; 2], matters: bool) -> Option<Picos> {
         let (Manner::TimesDown(base) | Manner::TimesUp(base, _) | Manner::AddsUp(base)) =
             timed.manner
@@ -62,9 +62,8 @@ impl Clockwork {
         base.0.checked_mul(last.checked_add(ticks)?).map(Picos)
     }
 
-    /// The flag and the present value's word that an execution leaves; `None` where that depends on what they were and that
-    /// is not known.
-    pub(super) fn execute(&mut self, timed: &Timed, found: &Found) -> Option<(bool, u16)> {
+    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown.
+    pub(super) fn execute(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
         let (flag, present) = (found.flag, found.present);
         let runs = self.ran.contains_key(&timed.flag);
         let resets = found.inputs.last() == Some(&true);
@@ -77,18 +76,18 @@ impl Clockwork {
         (found.is_known || is_new).then_some(left)
     }
 
-    /// The same where that is known.
+    /// As [`Self::execute`], where the earlier values are known.
     fn leaves(
         &mut self,
         timed: &Timed,
-        found: &Found,
+        found: &TimedInputs,
         (flag, present): (bool, u16),
     ) -> (bool, u16) {
         let number = |word: u16| match timed.is_decimal {
             true => bcd(&[word]).and_then(|value| u16::try_from(value).ok()),
             false => Some(word),
         };
-        // A setting that is no number: the instruction is not carried out.
+        // The set value is not a valid number, so the CPU does not execute the instruction.
         let Some(setting) = number(found.setting) else { return (flag, present) };
         let stood = number(present).unwrap_or(0);
         let (flag, stands) = match timed.manner {
@@ -111,7 +110,7 @@ impl Clockwork {
             },
             Manner::AddsUp(base) => {
                 let [runs, resets] = [0, 1].map(|at| found.inputs.get(at) == Some(&true));
-                let runs = Found { condition: found.condition && runs, ..found.clone() };
+                let runs = TimedInputs { condition: found.condition && runs, ..found.clone() };
                 match self.passed(timed.flag, base, &runs) {
                     _ if resets => (false, 0),
                     None => (flag, stood),
@@ -128,8 +127,8 @@ impl Clockwork {
         (flag, if timed.is_decimal { digits(stands) } else { stands })
     }
 
-    /// How many ticks have passed since a timer that runs was executed last.
-    fn passed(&mut self, flag: Cell, base: Picos, found: &Found) -> Option<Passed> {
+    /// How many ticks have passed since a running timer was last executed.
+    fn passed(&mut self, flag: Cell, base: Picos, found: &TimedInputs) -> Option<Passed> {
         if !found.condition {
             self.ran.remove(&flag);
             return None;
@@ -143,7 +142,7 @@ impl Clockwork {
     fn counted(
         &mut self,
         timed: &Timed,
-        found: &Found,
+        found: &TimedInputs,
         setting: u16,
         flag: bool,
         stood: u16,
@@ -152,7 +151,7 @@ impl Clockwork {
         let is_first = !self.were.contains_key(&timed.flag);
         let resets = found.inputs.last() == Some(&true);
         let start = if is_down { setting } else { 0 };
-        // A counter of which nothing is known yet stands as if it was reset.
+        // Nothing is known of this counter yet: it is treated as if it had been reset.
         let (flag, stood) = if is_first { (false, start) } else { (flag, stood) };
         if !found.condition {
             self.were.entry(timed.flag).or_insert_with(|| found.inputs.clone());
@@ -174,13 +173,13 @@ impl Clockwork {
     }
 }
 
-/// What has passed for a timer that runs.
+/// The progress of a running timer.
 struct Passed {
     begins: bool,
     ticks: u16,
 }
 
-/// Four decimal digits.
+/// The lowest four decimal digits of a number, as BCD.
 fn digits(value: u16) -> u16 {
     (0..4).fold(0, |word, place| word | (value / 10u16.pow(place) % 10) << (4 * place))
 }
