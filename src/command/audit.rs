@@ -10,6 +10,7 @@ use clap::Args;
 use scanbound::audit::response::Given;
 use scanbound::audit::{self, Request};
 use scanbound::base::time::Picos;
+use scanbound::snet::knowledge::relays;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -72,12 +73,13 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let read = |file| snet::read_sound(file, false);
     let net = arguments.net.as_deref().map(read).transpose()?;
+    let relays = net.as_ref().map(relays);
     let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
     let (reports, trace) = arguments.report.targets(&project, &arguments.search)?;
     let concluded = project.with_request(|request| {
         let given = Given { input: arguments.input_delay, output: arguments.output_delay };
         let response = arguments.response.then_some(given);
-        let request = Request { response, net: net.as_ref(), ..arguments.search.of(request) };
+        let request = Request { response, net: relays.as_ref(), ..arguments.search.of(request) };
         let mut concluded = audit::concluded(&request)?;
         audit::coactivity(&mut concluded, &request)?;
         audit::tasks(&mut concluded, &request)?;

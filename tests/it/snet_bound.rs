@@ -9,6 +9,7 @@ use scanbound::base::facts::Facts;
 use scanbound::front::Input;
 use scanbound::passes::values::Trust;
 use scanbound::snet::faults::faults;
+use scanbound::snet::knowledge::relays;
 use scanbound::snet::translate::{c200h, listing};
 use scanbound::snet::{Diagram, text};
 use scanbound::timing::table::Table;
@@ -25,10 +26,11 @@ fn audited(code: &str, net: Option<&Diagram>, trust: Trust, facts: &str) -> Audi
     let table = format!("instruction,on_us,off_us\n@base,c200h\n{work}");
     let table = Table::parse("t.csv", table.as_bytes()).expect("a table").table;
     let facts = Facts::parse("f.toml", &format!("[scan]\nfactor = 1.0\n{facts}")).expect("facts");
+    let net = net.map(relays);
     let request = Request {
         dialect: Some("omron-c200h"),
         table: Some(&table),
-        net,
+        net: net.as_ref(),
         trust,
         ..Request::new(&inputs, &facts)
     };

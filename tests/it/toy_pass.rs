@@ -1,5 +1,5 @@
 //! A toy pass, written here alone: what a new pass takes is one file with a `PASS` such as this, and its line in
-//! `passes!`. The pipeline then runs it on the programs of every front.
+//! `PASSES`. The pipeline then runs it on the programs of every front.
 
 use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::code::Code;

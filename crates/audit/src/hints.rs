@@ -2,77 +2,68 @@
 
 use super::stated;
 use scanbound_ir::{BitSource, BitTarget, Program};
-use scanbound_snet::knowledge::knowledge;
-use scanbound_snet::translate::{Operand, Spelling};
-use scanbound_snet::{Diagram, Head};
-use std::collections::BTreeMap;
+use scanbound_nets::relays::Relays;
 
 /// What a net knows, as sets of a program's bits.
 pub struct Hints<'a> {
-    diagram: &'a Diagram,
-    sets: Vec<Vec<Operand>>,
-    bits: BTreeMap<Operand, BitTarget>,
+    net: &'a Relays,
+    /// By element.
+    bits: Vec<Option<BitTarget>>,
 }
 
 impl<'a> Hints<'a> {
     /// A net's hints for a program.
     #[must_use]
-    pub fn of(diagram: &'a Diagram, program: &Program) -> Hints<'a> {
-        let sets = knowledge(diagram).apart;
-        let spelling = Spelling::of(&|cell| stated::cell(program, cell).is_some());
-        let bit = |operand: &Operand| {
-            let address = head(diagram, *operand)?.address?;
-            match stated::bit(program, &spelling.device(address)?)? {
-                BitSource::Cell(cell) => Some(BitTarget::Cell(cell)),
-                BitSource::WordBit(cell, bit) => Some(BitTarget::WordBit(cell, bit)),
-                BitSource::Const(_) | BitSource::Free(_) => None,
-            }
+    pub fn of(net: &'a Relays, program: &Program) -> Hints<'a> {
+        let has = |sign: &str| stated::cell(program, sign).is_some();
+        let spelling = net.spellings.iter().find(|one| one.sign.is_none_or(has));
+        let bit = |device: &Option<String>| match stated::bit(program, device.as_ref()?)? {
+            BitSource::Cell(cell) => Some(BitTarget::Cell(cell)),
+            BitSource::WordBit(cell, bit) => Some(BitTarget::WordBit(cell, bit)),
+            BitSource::Const(_) | BitSource::Free(_) => None,
         };
-        let places = (0..diagram.places.len()).map(Operand::Place);
-        let all = places.chain((0..diagram.transitions.len()).map(Operand::Transition));
-        let bits = all.filter_map(|operand| Some((operand, bit(&operand)?))).collect();
-        Hints { diagram, sets, bits }
+        let devices = spelling.map_or(&[][..], |one| &one.devices);
+        Hints { net, bits: devices.iter().map(bit).collect() }
     }
 
     /// The sets of which every element has a relay.
     #[must_use]
     pub fn bits(&self) -> Vec<Vec<BitTarget>> {
-        self.sets.iter().filter_map(|set| self.bits_of(set)).collect()
+        self.net.exclusive.iter().filter_map(|set| self.bits_of(set)).collect()
     }
 
-    /// The sets.
+    /// The sets of elements.
     #[must_use]
-    pub fn sets(&self) -> &[Vec<Operand>] {
-        &self.sets
+    pub fn sets(&self) -> &'a [Vec<usize>] {
+        &self.net.exclusive
     }
 
     /// An element's relay.
     #[must_use]
-    pub fn bit(&self, operand: Operand) -> Option<BitTarget> {
-        self.bits.get(&operand).copied()
+    pub fn bit(&self, element: usize) -> Option<BitTarget> {
+        self.bits.get(element).copied().flatten()
     }
 
     /// The relays of a set, if every element has one.
     #[must_use]
-    pub fn bits_of(&self, set: &[Operand]) -> Option<Vec<BitTarget>> {
-        set.iter().map(|operand| self.bits.get(operand).copied()).collect()
+    pub fn bits_of(&self, set: &[usize]) -> Option<Vec<BitTarget>> {
+        set.iter().map(|&element| self.bit(element)).collect()
     }
 
     /// What the net calls an element.
     #[must_use]
-    pub fn name(&self, operand: Operand) -> String {
-        match operand {
-            Operand::Place(at) => self.diagram.place_name(at),
-            Operand::Transition(at) => self.diagram.transition_name(at),
-            Operand::Contact(_) | Operand::Outer(_) | Operand::FirstScan => String::new(),
-        }
+    pub fn name(&self, element: usize) -> String {
+        self.net.elements[element].name.clone()
     }
-}
 
-fn head(diagram: &Diagram, operand: Operand) -> Option<&Head> {
-    match operand {
-        Operand::Place(at) => Some(&diagram.places[at].head),
-        Operand::Transition(at) => Some(&diagram.transitions[at].head),
-        Operand::Contact(_) | Operand::Outer(_) | Operand::FirstScan => None,
+    /// Whether an element is a place.
+    #[must_use]
+    pub fn is_place(&self, element: usize) -> bool {
+        self.net.elements[element].is_place
+    }
+
+    /// The places, in the net's order.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        (0..self.net.elements.len()).filter(|&element| self.is_place(element))
     }
 }

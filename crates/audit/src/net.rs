@@ -10,8 +10,6 @@ use super::request::{Progress, Request};
 use super::{Audit, Value};
 use scanbound_base::time::Picos;
 use scanbound_ir::{BitTarget, Program};
-use scanbound_snet::Diagram;
-use scanbound_snet::translate::Operand;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -117,22 +115,22 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn set(&self, elements: &[Operand], most: usize) -> Set {
+    fn set(&self, elements: &[usize], most: usize) -> Set {
         let name = |bit| self.program.bit_name(bit);
-        let relay = |one: &Operand| self.hints.bit(*one).map_or(String::new(), name);
+        let relay = |one: &usize| self.hints.bit(*one).map_or(String::new(), name);
         Set {
             elements: elements.iter().map(|&one| self.hints.name(one)).collect(),
             relays: elements.iter().map(relay).collect(),
-            is_of_places: elements.iter().all(is_place),
+            is_of_places: elements.iter().all(|&one| self.hints.is_place(one)),
             most,
         }
     }
 
     /// Why a set is not used, where it is not.
-    fn why(&self, elements: &[Operand]) -> Why {
-        let name = |one: Operand| self.hints.name(one);
+    fn why(&self, elements: &[usize]) -> Why {
+        let name = |one: usize| self.hints.name(one);
         let Some(bits) = self.hints.bits_of(elements) else {
-            let lacks = |one: &&Operand| self.hints.bit(**one).is_none();
+            let lacks = |one: &&usize| self.hints.bit(**one).is_none();
             return Why::NoRelay(
                 elements.iter().find(lacks).map_or(String::new(), |&one| name(one)),
             );
@@ -154,14 +152,14 @@ impl Judge<'_> {
     /// The sets that the code keeps, and the others.
     fn judged(&self) -> (Vec<Set>, Vec<Dropped>) {
         let proved: BTreeSet<&Vec<BitTarget>> = self.found.apart.iter().collect();
-        let is_proved = |elements: &&Vec<Operand>| {
+        let is_proved = |elements: &&Vec<usize>| {
             self.hints.bits_of(elements).is_some_and(|mut bits| {
                 bits.sort_unstable();
                 proved.contains(&bits)
             })
         };
         let (kept, dropped): (Vec<_>, Vec<_>) = self.hints.sets().iter().partition(is_proved);
-        let is_of_places = |set: &&Vec<Operand>| set.iter().all(is_place);
+        let is_of_places = |set: &&Vec<usize>| set.iter().all(|&one| self.hints.is_place(one));
         let (places, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(is_of_places);
         let sets = [together(&places), together(&others)].concat();
         let dropped = dropped.into_iter().map(|elements| Dropped {
@@ -173,19 +171,15 @@ impl Judge<'_> {
     }
 }
 
-fn is_place(operand: &Operand) -> bool {
-    matches!(operand, Operand::Place(_))
-}
-
 /// Pairs put together to sets of which no two are on: each pair in one of them at least.
-fn together(sets: &[&Vec<Operand>]) -> Vec<(Vec<Operand>, usize)> {
-    let pairs: BTreeSet<(Operand, Operand)> = sets
+fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
+    let pairs: BTreeSet<(usize, usize)> = sets
         .iter()
         .filter(|set| set.len() == 2)
         .map(|set| (set[0].min(set[1]), set[0].max(set[1])))
         .collect();
-    let all: BTreeSet<Operand> = pairs.iter().flat_map(|&(a, b)| [a, b]).collect();
-    let is_apart = |a: Operand, b: Operand| pairs.contains(&(a.min(b), a.max(b)));
+    let all: BTreeSet<usize> = pairs.iter().flat_map(|&(a, b)| [a, b]).collect();
+    let is_apart = |a: usize, b: usize| pairs.contains(&(a.min(b), a.max(b)));
     let order = Vec::from_iter(all);
     let mut left = pairs.clone();
     let mut groups = Vec::new();
@@ -216,18 +210,18 @@ fn together(sets: &[&Vec<Operand>]) -> Vec<(Vec<Operand>, usize)> {
 /// # Errors
 /// That in these audits the analysis and the interpreter disagree.
 pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
-    let Some(diagram) = request.net else { return Ok(()) };
+    let Some(net) = request.net else { return Ok(()) };
     if request.limit.is_some() || !concluded.audit.unbounded.is_empty() {
         return Ok(());
     }
     let program = &concluded.followed.program;
-    let hints = Hints::of(diagram, program);
+    let hints = Hints::of(net, program);
     let owners = Owners::of(program, request.trusted());
     let found = concluded.followed.relays();
     let (kept, dropped) = Judge { hints: &hints, program, owners, found }.judged();
-    let places = marked(diagram, &hints, program, &concluded.audit);
-    let is_marked = |at: &usize| places[*at] == Some(true);
-    let marked = (0..places.len()).filter(is_marked).map(|at| diagram.place_name(at)).collect();
+    let places = marked(&hints, program, &concluded.audit);
+    let marked = hints.places().zip(&places).filter(|(_, marked)| **marked == Some(true));
+    let marked = marked.map(|(element, _)| hints.name(element)).collect();
     let asked = Request { net: None, confirm: false, trace: false, response: None, ..*request };
     (request.progress)(Progress::Stage("solving without the net"));
     let alone = audit(&asked)?;
@@ -237,18 +231,13 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     let upper = concluded.audit.bound.upper;
     let alone = alone.bound.upper.max(upper);
     let without = without.bound.upper.max(alone);
-    let net = diagram.file.clone();
+    let net = net.file.clone();
     concluded.audit.net = Some(NetBound { net, without, alone, kept, dropped, places, marked });
     Ok(())
 }
 
 /// Whether each place is marked when the longest scan starts.
-fn marked(
-    diagram: &Diagram,
-    hints: &Hints<'_>,
-    program: &Program,
-    audit: &Audit,
-) -> Vec<Option<bool>> {
+fn marked(hints: &Hints<'_>, program: &Program, audit: &Audit) -> Vec<Option<bool>> {
     let values: BTreeMap<&str, Value> = audit
         .witness
         .iter()
@@ -256,7 +245,7 @@ fn marked(
         .map(|one| (one.name.as_str(), one.value))
         .collect();
     let on = |place: usize| {
-        let bit = hints.bit(Operand::Place(place))?;
+        let bit = hints.bit(place)?;
         let value = values.get(program.cell_name(bit.cell()).as_str())?;
         Some(match (*value, bit) {
             (Value::Word(word), BitTarget::WordBit(_, bit)) => word >> bit & 1 == 1,
@@ -264,5 +253,5 @@ fn marked(
             (Value::Word(word), BitTarget::Cell(_)) => word != 0,
         })
     };
-    (0..diagram.places.len()).map(on).collect()
+    hints.places().map(on).collect()
 }

@@ -6,9 +6,9 @@ use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use scanbound_front::{Fronts, Input, SourceOptions};
 use scanbound_fronts::FRONTS;
+use scanbound_nets::relays::Relays;
 use scanbound_passes::values::Trust;
 use scanbound_passes::{PASSES, Passes};
-use scanbound_snet::Diagram;
 use scanbound_solve::Method;
 use scanbound_timing::table::{Override, StatedClock, Table};
 use std::time::Duration;
@@ -53,7 +53,7 @@ pub struct Request<'a> {
     /// Whether relays are kept apart that scans keep apart, where they are trusted.
     pub relays: bool,
     /// The net that the program is the code of, if it is one's: what it knows of relays is asked of the code.
-    pub net: Option<&'a Diagram>,
+    pub net: Option<&'a Relays>,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.

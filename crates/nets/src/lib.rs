@@ -6,6 +6,7 @@
 mod bits;
 pub mod invariant;
 pub mod reach;
+pub mod relays;
 pub mod search;
 pub mod siphon;
 

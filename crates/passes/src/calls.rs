@@ -1,6 +1,6 @@
 //! Refuses recursion, of which no scan has a bound, and calls nested deeper than any CPU allows.
 
-use super::Pass;
+use super::pass::Pass;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::{Program, flow};

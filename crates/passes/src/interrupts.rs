@@ -1,6 +1,6 @@
 //! Interrupt routines run at any moment: what they write the scan reads as any value, and they read any values.
 
-use super::Pass;
+use super::pass::Pass;
 use scanbound_ir::{
     Approximated, Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut,
     Step, WordSource, flow,

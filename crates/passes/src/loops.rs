@@ -3,7 +3,7 @@
 //! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
 //! count is beyond what can be followed, the innermost loops and routines that are too large are summarised.
 
-use super::Pass;
+use super::pass::Pass;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::flow::{self, written};

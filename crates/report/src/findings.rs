@@ -30,50 +30,90 @@ pub struct Rule {
     pub name: &'static str,
     /// What it means.
     pub about: &'static str,
+    /// Its page: what it means, an example, what to do.
+    pub page: &'static str,
 }
 
 /// All kinds but the codes of faults in the input (`base::code`).
 pub mod rules {
     use super::Rule;
 
-    /// Makes the rules from one list; each has its page in `codes`.
-    macro_rules! rules {
-        ($(#[doc = $doc:literal] $rule:ident = $name:literal, $about:literal;)*) => {
-            $(#[doc = $doc] pub const $rule: Rule = Rule { name: $name, about: $about };)*
-
-            /// All of them, each with its page.
-            pub const ALL: &[(Rule, &str)] = &[
-                $(($rule, include_str!(concat!("../codes/", $name, ".md"))),)*
-            ];
-        };
+    const fn rule(name: &'static str, about: &'static str, page: &'static str) -> Rule {
+        Rule { name, about, page }
     }
 
-    rules! {
-        /// The answer to a check that holds, and of an audit.
-        BOUND = "scan-bound", "The bound on the scan time";
-        /// The limit is broken.
-        REFUTED = "limit-refuted", "A scan takes longer than the limit";
-        /// The limit is not decided.
-        UNDECIDED = "limit-undecided", "It is not known whether a scan takes longer than the limit";
-        /// A loop may not end.
-        ENDLESS = "endless-loop", "A scan can go round this loop without end";
-        /// A rung is dear.
-        DEAR = "dear-rung", "One of the rungs in which most of the bound goes";
-        /// A count is not known.
-        UNKNOWN = "unknown-count", "The bound depends on a count that nobody stated";
-        /// Something is not stated.
-        NOT_STATED = "not-stated", "What is not stated may make the bound too low";
-        /// A word is trusted.
-        TRUSTED = "trusted-word", "The bound holds if nobody but the program writes this word";
-        /// Something about the input.
-        INPUT = "input", "Something about the files or the table";
-        /// The bound of two versions.
-        CHANGED = "bound-changed", "The bound of another version";
-        /// What a change costs.
-        CHANGE = "costly-change", "What a changed rung costs";
-        /// A measured scan is above the bound.
-        ABOVE = "measured-above-bound", "A measured scan takes longer than the bound";
-    }
+    /// The answer to a check that holds, and of an audit.
+    pub const BOUND: Rule =
+        rule("scan-bound", "The bound on the scan time", include_str!("../codes/scan-bound.md"));
+    /// The limit is broken.
+    pub const REFUTED: Rule = rule(
+        "limit-refuted",
+        "A scan takes longer than the limit",
+        include_str!("../codes/limit-refuted.md"),
+    );
+    /// The limit is not decided.
+    pub const UNDECIDED: Rule = rule(
+        "limit-undecided",
+        "It is not known whether a scan takes longer than the limit",
+        include_str!("../codes/limit-undecided.md"),
+    );
+    /// A loop may not end.
+    pub const ENDLESS: Rule = rule(
+        "endless-loop",
+        "A scan can go round this loop without end",
+        include_str!("../codes/endless-loop.md"),
+    );
+    /// A rung is dear.
+    pub const DEAR: Rule = rule(
+        "dear-rung",
+        "One of the rungs in which most of the bound goes",
+        include_str!("../codes/dear-rung.md"),
+    );
+    /// A count is not known.
+    pub const UNKNOWN: Rule = rule(
+        "unknown-count",
+        "The bound depends on a count that nobody stated",
+        include_str!("../codes/unknown-count.md"),
+    );
+    /// Something is not stated.
+    pub const NOT_STATED: Rule = rule(
+        "not-stated",
+        "What is not stated may make the bound too low",
+        include_str!("../codes/not-stated.md"),
+    );
+    /// A word is trusted.
+    pub const TRUSTED: Rule = rule(
+        "trusted-word",
+        "The bound holds if nobody but the program writes this word",
+        include_str!("../codes/trusted-word.md"),
+    );
+    /// Something about the input.
+    pub const INPUT: Rule =
+        rule("input", "Something about the files or the table", include_str!("../codes/input.md"));
+    /// The bound of two versions.
+    pub const CHANGED: Rule = rule(
+        "bound-changed",
+        "The bound of another version",
+        include_str!("../codes/bound-changed.md"),
+    );
+    /// What a change costs.
+    pub const CHANGE: Rule = rule(
+        "costly-change",
+        "What a changed rung costs",
+        include_str!("../codes/costly-change.md"),
+    );
+    /// A measured scan is above the bound.
+    pub const ABOVE: Rule = rule(
+        "measured-above-bound",
+        "A measured scan takes longer than the bound",
+        include_str!("../codes/measured-above-bound.md"),
+    );
+
+    /// All of them.
+    pub const ALL: &[Rule] = &[
+        BOUND, REFUTED, UNDECIDED, ENDLESS, DEAR, UNKNOWN, NOT_STATED, TRUSTED, INPUT, CHANGED,
+        CHANGE, ABOVE,
+    ];
 }
 
 /// Something to be said, at a place if it has one.

@@ -1,11 +1,12 @@
 //! Audits and comparisons in every format. Reports are pure functions of the audit and compute nothing.
 //!
-//! A format is a file and its line in `formats!`.
+//! A format is a file and its line in `FORMATS`.
 
 pub mod advice;
 mod columns;
 pub mod compare;
 pub mod cpus;
+pub mod csv;
 pub mod diff;
 pub mod doctor;
 pub mod explain;
@@ -13,18 +14,25 @@ pub mod facts;
 mod findings;
 pub mod format;
 pub mod formats;
+pub mod github;
+pub mod html;
+pub mod json;
+pub mod junit;
 pub mod ladder;
 pub mod live;
+pub mod markdown;
 pub mod method;
 pub mod netcheck;
 pub mod page;
 mod path;
 pub mod render;
 mod response;
+pub mod sarif;
 pub mod schema;
 pub mod sfc;
 pub mod snet;
 pub mod tables;
+pub mod text;
 mod wrap;
 
 /// A text on lines of at most so many columns.
@@ -33,23 +41,14 @@ pub fn wrapped(text: &str, width: usize) -> String {
     wrap::paragraph(0, text, width)
 }
 
-/// Declares the formats' modules and lists what each has as its `FORMAT`.
-macro_rules! formats {
-    ($($name:ident,)*) => {
-        $(pub mod $name;)*
-
-        /// All formats; the first is taken where none is asked for.
-        pub const FORMATS: &[format::Format] = &[$($name::FORMAT),*];
-    };
-}
-
-formats! {
-    text,
-    json,
-    csv,
-    sarif,
-    junit,
-    github,
-    markdown,
-    html,
-}
+/// All formats; the first is taken where none is asked for.
+pub const FORMATS: &[format::Format] = &[
+    text::FORMAT,
+    json::FORMAT,
+    csv::FORMAT,
+    sarif::FORMAT,
+    junit::FORMAT,
+    github::FORMAT,
+    markdown::FORMAT,
+    html::FORMAT,
+];

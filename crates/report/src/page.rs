@@ -9,7 +9,7 @@ use scanbound_base::code::Code;
 pub fn of(name: &str) -> Option<&'static str> {
     let code = Code::ALL.iter().find(|code| code.name() == name).map(|code| code.page());
     let is_meant = |rule: &str| rule == name || rule.strip_prefix("limit-") == Some(name);
-    let rule = || rules::ALL.iter().find(|(rule, _)| is_meant(rule.name)).map(|(_, page)| *page);
+    let rule = || rules::ALL.iter().find(|rule| is_meant(rule.name)).map(|rule| rule.page);
     code.or_else(rule)
 }
 
@@ -29,5 +29,5 @@ pub fn list(width: usize) -> String {
 
 fn all() -> impl Iterator<Item = (&'static str, &'static str)> {
     let codes = Code::ALL.iter().map(|code| (code.name(), code.summary()));
-    codes.chain(rules::ALL.iter().map(|(rule, _)| (rule.name, rule.about)))
+    codes.chain(rules::ALL.iter().map(|rule| (rule.name, rule.about)))
 }

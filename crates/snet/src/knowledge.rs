@@ -4,9 +4,10 @@
 
 use super::check::{sets, structure};
 use super::rules::Rules;
-use super::translate::Operand;
+use super::translate::{Operand, Spelling};
 use super::{Diagram, Kind};
 use scanbound_nets::Bits;
+use scanbound_nets::relays::{self, Element, Relays};
 use scanbound_nets::search::search;
 use std::collections::BTreeSet;
 
@@ -87,6 +88,34 @@ pub fn knowledge(diagram: &Diagram) -> Knowledge {
         apart: apart.into_iter().map(named).collect(),
         never: if complete { never.collect() } else { Vec::new() },
         complete,
+    }
+}
+
+/// What a net without faults says about the relays of its code.
+#[must_use]
+pub fn relays(diagram: &Diagram) -> Relays {
+    let transitions = diagram.transitions.len();
+    let number = |operand: Operand| match operand {
+        Operand::Transition(at) => Some(at),
+        Operand::Place(at) => Some(transitions + at),
+        Operand::Contact(_) | Operand::Outer(_) | Operand::FirstScan => None,
+    };
+    let heads = diagram.transitions.iter().map(|one| &one.head);
+    let heads = heads.chain(diagram.places.iter().map(|one| &one.head));
+    let addresses: Vec<_> = heads.map(|head| head.address).collect();
+    let transition = |at| Element { name: diagram.transition_name(at), is_place: false };
+    let place = |at| Element { name: diagram.place_name(at), is_place: true };
+    let places = (0..diagram.places.len()).map(place);
+    let spellings = Spelling::ALL.map(|(spelling, sign)| {
+        let devices = addresses.iter().map(|address| spelling.device((*address)?)).collect();
+        relays::Spelling { sign, devices }
+    });
+    let sets = knowledge(diagram).apart.into_iter();
+    Relays {
+        file: diagram.file.clone(),
+        elements: (0..transitions).map(transition).chain(places).collect(),
+        exclusive: sets.map(|set| set.into_iter().filter_map(number).collect()).collect(),
+        spellings: spellings.into(),
     }
 }
 

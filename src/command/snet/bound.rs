@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use scanbound::audit::{self, Request};
 use scanbound::front::Input;
 use scanbound::snet::Diagram;
+use scanbound::snet::knowledge::relays;
 use scanbound::snet::translate::{c200h, cx, listing, melsec};
 use std::path::PathBuf;
 
@@ -73,8 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
     let project = &arguments.project;
     let (reports, trace) = arguments.report.targets(project, &arguments.search)?;
+    let relays = relays(&net);
     let work = |request: &Request<'_>| {
-        let request = Request { net: Some(&net), ..arguments.search.of(request) };
+        let request = Request { net: Some(&relays), ..arguments.search.of(request) };
         let followed = audit::follow(&request)?;
         let mut concluded = audit::conclude(followed, &request)?;
         audit::net_bound(&mut concluded, &request)?;

@@ -27,15 +27,17 @@ mod value;
 mod value_tests;
 mod write;
 
-use super::{Pass, Settings, loops};
+use super::loops;
+pub use super::pass::Trust;
+use super::pass::{Pass, Settings, is_internal};
 use across::{Across, Kept};
 use evaluate::Evaluation;
 use reach::Reach;
 use run::{Found, Run};
 use scanbound_ir::meaning::{ChoiceKind, Meaning};
 use scanbound_ir::{
-    Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Role, Source, StartRange,
-    Step, TrustedRange, Units, WordSource, Write,
+    Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Source, StartRange, Step,
+    TrustedRange, Units, WordSource, Write,
 };
 use slots::Slots;
 use state::Followed;
@@ -53,44 +55,6 @@ pub const PASS: Pass = Pass {
         Ok(())
     },
 };
-
-/// Whose writes between scans are reckoned with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub enum Trust {
-    /// Anybody's, to every device.
-    None,
-    /// Anybody's, but to the words that serve as counts, lengths or indices, or that these are worked out from, and that
-    /// the program writes in every scan.
-    #[default]
-    Counts,
-    /// Anybody's to what the program does not write itself, or only ever clears.
-    All,
-}
-
-impl Trust {
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Trust::None => "none",
-            Trust::Counts => "counts",
-            Trust::All => "all",
-        }
-    }
-
-    /// Whether a cell that nobody but the program has reason to write is trusted whatever it serves: all, or what the
-    /// user states to be so and what a front makes for itself.
-    #[must_use]
-    pub fn holds_alone(self, program: &Program, cell: Cell) -> bool {
-        match self {
-            Trust::None => false,
-            Trust::Counts => {
-                is_internal(program, cell) || program.area(cell.area).role == Role::Hidden
-            }
-            Trust::All => true,
-        }
-    }
-}
 
 /// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
 /// ranges of trusted words on which this rests are constraints on the scan's start then. What holds where less is trusted
@@ -275,11 +239,6 @@ pub fn is_kept(program: &Program, cell: Cell) -> bool {
         && !program.external.iter().any(holds)
         && (is_internal(program, cell)
             || !program.networks.iter().any(|(region, _)| region.holds(cell)))
-}
-
-/// Whether the user states that nobody but the program writes a cell.
-fn is_internal(program: &Program, cell: Cell) -> bool {
-    program.internal.iter().any(|region| region.holds(cell))
 }
 
 /// Notes who writes the words, as evidence.

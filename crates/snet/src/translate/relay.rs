@@ -29,15 +29,9 @@ const SYMBOLS: [(u16, u8, &str); 5] = [
 ];
 
 impl Spelling {
-    /// The spelling of a program in which words or relays of these names are known.
-    #[must_use]
-    pub fn of(has: &dyn Fn(&str) -> bool) -> Spelling {
-        match () {
-            () if has("CIO0") => Spelling::Cx,
-            () if has("IR0") => Spelling::C200h,
-            () => Spelling::Melsec,
-        }
-    }
+    /// All of them, each with a word by whose name programs of this kind are told apart from those that follow.
+    pub const ALL: [(Spelling, Option<&str>); 3] =
+        [(Spelling::Cx, Some("CIO0")), (Spelling::C200h, Some("IR0")), (Spelling::Melsec, None)];
 
     /// A relay as code has it; `None` where these CPUs have no such relay.
     #[must_use]
