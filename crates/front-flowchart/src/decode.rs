@@ -13,8 +13,8 @@
 
 use super::beginning::{Beginning, Stands, invariants};
 use super::pass_starts::{Reset, pass_starts};
+use super::source::{self, NAME, Op, Routine, Source};
 use super::turn::jumps_back;
-use super::{Op, Routine, Source};
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_ir::timed::Expiry;
@@ -67,7 +67,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     };
     let program = Program {
         power_up,
-        dialect: super::NAME.to_owned(),
+        dialect: NAME.to_owned(),
         shows_path: true,
         shortest_timer: source.shortest_timer().map(|tenths| Picos(TENTH).times(u64::from(tenths))),
         areas,
@@ -86,7 +86,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
 }
 
 /// The input, output or timer that an instruction names: the number in its text.
-fn operands(one: &super::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]> {
+fn operands(one: &source::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]> {
     let (area, index) = match one.op {
         Op::And { bit, .. } if !outputs.contains(&bit) => (INPUTS, bit),
         Op::And { bit, .. } | Op::Out { bit, .. } => (OUTPUTS, bit),
@@ -496,7 +496,7 @@ impl Layout<'_> {
     /// leaves.
     fn invariant(&mut self) {
         self.program.invariants = self.starts(Reset::Either);
-        let is_reset = |one: &super::Instruction| matches!(one.op, Op::ResetTimer(_));
+        let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
         if self.source.instructions.iter().any(is_reset) {
             let readings = [Reset::Nothing, Reset::Rest].map(|reset| self.starts(reset));
             self.program.power_up.in_every_reading = readings.concat();

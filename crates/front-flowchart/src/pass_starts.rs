@@ -3,7 +3,7 @@
 //! All passes are followed from power-up, whatever inputs and timers do. Where that takes too much, outputs and then
 //! timers are left out of the states, so that each may be in either state: that only lets more states in.
 
-use super::{Op, Source};
+use super::source::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The search ends after so many steps, each counted by the size of its state.

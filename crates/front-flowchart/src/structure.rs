@@ -1,7 +1,7 @@
 //! Finds routines, labels and groups in a list, and refuses what the documents give no meaning.
 
 use super::parse::{Listed, Word};
-use super::{Instruction, MOST_GROUPS, Op, Routine, Source};
+use super::source::{Instruction, MOST_GROUPS, Op, Routine, Source};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,6 +1,6 @@
 //! How often control can jump back within one turn of a group, found by following what the turn comes to know.
 
-use super::{Op, Routine, Source};
+use super::source::{Op, Routine, Source};
 use petgraph::algo::condensation;
 use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};

@@ -1,7 +1,7 @@
 //! Lines that show each instruction of the MELSEC families.
 
-use super::LIST;
 use super::catalog::{self, names, rows, unpulsed};
+use super::list;
 use super::memory::Family;
 use super::mnemonic::{Sort, compared, contact};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
@@ -125,7 +125,7 @@ pub fn examples(name: &str, family: Family) -> Option<Examples> {
     variants.retain(|variant| variant != name);
     variants.sort_unstable();
     variants.dedup();
-    Some(Examples { dialect: LIST, variants, forms })
+    Some(Examples { dialect: list::DIALECT, variants, forms })
 }
 
 fn forms(name: &str, family: Family) -> Option<Vec<Form>> {

@@ -27,9 +27,6 @@ use scanbound_front::{
 use scanbound_ir::Program;
 use source::RawProject;
 
-/// The name of list text.
-const LIST: &str = "melsec-list";
-
 /// The dialects, as they are told from each other.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
@@ -47,7 +44,7 @@ static DIALECTS: [Dialect; 3] = [
         }),
     },
     Dialect {
-        name: LIST,
+        name: list::DIALECT,
         what: "MELSEC list text (LD X0, one instruction a line)",
         sniff: Sniff::Text(list::sniff),
     },
@@ -71,7 +68,7 @@ impl Front for Melsec {
     }
 
     fn known_words(&self) -> Vec<&'static str> {
-        known_words()
+        project::known_words()
     }
 
     fn instructions(&self) -> Vec<String> {
@@ -115,9 +112,4 @@ impl Project for RawProject {
             DecodeOptions { family, is_user_instruction, facts, absent_calls_take_no_time };
         decode::decode(self, &options)
     }
-}
-
-/// Words that files in these dialects hold, to tell code pages apart.
-fn known_words() -> Vec<&'static str> {
-    csv::MARKS.into_iter().chain(comments::MARKS).collect()
 }

@@ -7,6 +7,9 @@ use scanbound_front::Faults;
 use scanbound_front::WordPositions;
 use scanbound_front::text;
 
+/// The dialect's name.
+pub(super) const DIALECT: &str = "melsec-list";
+
 /// How many instruction lines are looked at to tell what a file is.
 const LOOKED_AT: usize = 40;
 

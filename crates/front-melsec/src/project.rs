@@ -6,6 +6,11 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
+/// Words that files in these dialects hold, to tell code pages apart.
+pub(super) fn known_words() -> Vec<&'static str> {
+    csv::MARKS.into_iter().chain(comments::MARKS).collect()
+}
+
 /// Reads the programs, all written in `dialect`, and the comment files.
 ///
 /// # Errors
@@ -27,7 +32,7 @@ pub fn read(
     check_cpus(&mut project);
     for input in comment_files {
         // Comments only give names: a fault in them does not stop the audit.
-        match decoded(input, &super::known_words()) {
+        match decoded(input, &known_words()) {
             Ok(text) => comments::read(&text, &mut project.comments),
             Err(fault) => project.warnings.push(fault.warning()),
         }
@@ -40,11 +45,12 @@ pub fn read(
 }
 
 fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Option<RawFile> {
-    let text = decoded(input, &super::known_words()).map_err(|fault| faults.push(fault)).ok()?;
+    let text = decoded(input, &known_words()).map_err(|fault| faults.push(fault)).ok()?;
     if words::has_long_line(&text, faults) {
         return None;
     }
-    let (cpu, instructions): (Option<String>, Vec<RawInstruction>) = if dialect.name == super::LIST
+    let (cpu, instructions): (Option<String>, Vec<RawInstruction>) = if dialect.name
+        == list::DIALECT
     {
         (None, list::read(&text, faults))
     } else if let Some(layout) = csv::layout(&text) {
@@ -65,7 +71,7 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
         program: stem(&input.name).to_owned(),
         cpu,
         instructions,
-        source: if dialect.name == super::LIST { text.into_owned() } else { String::new() },
+        source: if dialect.name == list::DIALECT { text.into_owned() } else { String::new() },
     })
 }
 

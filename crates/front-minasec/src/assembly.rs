@@ -1,6 +1,7 @@
 //! Reads and writes MINASEC-U assembly: an instruction a line, an address in front where one is wanted.
 
-use super::{Device, Opcode, Source, WORDS, Word};
+use super::source::{ASSEMBLY, Source};
+use super::word::{Device, Opcode, WORDS, Word};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
@@ -52,7 +53,7 @@ pub(super) fn sniff(beginning: &str) -> bool {
 /// All faults, each with its line.
 pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
-    let mut source = Source::new(name, super::ASSEMBLY);
+    let mut source = Source::new(name, ASSEMBLY);
     let mut next = 0_usize;
     let mut numbered = Vec::new();
     let mut number = 0_u32;

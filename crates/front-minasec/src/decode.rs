@@ -3,7 +3,8 @@
 //! The accumulator is the top of the stack. What it holds when the scan begins is a cell of its own, since it
 //! keeps its value from the scan before; a part without a price reads it in front of a first word that needs it.
 
-use super::{Kind, Opcode, Source, WORDS, Word};
+use super::source::Source;
+use super::word::{Kind, Opcode, WORDS, Word};
 use scanbound_base::location::Location;
 use scanbound_ir::{
     Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,

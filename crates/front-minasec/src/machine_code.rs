@@ -1,6 +1,7 @@
 //! Reads and writes MINASEC-U machine code: the 256 bytes of the program memory, plain or as Intel HEX.
 
-use super::{Source, WORDS, Word};
+use super::source::{BINARY, HEX, Source};
+use super::word::{WORDS, Word};
 use ihex::Record;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
@@ -53,7 +54,7 @@ pub(super) fn sniff_hex(beginning: &str) -> bool {
 /// If there are more, none, or one is a store to an input.
 pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
-    let mut source = Source::new(name, super::BINARY);
+    let mut source = Source::new(name, BINARY);
     if bytes.is_empty() {
         faults.push(Diagnostic::file(
             Code::EmptyFile,
@@ -90,7 +91,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
 /// All faults, each with its line.
 pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
-    let mut source = Source::new(name, super::HEX);
+    let mut source = Source::new(name, HEX);
     let mut ended = false;
     // The first byte that the board cannot reach, before all one that is not empty; and where the memory ends.
     let mut outside: Option<(u32, &str, usize, bool)> = None;

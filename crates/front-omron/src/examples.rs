@@ -1,8 +1,7 @@
 //! Lines that show each instruction of the OMRON families.
 
 use super::catalog::{self, Row};
-use super::source::Family;
-use super::{C, CX};
+use super::source::{C, CX, Family};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
 /// Programs around a line: rungs, blocks, branches, and what comes in pairs.

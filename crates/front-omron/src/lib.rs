@@ -28,14 +28,7 @@ mod words;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::{Dialect, Examples, Front, Input, Options, Project, Sniff, SourceOptions};
 use scanbound_ir::Program;
-use source::RawProject;
-
-/// The name of the C200H's spelling.
-const C: &str = "omron-c200h";
-/// The name of CX-Programmer's spelling.
-const CX: &str = "omron-cx";
-/// The name of CX-Programmer's text files.
-const CXT: &str = "omron-cxt";
+use source::{C, CX, CXT, RawProject};
 
 /// The dialects, as they are told from each other.
 static DIALECTS: [Dialect; 3] = [

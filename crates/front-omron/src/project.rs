@@ -1,7 +1,7 @@
 //! Reads an OMRON project from its files, in the given order.
 
-use super::source::{Family, RawFile, RawInstruction, RawProject, Symbols};
-use super::{C, CXT, cxt, list, symbols};
+use super::source::{C, CXT, Family, RawFile, RawInstruction, RawProject, Symbols};
+use super::{cxt, list, symbols};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::numbering::{self, NumberedLine};

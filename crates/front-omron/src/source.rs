@@ -6,6 +6,13 @@ use std::sync::Arc;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::{Caret, WordPositions};
 
+/// The name of the C200H's spelling.
+pub const C: &str = "omron-c200h";
+/// The name of CX-Programmer's spelling.
+pub const CX: &str = "omron-cx";
+/// The name of CX-Programmer's text files.
+pub const CXT: &str = "omron-cxt";
+
 /// Which memory map and which instruction set a program is written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {

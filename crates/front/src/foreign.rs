@@ -1,6 +1,6 @@
 //! Recognises file formats that scanbound does not read, and says how to export them in a format that it reads.
 
-use super::Input;
+use super::input::Input;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::TABLES;

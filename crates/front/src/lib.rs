@@ -1,7 +1,7 @@
 //! What a front is (the traits), and what all fronts share.
 //!
-//! A front reads the dialects of one kind of PLC and lowers their programs to a [`Program`]. A [`Program`] does not show
-//! which front made it.
+//! A front reads the dialects of one kind of PLC and lowers their programs to a [`Program`](scanbound_ir::Program), which
+//! does not show which front made it.
 
 pub mod absent;
 pub mod builder;
@@ -10,212 +10,21 @@ pub mod encoding;
 pub mod example;
 pub mod faults;
 mod foreign;
+mod front;
+mod input;
 pub mod numbering;
 mod place;
 mod registry;
 pub mod text;
 
-use scanbound_base::code::Code;
-use std::any::Any;
-use std::fmt;
-
 pub use encoding::Named as Encoding;
 pub use example::{Example, Examples, Form};
 pub use faults::Faults;
 pub use faults::shown;
+pub use front::{Dialect, Front, MachineOptions, Options, Project, Sniff, SourceOptions};
+pub use input::Input;
 pub use place::WordPositions;
 pub use place::{Caret, operand_spans, slice_range};
 pub use registry::{FileKind, Fronts};
-use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::Facts;
-use scanbound_iec::comment::Comments;
-use scanbound_ir::Program;
 pub use text::stem;
-pub use text::{BEGINNING, decoded};
-
-/// A file, already read into memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Input {
-    /// The name as the user gave it.
-    pub name: String,
-    /// The content.
-    pub bytes: Vec<u8>,
-}
-
-impl Input {
-    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in this
-    /// one, or is a binary image that one of the fronts reads.
-    pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
-        let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
-            Sniff::Bytes(sniff) => Some(sniff),
-            Sniff::Text(_) => None,
-        });
-        if images.any(|is_image| is_image(&self.bytes)) {
-            return;
-        }
-        if let Some(text) = encoding.recoded(&self.bytes) {
-            self.bytes = text.into_bytes();
-        }
-    }
-}
-
-/// A dialect: one way to write programs.
-#[derive(Debug, Clone, Copy)]
-pub struct Dialect {
-    /// The name for `--dialect` and reports.
-    pub name: &'static str,
-    /// A description for messages.
-    pub what: &'static str,
-    /// The test that recognises its files.
-    pub sniff: Sniff,
-}
-
-/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful files.
-#[derive(Debug, Clone, Copy)]
-pub enum Sniff {
-    /// Whether a file whose text begins like this is in the dialect.
-    Text(fn(&str) -> bool),
-    /// Whether these bytes, which may be binary, are a complete file of the dialect.
-    Bytes(fn(&[u8]) -> bool),
-}
-
-/// Reads the dialects of one kind of PLC.
-pub trait Front: Sync {
-    /// All dialects of the front.
-    fn dialects(&self) -> &'static [Dialect];
-
-    /// Whether a file with this name and beginning holds device comments, not a program.
-    fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
-        let _ = (name, beginning);
-        false
-    }
-
-    /// Words that occur in files of these dialects. They show which code page a file is in.
-    fn known_words(&self) -> Vec<&'static str> {
-        Vec::new()
-    }
-
-    /// The mnemonics of all instructions that it knows.
-    fn instructions(&self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables name it.
-    /// `None` if this front does not have the family, or the family not the instruction.
-    fn examples(&self, name: &str, family: &str) -> Option<Examples> {
-        let _ = (name, family);
-        None
-    }
-
-    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to another
-    /// front.
-    ///
-    /// # Errors
-    /// All errors of all files.
-    fn read(
-        &self,
-        dialect: &Dialect,
-        programs: &[&Input],
-        comment_files: &[&Input],
-        reading: SourceOptions,
-    ) -> Result<Box<dyn Project>, Vec<Diagnostic>>;
-}
-
-/// How to read source text where the language standard allows several ways.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SourceOptions {
-    /// How to read a comment that contains the beginning of another one; `None`: refuse it.
-    pub comments: Option<Comments>,
-}
-
-/// A project as its front has parsed it, before its meaning is determined.
-pub trait Project: Any + fmt::Debug {
-    /// The CPU that the project names, or the only CPU that has its dialect.
-    fn cpu(&self) -> Option<&str>;
-
-    /// What reading found that does not stop the audit.
-    fn warnings(&self) -> Vec<Diagnostic> {
-        Vec::new()
-    }
-
-    /// The properties of its machine that the user may state.
-    fn machine_options(&self) -> MachineOptions {
-        MachineOptions::default()
-    }
-
-    /// Lowers the project to a program.
-    ///
-    /// # Errors
-    /// All errors of all files.
-    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>>;
-}
-
-impl dyn Project {
-    /// The project as the front's own type; `None` if another front read it.
-    #[must_use]
-    pub fn downcast<P: Project>(self: Box<dyn Project>) -> Option<P> {
-        let any: Box<dyn Any> = self;
-        any.downcast().ok().map(|project| *project)
-    }
-}
-
-/// Which properties of a machine the user may state. Where one is false, the front knows the property.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct MachineOptions {
-    /// The clock frequency, where each word of a program takes one clock period.
-    pub clock: bool,
-    /// Whether the CPU reads its inputs once in a scan.
-    pub latched: bool,
-    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices that
-    /// are written through `@`.
-    pub index: bool,
-}
-
-/// What a front needs besides the source to lower it.
-pub struct Options<'a> {
-    /// The CPU as the user named it.
-    pub cpu: Option<&'a str>,
-    /// The CPU family of the timing table.
-    pub family: Option<&'a str>,
-    /// Whether the timing table has a user-defined instruction of this name.
-    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// The user's facts.
-    pub facts: &'a Facts,
-    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound needs.
-    /// Otherwise such a call is an error.
-    pub absent_calls_take_no_time: bool,
-    /// The task whose scan is analysed, if the project has several.
-    pub task: Option<&'a str>,
-    /// Whether that scan is analysed without interruptions by other tasks, even if the facts state them.
-    pub uninterrupted: bool,
-    /// Whether an HMI or another PLC may write the program's variables between scans.
-    pub others_write: bool,
-}
-
-impl<'a> Options<'a> {
-    /// Options with only the facts set.
-    #[must_use]
-    pub fn new(facts: &'a Facts) -> Options<'a> {
-        Options {
-            cpu: None,
-            family: None,
-            is_user_instruction: &|_| false,
-            facts,
-            absent_calls_take_no_time: false,
-            task: None,
-            uninterrupted: false,
-            others_write: true,
-        }
-    }
-}
-
-/// One warning for each empty file with device comments.
-pub fn empty_comment_files(comment_files: &[&Input]) -> Vec<Diagnostic> {
-    let is_blank = |input: &&&Input| text::beginning(&input.bytes, &[]).trim().is_empty();
-    let warnings = comment_files.iter().filter(is_blank).map(|input| {
-        let help = "export the comments again if devices have any";
-        Diagnostic::file(Code::EmptyFile, &input.name, "the device comments are empty", help)
-            .warning()
-    });
-    warnings.collect()
-}
+pub use text::{BEGINNING, decoded, empty_comment_files};

@@ -3,8 +3,11 @@
 use scanbound_base::code::Code;
 use std::borrow::Cow;
 
+use super::encoding::Named as Encoding;
 use super::faults::shown;
-use super::{Dialect, Front, Input, Project, Sniff, SourceOptions, foreign, text};
+use super::front::{Dialect, Front, Project, Sniff, SourceOptions};
+use super::input::Input;
+use super::{foreign, text};
 use scanbound_base::diagnostic::Diagnostic;
 
 /// A list of fronts.
@@ -243,4 +246,21 @@ impl Fronts {
 
 fn empty(input: &Input, message: &str) -> Diagnostic {
     Diagnostic::file(Code::EmptyFile, &input.name, message, "export the program again")
+}
+
+impl Input {
+    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in this
+    /// one, or is a binary image that one of the fronts reads.
+    pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
+        let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
+            Sniff::Bytes(sniff) => Some(sniff),
+            Sniff::Text(_) => None,
+        });
+        if images.any(|is_image| is_image(&self.bytes)) {
+            return;
+        }
+        if let Some(text) = encoding.recoded(&self.bytes) {
+            self.bytes = text.into_bytes();
+        }
+    }
 }

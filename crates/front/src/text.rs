@@ -3,7 +3,8 @@
 use scanbound_base::code::Code;
 use std::borrow::Cow;
 
-use super::{Input, encoding};
+use super::encoding;
+use super::input::Input;
 use scanbound_base::diagnostic::Diagnostic;
 
 /// The number of bytes at the beginning of a file that are used to recognise it.
@@ -78,4 +79,15 @@ pub fn stem(name: &str) -> &str {
         Some((stem, _)) if !stem.is_empty() => stem,
         _ => base,
     }
+}
+
+/// One warning for each empty file with device comments.
+pub fn empty_comment_files(comment_files: &[&Input]) -> Vec<Diagnostic> {
+    let is_blank = |input: &&&Input| beginning(&input.bytes, &[]).trim().is_empty();
+    let warnings = comment_files.iter().filter(is_blank).map(|input| {
+        let help = "export the comments again if devices have any";
+        Diagnostic::file(Code::EmptyFile, &input.name, "the device comments are empty", help)
+            .warning()
+    });
+    warnings.collect()
 }

@@ -1,6 +1,6 @@
 //! What measurements say about the clock, or about the scale of a table. Proposed, never applied.
 
-use super::{Bounds, Figures};
+use super::figures::{Bounds, Figures};
 use scanbound_base::time::Picos;
 use std::fmt;
 

@@ -1,6 +1,6 @@
 //! How scan times are spread: bins of a round width, and one for what lies far out.
 
-use super::Figures;
+use super::figures::Figures;
 use scanbound_base::time::Picos;
 
 /// At most so many bins.

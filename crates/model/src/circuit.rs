@@ -1,10 +1,14 @@
 //! A Boolean circuit of and-gates and negated edges over atoms, with equal gates shared.
 
-use super::{Assignment, Shared};
+use super::shared::Shared;
 
 /// A free variable of the scan, an index into `ScanModel::variables`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VarId(pub u32);
+
+/// A value for every free variable, by `VarId`: bits 0 or 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Assignment(pub Vec<u16>);
 
 /// A gate's output or its negation: twice the node's index, plus one if negated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

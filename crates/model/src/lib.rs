@@ -6,7 +6,7 @@ pub mod groups;
 mod havocs;
 mod shared;
 
-pub use circuit::{Atom, Circuit, Lit, Node, Values, VarId};
+pub use circuit::{Assignment, Atom, Circuit, Lit, Node, Values, VarId};
 pub use havocs::{Concerned, Happened, Havoc, Havocs};
 pub use shared::Shared;
 
@@ -230,10 +230,6 @@ pub struct Group {
     /// Indices into `ScanModel::constraints` that concern these variables.
     pub constraints: Vec<usize>,
 }
-
-/// A value for every free variable, by `VarId`: bits 0 or 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Assignment(pub Vec<u16>);
 
 /// Values of a group's variables, ascending; all others are 0. There may be as many groups as variables, so that each
 /// keeps its own and no more.

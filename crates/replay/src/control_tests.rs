@@ -1,10 +1,13 @@
 //! Tests of the interpreter's control: stack, slots, master control regions, jumps, calls, loops and the order of routines.
 
 use super::*;
+use scanbound_base::time::Picos;
+use scanbound_ir::AreaKind;
 use scanbound_ir::{
     Area, AreaId, BitSource, BitTarget, ChoiceId, Effect, Exit, Instruction, Interrupt, Join,
     Logic, Radix, Region, Step, Summary, When, WordSource, Write,
 };
+use scanbound_ir::{Cell, ChoiceKey, Frame};
 
 const ON: u64 = 100;
 const OFF: u64 = 1;

@@ -1,9 +1,10 @@
 //! An emulated CPU that repeats scans: runs one real run after the other and reports only the time of each.
 
+use super::free::{FreeValues, Mode};
 use super::machine::Machine;
 use super::memory::{Memory, ScanChanges};
+use super::outcome::Stopped;
 use super::timed::{TimedInputs, TimerMemory};
-use super::{FreeValues, Mode, Stopped};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::timed::Timed;
 use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};

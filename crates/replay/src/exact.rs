@@ -1,6 +1,6 @@
 //! Exact choices: executes operations exactly and records what their results are.
 
-use super::FreeValues;
+use super::free::FreeValues;
 use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};

@@ -1,7 +1,8 @@
 //! The control flow of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
+use super::free::{FreeValues, Mode};
+use super::outcome::{Event, RealRun, Replay, StopReason, Stopped};
 use super::state::{Doubt, State, Truth};
-use super::{Event, FreeValues, Mode, RealRun, Replay, StopReason, Stopped};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{

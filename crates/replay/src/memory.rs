@@ -1,6 +1,6 @@
 //! The values of the cells between two consecutive scans.
 
-use super::FreeValues;
+use super::free::FreeValues;
 use super::state::State;
 use rustc_hash::FxHashMap;
 use scanbound_ir::{Cell, Region};

@@ -2,6 +2,8 @@
 
 use super::control_tests::{bit, instruction, program, word};
 use super::*;
+use scanbound_base::time::Picos;
+use scanbound_ir::Cell;
 use scanbound_ir::meaning::{ChoiceKind, Meaning, Operand, Operation, Target};
 use scanbound_ir::{
     ChoiceId, Effect, Join, Logic, Region, Step, When, WordSource, WordTarget, Write,

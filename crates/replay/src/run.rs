@@ -1,9 +1,10 @@
 //! Consecutive scans from power-up on: each is a real run that starts in the state that the one before it left.
 
+use super::free::{FreeValues, Mode};
 use super::machine::{MAX_UNDECIDED_LOOPS, Machine};
 use super::memory::{Memory, ScanChanges};
+use super::outcome::RealRun;
 use super::timed::{TimedInputs, TimerMemory};
-use super::{FreeValues, Mode, RealRun};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Operand;
 use scanbound_ir::timed::Timed;

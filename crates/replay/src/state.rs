@@ -1,8 +1,8 @@
 //! The state of one scan: the memory, the values computed from it, and which of them are unknown in a real run.
 
+use super::free::{FreeValues, Mode};
 use super::timed::TimedInputs;
 use super::words::bcd;
-use super::{FreeValues, Mode};
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};

@@ -2,6 +2,9 @@
 
 use super::control_tests::{bit, instruction, program, word};
 use super::*;
+use scanbound_base::time::Picos;
+use scanbound_ir::Cell;
+use scanbound_ir::ChoiceKey;
 use scanbound_ir::{
     AreaId, BitSource, BitTarget, ChoiceId, Compare, Effect, Join, Logic, Number, Reading, Region,
     Relation, StartRange, Step, When, WordSource, WordTarget, Write,

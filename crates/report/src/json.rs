@@ -2,45 +2,32 @@
 
 mod assumption;
 mod check;
+mod format;
 mod iec;
 mod made_from;
 mod net;
 mod parts;
+mod place;
 pub(super) mod projects;
 mod response;
 mod watchdog;
 
-use super::format::Format;
 use super::text::verdict;
-use super::{compare, diff};
+pub use format::FORMAT;
+
 use check::{CheckResult, result};
 use iec::{Coactivity, Exactness, Task, task};
+use place::{UnknownPlace, places};
 use response::{Response, response};
 use scanbound_audit::verdict::Check;
 use scanbound_audit::{Audit, Engine, Opinion};
 use scanbound_base::budget::{Cut, End};
-use scanbound_base::location::Location;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
 use std::borrow::Cow;
 use std::io;
 use std::ops::Not;
-use std::sync::Arc;
-
-/// JSON for programs.
-pub const FORMAT: Format = Format {
-    name: "json",
-    about: "For programs (docs/json.md)",
-    suffixes: &["json"],
-    draws: false,
-    escapes: true,
-    audit: |audit, check, _, out| write(audit, check, out),
-    compare: |found, out| out.write_all(compare::json::render(found).as_bytes()),
-    diff: |found, _, out| diff::json::write(found, out),
-    checks: || Box::<projects::Document>::default(),
-    tells_faults: false,
-};
 
 /// Something that the user stated.
 #[derive(Serialize, JsonSchema)]
@@ -159,13 +146,6 @@ struct Minor {
     upper_without_ps: u64,
     #[serde(skip_serializing_if = "Not::not")]
     cut: bool,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct UnknownPlace<'a> {
-    file: u32,
-    line: u32,
-    instruction: &'a str,
 }
 
 /// A stage that was cut short.
@@ -556,12 +536,6 @@ fn what_if_step<'a>(step: &'a scanbound_audit::Step, most: &[u32]) -> WhatIfStep
             })
             .collect(),
     }
-}
-
-fn places(all: &[(Location, Arc<str>)]) -> Vec<UnknownPlace<'_>> {
-    all.iter()
-        .map(|(at, instruction)| UnknownPlace { file: at.file, line: at.line, instruction })
-        .collect()
 }
 
 fn unknown(one: &scanbound_audit::Unknown) -> Unknown<'_> {

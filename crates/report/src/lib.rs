@@ -30,6 +30,7 @@ mod response;
 pub mod sarif;
 pub mod schema;
 pub mod sfc;
+mod sheet;
 pub mod snet;
 pub mod tables;
 pub mod text;

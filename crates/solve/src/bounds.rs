@@ -1,7 +1,9 @@
 //! What is proved about a problem so far, and when to stop.
 
+use super::found::{Engine, Maximum};
+use super::limits::Limits;
+use super::problem::Problem;
 use super::trace::{Step, Trace};
-use super::{Engine, Limits, Maximum, Problem};
 use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Portion};
 use std::time::Duration;

@@ -17,52 +17,31 @@
 
 mod cases;
 mod exclusive;
+mod ground;
 mod objective;
 mod partition;
 mod propagation;
+mod rounds;
+mod search;
 mod slices;
 
-use super::Limits;
 use super::bounds::Bounds;
 use super::clauses::Clauses;
 use super::formula::Formula;
 use super::problem::Problem;
 use super::trace::Step;
 use exclusive::Merged;
-use objective::Objective;
-use partition::Partition;
-use rayon::prelude::*;
+use ground::{Ground, Sizes};
 use scanbound_base::time::Picos;
-use scanbound_model::VarId;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How many variables the smallest partitions have.
 const SMALLEST: usize = 300;
 
-/// By how much the partitions grow from round to round.
-const GROWTH: usize = 12;
-
 /// How many mode bits are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;
 
-/// How many rounds go by before the search looks for cores by propagation over the whole program.
-const PROPAGATE_AFTER: usize = 2;
-
 /// How many conflicts an easy question takes at most.
 const EASY: u64 = 300;
-
-/// Where a search begins.
-#[derive(Clone, Copy)]
-struct Sizes {
-    /// How many variables the smallest partitions have.
-    smallest: usize,
-    /// How many conflicts an easy question takes at most.
-    easy: u64,
-    /// How many clauses a question has at least that is searched case by case.
-    least: usize,
-    /// The decisions that a case's search may take at each partition before the case is split.
-    decisions: u64,
-}
 
 const SIZES: Sizes = Sizes {
     smallest: SMALLEST,
@@ -101,185 +80,6 @@ fn search_from(sizes: Sizes, problem: &Problem, bounds: &mut Bounds<'_>) {
         }
     }
     ground.search(objective, &[], None, bounds);
-}
-
-/// What is asked, the same in all cases.
-struct Ground<'a> {
-    problem: &'a Problem,
-    clauses: &'a Clauses,
-    /// By item of the clauses: which it is of the problem's, if it is one.
-    origins: &'a [Option<usize>],
-    sizes: Sizes,
-    /// The bits that most clauses ask for.
-    modes: Vec<VarId>,
-}
-
-impl Ground<'_> {
-    /// The objective of soft literals with these weights.
-    fn objective(
-        &self,
-        formula: Formula,
-        softs: &[(i32, u64)],
-        bounds: &mut Bounds<'_>,
-    ) -> Objective {
-        let mut objective = Objective::new(formula, self.clauses.variables);
-        for &(literal, weight) in softs {
-            objective.add_soft(literal, weight);
-        }
-        bounds.falsified(objective.take_falsified());
-        objective
-    }
-
-    /// Searches until the bounds meet or the limits end it, where some values are fixed. Each partition may take
-    /// so many decisions. Whether any scan keeps the constraints, as far as that was found out.
-    fn search(
-        &self,
-        mut objective: Objective,
-        fixed: &[i8],
-        decisions: Option<u64>,
-        bounds: &mut Bounds<'_>,
-    ) -> bool {
-        let mut search = Search {
-            problem: self.problem,
-            clauses: self.clauses,
-            origins: self.origins,
-            limits: bounds.limits(),
-            easy: self.sizes.easy,
-            decisions,
-            values: Vec::new(),
-            fixed,
-            modes: &self.modes,
-            bounds: Mutex::new(bounds),
-        };
-        let whole = self.clauses.variables + 1;
-        // In a case, little is left of each partition.
-        let mut size = if fixed.is_empty() { self.sizes.smallest } else { whole };
-        for round in 0.. {
-            if round == PROPAGATE_AFTER && !search.done() {
-                search.bounds().step(|| Step::Propagation);
-                search.propagation_cores(&mut objective);
-                search.bounds().round();
-            }
-            if search.done() {
-                return true;
-            }
-            // A round just below the whole would cost as much.
-            size = if size < whole / 2 { size } else { whole };
-            let possible = search.round(&mut objective, size, whole);
-            if possible && size < whole {
-                search.combine();
-            }
-            search.bounds().round();
-            if !possible || size == whole {
-                return possible;
-            }
-            size *= GROWTH;
-        }
-        true
-    }
-}
-
-/// What all partitions have in common.
-struct Search<'a, 'b> {
-    problem: &'a Problem,
-    clauses: &'a Clauses,
-    /// By item of the clauses: which it is of the problem's, if it is one.
-    origins: &'a [Option<usize>],
-    limits: &'b Limits<'b>,
-    /// The decisions that each partition may take, if the search may be given up.
-    decisions: Option<u64>,
-    /// How many conflicts an easy question takes at most.
-    easy: u64,
-    bounds: Mutex<&'a mut Bounds<'b>>,
-    /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first round.
-    values: Vec<bool>,
-    /// By variable: 1 where it is true in the case that is searched, -1 where it is false. Empty where that is all there is.
-    fixed: &'a [i8],
-    /// The bits that most clauses ask for.
-    modes: &'a [VarId],
-}
-
-impl<'a, 'b> Search<'a, 'b> {
-    fn bounds(&self) -> MutexGuard<'_, &'a mut Bounds<'b>> {
-        self.bounds.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn done(&self) -> bool {
-        self.bounds().exact() || self.limits.reached()
-    }
-
-    /// Searches all partitions of `size` variables of the `whole`, side by side. No partition sees another, nor that
-    /// the bounds have met, so the result does not depend on which is first. Returns whether the constraints can hold.
-    fn round(&mut self, objective: &mut Objective, size: usize, whole: usize) -> bool {
-        let count = whole.div_ceil(size);
-        let objectives = objective.split(size, count).into_iter().enumerate();
-        let mut partitions: Vec<Partition> = objectives
-            .map(|(index, objective)| {
-                Partition::new(index * size..((index + 1) * size).min(whole), objective)
-            })
-            .collect();
-        self.bounds().step(|| Step::Partitions { count, size });
-        partitions.par_iter_mut().for_each(|partition| partition.solve(self, count == 1));
-        for partition in &mut partitions {
-            self.bounds().steps(std::mem::take(&mut partition.trace));
-        }
-        let possible = partitions.iter().all(|partition| !partition.contradiction);
-        self.values.resize(whole, false);
-        for partition in &mut partitions {
-            if !partition.values.is_empty() {
-                self.values[partition.positions.clone()].copy_from_slice(&partition.values);
-            }
-        }
-        for (value, &fixed) in self.values.iter_mut().zip(self.fixed) {
-            *value = if fixed == 0 { *value } else { fixed > 0 };
-        }
-        objective.join(partitions.into_iter().map(|partition| partition.objective));
-        possible
-    }
-
-    /// What the trace says of a core of this weight.
-    fn core(&self, core: &[i32], weight: u64) -> Step {
-        let items = self.clauses.items.iter().zip(self.origins);
-        let items: Vec<usize> = items
-            .filter(|(guard, _)| core.contains(guard))
-            .filter_map(|(_, origin)| *origin)
-            .collect();
-        Step::Core { counts: core.len().saturating_sub(items.len()), items, weight: Picos(weight) }
-    }
-
-    /// Combines the partitions' best values to one scan, seldom the best of the whole. The mode bits, on which the
-    /// partitions disagree, are tried with both values.
-    fn combine(&self) {
-        let values = &self.values;
-        let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
-        let mut best = self.clauses.assignment(self.problem, holds);
-        let mut most = self.problem.cost(&best);
-        for &mode in self.modes {
-            let value = &mut best.0[mode.0 as usize];
-            *value ^= 1;
-            let cost = self.problem.cost(&best);
-            if cost > most {
-                most = cost;
-            } else {
-                best.0[mode.0 as usize] ^= 1;
-            }
-        }
-        self.bounds().found(best);
-    }
-
-    /// Takes note of a model of the whole. A soft literal that weighs more than the gap between the bounds is true in
-    /// every better one, so it is hardened: it becomes a clause.
-    fn found(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
-        let mut bounds = self.bounds();
-        bounds.falsified(objective.take_falsified());
-        let holds = |literal: i32| match self.fixed.get(literal.unsigned_abs() as usize) {
-            None | Some(0) => holds(literal),
-            Some(fixed) => (*fixed > 0) == (literal > 0),
-        };
-        bounds.found(self.clauses.assignment(self.problem, holds));
-        let heavy = objective.soft_literals(bounds.gap() + 1).map(|(literal, _)| literal);
-        heavy.collect::<Vec<i32>>().into_iter().for_each(|literal| objective.harden(literal));
-    }
 }
 
 #[cfg(test)]

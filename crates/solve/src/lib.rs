@@ -8,9 +8,11 @@ mod cores;
 mod explain;
 pub mod export;
 mod formula;
+mod found;
 mod hitting;
 mod impossible;
 pub mod inductive;
+mod limits;
 mod maxima;
 mod opinion;
 mod oracle;
@@ -24,7 +26,9 @@ mod totalizer;
 pub mod trace;
 
 pub use explain::Exclusions;
+pub use found::{Engine, Maximum};
 pub use impossible::impossible;
+pub use limits::{Decisions, Limits};
 pub use maxima::{maxima, methods};
 #[cfg(not(feature = "z3"))]
 pub use opinion::second_opinion;
@@ -34,11 +38,8 @@ pub use problem::{Item, Problem};
 pub use second::second_opinion;
 
 use bounds::Bounds;
-use scanbound_base::time::Picos;
-use scanbound_model::{Group, Portion, ScanModel};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
-use trace::{Step, Trace};
+use scanbound_model::{Group, ScanModel};
+use trace::Step;
 
 /// Which search to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,103 +51,6 @@ pub enum Method {
     Subsets,
     /// Core-guided search.
     Cores,
-}
-
-/// What found the maximum out, or went furthest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Engine {
-    /// The search by subsets, on Z3 (in a build without Z3: on BatSat).
-    Subsets,
-    /// The core-guided search, on BatSat.
-    Cores,
-}
-
-/// What was found out about a group's maximum.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Maximum {
-    /// No scan costs more.
-    pub upper: Picos,
-    /// The assignment below costs this.
-    pub lower: Picos,
-    /// Values of the group's variables.
-    pub best: Portion,
-    /// Whether these keep the group's constraints. They do unless the search ended before any that do were found (or
-    /// there are none): then all are 0 and so is `lower`.
-    pub kept: bool,
-    /// Questions put to a solver.
-    pub calls: u64,
-    /// What found it out.
-    pub engine: Engine,
-    /// How, if the limits ask for it.
-    pub trace: Trace,
-}
-
-/// What ends a search, and who learns of its progress.
-#[derive(Clone, Copy)]
-pub struct Limits<'a> {
-    /// When to stop with what is proved.
-    pub deadline: Option<Instant>,
-    /// Asked now and then; true stops the search as the deadline does.
-    pub cancelled: &'a (dyn Fn() -> bool + Sync),
-    /// Told of every better bound: upper and lower.
-    pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
-    /// Whether the steps of the search are kept.
-    pub trace: bool,
-    /// What a group's search may take at most, if that is limited.
-    pub decisions: Option<&'a Decisions>,
-}
-
-/// Decisions that a satisfiability solver may still make: the same on every machine, as time is not.
-#[derive(Debug)]
-pub struct Decisions {
-    left: AtomicU64,
-}
-
-impl Decisions {
-    /// So many.
-    #[must_use]
-    pub fn new(most: u64) -> Decisions {
-        Decisions { left: AtomicU64::new(most) }
-    }
-
-    /// As many as are left here, to be spent apart.
-    fn again(&self) -> Decisions {
-        Decisions::new(self.left.load(Ordering::Relaxed))
-    }
-
-    /// Spends some.
-    fn spend(&self, decisions: u64) {
-        let less = |left: u64| Some(left.saturating_sub(decisions));
-        let _ = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
-    }
-
-    /// Whether none is left.
-    #[must_use]
-    pub fn are_spent(&self) -> bool {
-        self.left.load(Ordering::Relaxed) == 0
-    }
-}
-
-impl Default for Limits<'_> {
-    /// No limit, and no progress is reported.
-    fn default() -> Self {
-        Limits {
-            deadline: None,
-            cancelled: &|| false,
-            progress: &|_, _| {},
-            trace: false,
-            decisions: None,
-        }
-    }
-}
-
-impl Limits<'_> {
-    /// Whether to stop with what is proved.
-    pub fn reached(&self) -> bool {
-        self.decisions.is_some_and(Decisions::are_spent)
-            || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            || (self.cancelled)()
-    }
 }
 
 /// The group's maximum. The bounds are valid however early the search ends.
@@ -190,6 +94,7 @@ mod versus;
 mod tests {
     use super::testing::{Builder, brute, equals_brute, plant, random, sound};
     use super::*;
+    use scanbound_base::time::Picos;
 
     #[test]
     fn all_groups_keep_their_order() {

@@ -1,6 +1,6 @@
 //! A satisfiability solver that answers one question after another about a growing set of clauses.
 
-use super::Limits;
+use super::limits::Limits;
 use batsat::callbacks::Callbacks;
 use batsat::clause::Kind;
 use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};

@@ -1,6 +1,7 @@
 //! Gives each instruction its on-time and off-time from a timing table, and each scan its overhead.
 
 mod networks;
+mod overhead;
 mod refresh;
 pub mod touched;
 
@@ -18,6 +19,8 @@ use scanbound_ir::{Area, Instruction, Program, TimingKey, Units};
 
 pub use crate::table::Evidence;
 pub use networks::NetworkUse;
+pub use overhead::OverheadTerm;
+use overhead::charged;
 use refresh::Refresh;
 pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, unsure};
 use touched::Cells;
@@ -45,19 +48,6 @@ pub struct Price {
     pub instead_of: Option<Arc<str>>,
     /// If the number of units is unknown: the largest possible number, which was charged.
     pub at_most_units: Option<u64>,
-}
-
-/// One kind of overhead: a time that each scan takes in addition to its instructions.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OverheadTerm {
-    /// What it is, for the reader of a report.
-    pub name: String,
-    /// The time, including the table's factor.
-    pub time: Picos,
-    /// The weakest evidence among the rows used.
-    pub evidence: Evidence,
-    /// How the time was calculated.
-    pub why: String,
 }
 
 /// The times that a scan of a program is charged.
@@ -506,16 +496,6 @@ fn overhead(
     terms.extend(refresh.terms.iter().cloned());
     terms.extend(networks::terms(table, facts)?);
     Ok((terms, refresh))
-}
-
-/// The time of an overhead row, multiplied by `times` and the table's factor.
-fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
-    let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
-    time.ok_or_else(|| {
-        let message = format!("the time of {} is too large", row.name);
-        let help = "check the times in the table";
-        vec![Diagnostic::file(Code::NoTime, &row.table, message, help)]
-    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! What the user states of routines that calls ask for and that are not among the files given.
 
-use super::{LONGEST, Reader, Value, meant};
 use crate::time::Picos;
 
 /// What is stated of a routine that is not there.
@@ -53,58 +52,6 @@ pub fn key(name: &str) -> String {
         }
     }
     quoted + "\""
-}
-
-impl Reader<'_> {
-    pub(super) fn call(&mut self, name: &str, value: &Value<'_>) {
-        const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: what the routine takes at most, and all that it writes; without writes it may write anything";
-        let Some(entries) = value.get_ref().as_table() else {
-            let message = format!("what is stated of {name} is no time in braces");
-            return self.fault(Some(value.span()), message, HELP);
-        };
-        let (mut time, mut writes) = (None, None);
-        for (key, value) in entries {
-            let known = match key.get_ref().as_ref() {
-                "time" => {
-                    let text = value.get_ref().as_str();
-                    let read = text.and_then(|text| Picos::from_duration_text(text).ok());
-                    time = read.filter(|&time| time <= LONGEST);
-                    time.is_some()
-                }
-                "writes" => {
-                    let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
-                    let all = value.get_ref().as_array();
-                    writes = all.and_then(|all| all.iter().map(text).collect());
-                    writes.is_some()
-                }
-                other => {
-                    let message = format!("'{other}' is not known of a routine");
-                    self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
-                    continue;
-                }
-            };
-            if !known {
-                let message = match key.get_ref().as_ref() {
-                    "time" => format!("the time of {name} is no time with its unit, up to 10 s"),
-                    _ => format!("what {name} writes is no list of devices"),
-                };
-                self.fault(Some(value.span()), message, HELP);
-            }
-        }
-        let Some(time) = time else {
-            if !entries.iter().any(|(key, _)| key.get_ref() == "time") {
-                let message = format!("the time of {name} is not stated");
-                self.fault(Some(value.span()), message, HELP);
-            }
-            return;
-        };
-        let call = StatedCall { name: name.to_owned(), time, writes };
-        let first = self.facts.calls.insert(plain(name), call);
-        if let Some(first) = first {
-            let message = format!("{name} and {} are the same routine", first.name);
-            self.fault(Some(value.span()), message, "state each routine once");
-        }
-    }
 }
 
 #[cfg(test)]

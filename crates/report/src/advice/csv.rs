@@ -1,6 +1,6 @@
 //! Which statement lowers a bound most as CSV: a row a statement, the best first.
 
-use crate::csv::Sheet;
+use crate::sheet::Sheet;
 use scanbound_audit::advise::Advice;
 use std::io::{self, Write};
 

@@ -1,6 +1,6 @@
 //! One program by every table of its family as CSV: a row a table, the highest bound first.
 
-use crate::csv::Sheet;
+use crate::sheet::Sheet;
 use scanbound_audit::Share;
 use scanbound_audit::cpus::Choice;
 use std::io::{self, Write};

@@ -1,6 +1,6 @@
 //! The difference of two versions as CSV: a row a change, the dearest first.
 
-use crate::csv::Sheet;
+use crate::sheet::Sheet;
 use scanbound_audit::difference::{Difference, Side};
 use std::io::{self, Write};
 

@@ -1,6 +1,6 @@
 //! What of a project is read and what stands in the way of a bound as CSV: a row a finding and place.
 
-use crate::csv::Sheet;
+use crate::sheet::Sheet;
 use scanbound_audit::doctor::Diagnosis;
 use std::io::{self, Write};
 

@@ -4,10 +4,12 @@
 //! The page holds data and draws it itself, a rung when it comes into view: so it stays small where a project is large.
 
 mod data;
+mod frame;
 mod tables;
 
 use super::format::{Detail, Extent, Format};
 use super::{json, text};
+use frame::{SCRIPT, WIDTH, escaped, framed};
 use scanbound_audit::Audit;
 use scanbound_audit::verdict::Check;
 use std::io::{self, Write};
@@ -25,13 +27,6 @@ pub const FORMAT: Format = Format {
     checks: || Box::<tables::All>::default(),
     tells_faults: false,
 };
-
-const PAGE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
-
-/// The text's columns.
-const WIDTH: usize = 110;
 
 fn write(audit: &Audit, check: Option<&Check>, _: Extent, out: &mut dyn Write) -> io::Result<()> {
     let extent =
@@ -54,14 +49,6 @@ fn write(audit: &Audit, check: Option<&Check>, _: Extent, out: &mut dyn Write) -
     write!(out, "{}", framed(&title(audit), &body))
 }
 
-fn framed(title: &str, body: &str) -> String {
-    // What the project says comes last, so that nothing in it is filled.
-    let page = PAGE.replace("{{style}}", STYLE);
-    let (head, foot) = page.split_once("{{body}}").unwrap_or((&page, ""));
-    let (start, rest) = head.split_once("{{title}}").unwrap_or((head, ""));
-    [start, &escaped(title), rest, body, foot].concat()
-}
-
 fn title(audit: &Audit) -> String {
     let name = |file: &String| file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let first = audit.files.first().map(name).unwrap_or_default();
@@ -69,8 +56,4 @@ fn title(audit: &Audit) -> String {
         0 | 1 => first,
         n => format!("{first} and {} more", n - 1),
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

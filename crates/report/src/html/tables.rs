@@ -1,6 +1,6 @@
 //! Pages of tables: a comparison, two versions, several projects. They need no script.
 
-use super::{escaped, framed};
+use super::frame::{WIDTH, escaped, framed};
 use crate::compare::text as compare;
 use crate::diff::text as diff;
 use crate::format::{Checked, Checks, Extent, Project};
@@ -185,7 +185,7 @@ pub(super) struct All {
 
 impl Checks for All {
     fn add(&mut self, project: &Project<'_>, extent: Extent, _: &mut dyn Write) -> io::Result<()> {
-        let extent = Extent { width: super::WIDTH, height: usize::MAX, ..extent };
+        let extent = Extent { width: WIDTH, height: usize::MAX, ..extent };
         let (verdict, bound, limit, text) = match &project.checked {
             Checked::Audited(audit, check) => (
                 check.verdict.name(),

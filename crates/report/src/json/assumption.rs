@@ -1,6 +1,6 @@
 //! What is trusted of words and relays.
 
-use super::{UnknownPlace, places};
+use super::place::{UnknownPlace, places};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::Not;

@@ -6,9 +6,12 @@
 //! most is next, until none may cost more than the best scan found. Slices bound a case, and where they show that it cannot
 //! be far above that scan, the solver searches it. A case that is still open after so many decisions is split again.
 
+use super::ground::Ground;
 use super::objective::Objective;
 use super::slices::{self, Slices};
-use super::{Bounds, Formula, Ground, Limits};
+use crate::bounds::Bounds;
+use crate::formula::Formula;
+use crate::limits::Limits;
 use crate::propagator::Propagator;
 use crate::trace::Step;
 use rayon::prelude::*;
@@ -297,7 +300,8 @@ impl<'g> Split<'g> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{SIZES, Sizes, search_from};
+    use super::super::ground::Sizes;
+    use super::super::{SIZES, search_from};
     use crate::testing::{Builder, Dice, sound};
     use crate::{Limits, bounds::Bounds, problem::Problem};
     use scanbound_model::{Assignment, Lit, ScanModel};

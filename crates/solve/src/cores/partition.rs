@@ -1,9 +1,9 @@
 //! One partition of the program, with a SAT solver of its own.
 
 use super::objective::Objective;
-use super::{Limits, Search};
-use crate::Decisions;
+use super::search::Search;
 use crate::formula::Formula;
+use crate::limits::{Decisions, Limits};
 use crate::oracle::{Branching, Effort, Oracle};
 use crate::trace::Trace;
 use std::cmp::Reverse;

@@ -10,7 +10,8 @@
 //! in a core by a soft literal that needs it.
 
 use super::objective::Objective;
-use super::{Limits, Search};
+use super::search::Search;
+use crate::limits::Limits;
 use crate::propagator::Propagator;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -1,6 +1,6 @@
 //! Network refresh: its overhead, and what a program uses of a network for which no time is given.
 
-use super::{OverheadTerm, charged};
+use super::overhead::{OverheadTerm, charged};
 use crate::table::{Evidence, Row, Table};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;

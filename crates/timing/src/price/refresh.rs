@@ -1,8 +1,8 @@
 //! Refresh of inputs and outputs: its overhead, and what the user could state about points and base units.
 
 use super::networks::{each_region, known_length};
-use super::{Evidence, OverheadTerm, charged};
-use crate::table::{MostPoints, Row, Table};
+use super::overhead::{OverheadTerm, charged};
+use crate::table::{Evidence, MostPoints, Row, Table};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part};

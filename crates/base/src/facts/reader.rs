@@ -1,0 +1,547 @@
+//! Reads a facts file.
+
+use super::calls::{StatedCall, plain};
+use super::places::Places;
+use super::{ActionOrder, Facts, HowOften, StatedFactor};
+use crate::checksum::sha256;
+use crate::code::Code;
+use crate::diagnostic::Diagnostic;
+use crate::time::Picos;
+use std::cmp::Ordering;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What a facts file may say, shown where it says something else.
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const SCAN: &str = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most; constant = \"20ms\", the constant or minimum scan time that its parameters set, or \"none\"; watchdog = \"500ms\", the watchdog's time that they set";
+const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
+const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
+const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
+const ON_ERROR: &str = "write on_error = \"stop\" where the CPU stops at an operation error (division by zero, an index beyond its area), on_error = \"continue\" where it goes on, as its parameters say";
+/// The tables of a facts file.
+pub const TABLES: [&str; 13] = [
+    "ranges",
+    "counts",
+    "calls",
+    "interrupts",
+    "io",
+    "network",
+    "index",
+    "scan",
+    "external",
+    "internal",
+    "exclusive",
+    "start",
+    "sfc",
+];
+/// More faults than this are counted, not listed.
+const MOST_FAULTS: usize = 100;
+/// No network's refresh takes longer, nor is any scan multiplied by more.
+const LONGEST: Picos = Picos(10_000_000_000_000);
+/// No watchdog and no constant scan is set to more: 60 s.
+const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
+const LARGEST_FACTOR: u64 = 10_000_000;
+
+impl Facts {
+    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics.
+    ///
+    /// # Errors
+    /// All faults at once, up to a limit.
+    ///
+    /// # Examples
+    /// ```
+    /// use scanbound_base::facts::Facts;
+    ///
+    /// let facts = Facts::parse("facts.toml", "[interrupts]\nI0 = 2\n").expect("right facts");
+    /// assert_eq!(facts.interrupt("I0"), Some(2));
+    /// let faults = Facts::parse("facts.toml", "[interrupts]\nI0 = -1\n").expect_err("a negative number");
+    /// assert_eq!(faults.len(), 1);
+    /// ```
+    pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
+        let read_from = Some((name.to_owned(), sha256(text.as_bytes())));
+        let facts = Facts { read_from, places: Places::new(name, text), ..Facts::default() };
+        let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };
+        let (table, errors) = DeTable::parse_recoverable(text);
+        for error in errors {
+            let help = match error.message() {
+                "duplicate key" => "write each table, and each key in it, once",
+                _ => FORM,
+            };
+            reader.fault(error.span(), format!("not TOML: {}", error.message()), help);
+        }
+        for (key, value) in table.get_ref() {
+            let name = key.get_ref().as_ref();
+            match value.get_ref().as_table() {
+                Some(entries) if TABLES.contains(&name) => {
+                    for (own, value) in entries {
+                        reader.facts.places.put(name, own.get_ref(), [own.span(), value.span()]);
+                        reader.fact(name, own, value);
+                    }
+                }
+                None if TABLES.contains(&name) => {
+                    reader.fault(Some(key.span()), format!("'{name}' is a table"), FORM);
+                }
+                _ => {
+                    let message = format!("'{name}' is not a fact");
+                    reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
+                }
+            }
+        }
+        reader.finish()
+    }
+}
+
+struct Reader<'a> {
+    name: &'a str,
+    facts: Facts,
+    faults: Vec<Diagnostic>,
+    dropped: usize,
+}
+
+/// A key and its value.
+type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader<'_> {
+    fn finish(mut self) -> Result<Facts, Vec<Diagnostic>> {
+        self.faults.sort_by_key(|fault| fault.line);
+        if self.dropped > 0 {
+            let message = format!("and {} further faults, not listed", self.dropped);
+            let help = "mend those listed first";
+            self.faults.push(Diagnostic::file(Code::Facts, self.name, message, help));
+        }
+        if self.faults.is_empty() { Ok(self.facts) } else { Err(self.faults) }
+    }
+
+    fn call(&mut self, name: &str, value: &Value<'_>) {
+        const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: what the routine takes at most, and all that it writes; without writes it may write anything";
+        let Some(entries) = value.get_ref().as_table() else {
+            let message = format!("what is stated of {name} is no time in braces");
+            return self.fault(Some(value.span()), message, HELP);
+        };
+        let (mut time, mut writes) = (None, None);
+        for (key, value) in entries {
+            let known = match key.get_ref().as_ref() {
+                "time" => {
+                    let text = value.get_ref().as_str();
+                    let read = text.and_then(|text| Picos::from_duration_text(text).ok());
+                    time = read.filter(|&time| time <= LONGEST);
+                    time.is_some()
+                }
+                "writes" => {
+                    let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+                    let all = value.get_ref().as_array();
+                    writes = all.and_then(|all| all.iter().map(text).collect());
+                    writes.is_some()
+                }
+                other => {
+                    let message = format!("'{other}' is not known of a routine");
+                    self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
+                    continue;
+                }
+            };
+            if !known {
+                let message = match key.get_ref().as_ref() {
+                    "time" => format!("the time of {name} is no time with its unit, up to 10 s"),
+                    _ => format!("what {name} writes is no list of devices"),
+                };
+                self.fault(Some(value.span()), message, HELP);
+            }
+        }
+        let Some(time) = time else {
+            if !entries.iter().any(|(key, _)| key.get_ref() == "time") {
+                let message = format!("the time of {name} is not stated");
+                self.fault(Some(value.span()), message, HELP);
+            }
+            return;
+        };
+        let call = StatedCall { name: name.to_owned(), time, writes };
+        let first = self.facts.calls.insert(plain(name), call);
+        if let Some(first) = first {
+            let message = format!("{name} and {} are the same routine", first.name);
+            self.fault(Some(value.span()), message, "state each routine once");
+        }
+    }
+
+    fn fact(&mut self, table: &str, key: &Key<'_>, value: &Value<'_>) {
+        match table {
+            "ranges" => self.range(key.get_ref(), value),
+            "counts" => self.counted(key.get_ref(), value),
+            "calls" => self.call(key.get_ref(), value),
+            "index" => self.index(key, value),
+            "interrupts" if value.get_ref().as_str().is_some() => {
+                let text = value.get_ref().as_str().unwrap_or_default().trim();
+                match text.parse() {
+                    Ok(HowOften::Every(interval)) => {
+                        let label = key.get_ref().to_ascii_uppercase();
+                        self.facts.intervals.insert(label, interval);
+                    }
+                    _ => {
+                        let message = format!("{} is not an interval above 0", key.get_ref());
+                        let help = "write an interval in quotes, such as I28 = \"4ms\", or a count, such as I28 = 2";
+                        self.fault(Some(value.span()), message, help);
+                    }
+                }
+            }
+            "interrupts" => {
+                if let Some(times) = self.count(key.get_ref(), value) {
+                    let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());
+                    let most = most.or_insert(times);
+                    *most = (*most).max(times);
+                }
+            }
+            "io" => self.points(key, value),
+            "network" => self.network(key, value),
+            "external" => {
+                let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.external = devices;
+                }
+            }
+            "internal" => {
+                let help =
+                    "write devices = [\"D100-D199\", \"M50\"], what nobody but the program writes";
+                if let Some(devices) = self.devices(table, key, value, help) {
+                    self.facts.internal = devices;
+                }
+            }
+            "exclusive" => self.exclusive(key, value),
+            "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
+                ("download", Some(download)) => self.facts.download = download,
+                ("download", None) => {
+                    self.fault(Some(value.span()), "download is true or false".to_owned(), DOWNLOAD)
+                }
+                (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
+            },
+            "sfc" => self.chart(key, value),
+            _ => self.scan(key, value),
+        }
+    }
+
+    fn chart(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let text = value.get_ref().as_str();
+        match key.get_ref().as_ref() {
+            "selection" => match text {
+                Some("all") => self.facts.all_clear = true,
+                Some("first") => self.facts.all_clear = false,
+                _ => {
+                    let message = "selection is \"first\" or \"all\"".to_owned();
+                    self.fault(Some(value.span()), message, SELECTION);
+                }
+            },
+            "action_order" => {
+                let named = |one: &ActionOrder| text == Some(one.name());
+                self.facts.action_order = ActionOrder::ALL.into_iter().find(named);
+                if self.facts.action_order.is_none() {
+                    let message =
+                        "action_order is \"named\", \"declared\" or \"alphabetical\"".to_owned();
+                    self.fault(Some(value.span()), message, ACTION_ORDER);
+                }
+            }
+            other => {
+                let help = format!("{SELECTION}; {ACTION_ORDER}");
+                self.unknown(key, "sfc", &meant(other, &["selection", "action_order"], &help));
+            }
+        }
+    }
+
+    fn range(&mut self, device: &str, value: &Value<'_>) {
+        match numbers(value).as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.ranges.insert(device.to_owned(), (low, high));
+            }
+            Some(&[low, high]) => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is empty: {low} is above {high}"),
+                "give the least value first",
+            ),
+            _ => self.fault(
+                Some(value.span()),
+                format!("the range of {device} is not two whole numbers"),
+                "write D100 = [0, 10]; a device with a point in its name goes in quotes: \"D10.A\"",
+            ),
+        }
+    }
+
+    fn counted(&mut self, place: &str, value: &Value<'_>) {
+        let item = |value: &DeValue<'_>| integer(value).filter(|count| *count >= 0);
+        let numbers: Option<Vec<i64>> = match value.get_ref().as_array() {
+            Some(array) => array.iter().map(|one| item(one.get_ref())).collect(),
+            None => item(value.get_ref()).map(|count| vec![count, count]),
+        };
+        match numbers.as_deref() {
+            Some(&[low, high]) if low <= high => {
+                self.facts.counts.insert(place.to_owned(), (low, high));
+            }
+            _ => self.fault(
+                Some(value.span()),
+                format!("the count at {place} is no number from 0 on, nor two of them, the least first"),
+                "write \"MAIN.csv:543\" = 20 for a count that is always 20, = [0, 20] for one of at most 20",
+            ),
+        }
+    }
+
+    fn index(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        match key.get_ref().as_ref() {
+            "bits" => match integer(value.get_ref()) {
+                Some(16) => self.facts.index_bits = Some(16),
+                Some(32) => self.facts.index_bits = Some(32),
+                _ => self.fault(
+                    Some(value.span()),
+                    "bits is neither 16 nor 32".to_owned(),
+                    "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)",
+                ),
+            },
+            "indirect" => {
+                let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+                let all = value.get_ref().as_array().map(|all| all.iter().map(text).collect());
+                match all {
+                    Some(Some(devices)) => self.facts.indirect = Some(devices),
+                    _ => self.fault(
+                        Some(value.span()),
+                        "indirect is no list of devices".to_owned(),
+                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], all that the program writes through @",
+                    ),
+                }
+            }
+            place if value.get_ref().as_array().is_some() => {
+                match numbers(value).as_deref() {
+                    Some(&[low, high]) if low <= high => {
+                        self.facts.indices.insert(place.to_owned(), (low, high));
+                    }
+                    _ => self.fault(
+                        Some(value.span()),
+                        format!("the index at {place} is no two numbers, the least first"),
+                        "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
+                    ),
+                }
+            }
+            other => {
+                let help = "write bits = 16, Z0 = [0, 99], or indirect = [\"ZR1000-ZR1999\"]";
+                self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
+            }
+        }
+    }
+
+    /// The devices of a table that has nothing else.
+    fn devices(
+        &mut self,
+        table: &str,
+        key: &Key<'_>,
+        value: &Value<'_>,
+        help: &str,
+    ) -> Option<Vec<String>> {
+        if key.get_ref().as_ref() != "devices" {
+            self.unknown(key, table, &meant(key.get_ref(), &["devices"], help));
+            return None;
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        let devices = value.get_ref().as_array().and_then(|all| all.iter().map(text).collect());
+        if devices.is_none() {
+            self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help);
+        }
+        devices
+    }
+
+    fn exclusive(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], in each set bits of which no two are on when a scan starts";
+        if key.get_ref().as_ref() != "sets" {
+            return self.unknown(key, "exclusive", &meant(key.get_ref(), &["sets"], help));
+        }
+        let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
+        let set = |one: &Value<'_>| {
+            let bits: Vec<String> =
+                one.get_ref().as_array()?.iter().map(text).collect::<Option<_>>()?;
+            (bits.len() > 1).then_some(bits)
+        };
+        match value.get_ref().as_array().and_then(|all| all.iter().map(set).collect()) {
+            Some(sets) => self.facts.exclusive = sets,
+            None => {
+                let message = "sets is no list of lists of two bits or more".to_owned();
+                self.fault(Some(value.span()), message, help);
+            }
+        }
+    }
+
+    fn points(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        match key.get_ref().as_ref() {
+            "inputs" => self.facts.inputs = self.side(0, "inputs", value),
+            "outputs" => self.facts.outputs = self.side(1, "outputs", value),
+            "base" => match value.get_ref().as_str() {
+                Some(base) => self.facts.base = Some(base.trim().to_ascii_lowercase()),
+                None => self.fault(
+                    Some(value.span()),
+                    "base is not a text in quotes".to_owned(),
+                    "write base = \"main\", the kind of base unit that all I/O modules sit on",
+                ),
+            },
+            "latched" => match value.get_ref().as_bool() {
+                Some(latched) => self.facts.latched = Some(latched),
+                None => self.fault(
+                    Some(value.span()),
+                    "latched is true or false".to_owned(),
+                    "write latched = true if the PC reads its inputs once a pass, into an image",
+                ),
+            },
+            other => self.unknown(
+                key,
+                "io",
+                &meant(
+                    other,
+                    &["inputs", "outputs", "base", "latched"],
+                    "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
+                ),
+            ),
+        }
+    }
+
+    /// The points of a side: one number, or one for each base.
+    fn side(&mut self, side: usize, name: &str, value: &Value<'_>) -> Option<u32> {
+        let Some(bases) = value.get_ref().as_table() else { return self.count(name, value) };
+        let mut sum = Some(0_u32);
+        for (base, points) in bases {
+            let own = self.count(&format!("{name} on the base {}", base.get_ref()), points)?;
+            let own_name = base.get_ref().trim().to_ascii_lowercase();
+            let key = format!("{name}.{own_name}");
+            self.facts.places.put("io", &key, [base.span(), points.span()]);
+            let on_base = self.facts.by_base[side].entry(own_name).or_default();
+            *on_base = on_base.saturating_add(own);
+            sum = sum.and_then(|sum| sum.checked_add(own));
+        }
+        if sum.is_none() {
+            let message = format!("{name} are more points than can be counted");
+            self.fault(Some(value.span()), message, "give the points of each base");
+        }
+        sum
+    }
+
+    fn network(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = "write refresh = \"1.5ms\", what the refresh of all networks takes in one scan at most, or refresh = \"none\" where there is none";
+        if key.get_ref().as_ref() != "refresh" {
+            return self.unknown(key, "network", &meant(key.get_ref(), &["refresh"], help));
+        }
+        let text = value.get_ref().as_str().map(str::trim);
+        let time = match text {
+            Some(none) if none.eq_ignore_ascii_case("none") => Some(Picos::ZERO),
+            Some(text) => text.parse().ok().filter(|&time| time <= LONGEST),
+            None => None,
+        };
+        match time {
+            Some(time) => self.facts.network = Some(time),
+            None => {
+                self.fault(Some(value.span()), "refresh is no time up to 10 s".to_owned(), help)
+            }
+        }
+    }
+
+    fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
+        let help = match key.get_ref().as_ref() {
+            "factor" => {
+                "write factor = 1.1, by which what else the CPU serves lengthens a scan at most"
+            }
+            "on_error" => return self.on_error(value),
+            "constant" | "watchdog" => return self.scan_time(key.get_ref(), value),
+            other => {
+                let known = ["factor", "constant", "watchdog", "on_error"];
+                return self.unknown(
+                    key,
+                    "scan",
+                    &meant(other, &known, &format!("{SCAN}; {ON_ERROR}")),
+                );
+            }
+        };
+        let text = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().to_owned(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().to_owned(),
+            DeValue::String(text) => text.trim().to_owned(),
+            _ => String::new(),
+        };
+        let allowed = 1_000_000..=LARGEST_FACTOR;
+        match Picos::from_us_text(&text) {
+            Ok(Picos(millionths)) if allowed.contains(&millionths) => {
+                self.facts.factor = Some(StatedFactor { millionths, text });
+            }
+            _ => self.fault(
+                Some(value.span()),
+                "factor is not a decimal from 1 to 10".to_owned(),
+                help,
+            ),
+        }
+    }
+
+    fn on_error(&mut self, value: &Value<'_>) {
+        match value.get_ref().as_str() {
+            Some("stop") => self.facts.stops_on_error = Some(true),
+            Some("continue") => self.facts.stops_on_error = Some(false),
+            _ => {
+                let message = "on_error is \"stop\" or \"continue\"".to_owned();
+                self.fault(Some(value.span()), message, ON_ERROR);
+            }
+        }
+    }
+
+    /// The constant scan time or the watchdog's time.
+    fn scan_time(&mut self, name: &str, value: &Value<'_>) {
+        let text = value.get_ref().as_str().map_or("", str::trim);
+        let is_none = name == "constant" && text.eq_ignore_ascii_case("none");
+        let time = if is_none { Some(Picos::ZERO) } else { text.parse().ok() };
+        let time = time.filter(|&time| time <= LONGEST_CYCLE && (is_none || time > Picos::ZERO));
+        match (name, time) {
+            ("constant", Some(time)) => self.facts.constant_scan = Some(time),
+            (_, Some(time)) => self.facts.watchdog = Some(time),
+            (_, None) => {
+                let message = format!("{name} is not a time above 0 and up to 60 s");
+                self.fault(Some(value.span()), message, SCAN);
+            }
+        }
+    }
+
+    fn unknown(&mut self, key: &Key<'_>, table: &str, help: &str) {
+        let message = format!("'{}' is not known in [{table}]", key.get_ref());
+        self.fault(Some(key.span()), message, help);
+    }
+
+    fn count(&mut self, what: &str, value: &Value<'_>) -> Option<u32> {
+        let number = integer(value.get_ref()).and_then(|n| u32::try_from(n).ok());
+        if number.is_none() {
+            self.fault(
+                Some(value.span()),
+                format!("{what} is not a whole number from 0 on"),
+                "write a count, such as I0 = 2",
+            );
+        }
+        number
+    }
+
+    fn fault(&mut self, span: Option<Range<usize>>, message: String, help: &str) {
+        if self.faults.len() >= MOST_FAULTS {
+            self.dropped += 1;
+            return;
+        }
+        self.faults.push(match span {
+            Some(span) => self.facts.places.at(Code::Facts, span, message, help),
+            None => Diagnostic::file(Code::Facts, self.name, message, help),
+        });
+    }
+}
+
+/// The help, headed by the known name that is most like a wrong one, if any is.
+fn meant(wrong: &str, known: &[&str], help: &str) -> String {
+    let likeness =
+        |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
+    let nearest = known.iter().filter(|name| likeness(name).is_some());
+    let nearest =
+        nearest.max_by(|a, b| likeness(a).partial_cmp(&likeness(b)).unwrap_or(Ordering::Equal));
+    nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
+}
+
+/// An array of whole numbers.
+fn numbers(value: &Value<'_>) -> Option<Vec<i64>> {
+    value.get_ref().as_array()?.iter().map(|item| integer(item.get_ref())).collect()
+}
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    let number = value.as_integer()?;
+    i64::from_str_radix(number.as_str(), number.radix()).ok()
+}

@@ -1,0 +1,251 @@
+//! The machine's words: what each of its eight instructions does, and its 32 devices.
+
+use std::fmt;
+
+/// How many words the program counter of eight bits reaches. Each scan runs all of them.
+pub const WORDS: usize = 256;
+
+/// What a word does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Opcode {
+    /// The accumulator takes the device's value.
+    Ld,
+    /// The accumulator takes the inverse of the device's value.
+    Ldi,
+    /// The accumulator and the device's value.
+    And,
+    /// The accumulator and the inverse of the device's value.
+    Andi,
+    /// The accumulator or the device's value.
+    Or,
+    /// The accumulator or the inverse of the device's value.
+    Ori,
+    /// The device takes the accumulator's value; the accumulator keeps it.
+    St,
+    /// The device takes the inverse of the accumulator's value; the accumulator keeps its own.
+    Sti,
+}
+
+impl Opcode {
+    /// All, by their three bits.
+    pub const ALL: [Opcode; 8] = [
+        Opcode::Ld,
+        Opcode::Ldi,
+        Opcode::And,
+        Opcode::Andi,
+        Opcode::Or,
+        Opcode::Ori,
+        Opcode::St,
+        Opcode::Sti,
+    ];
+
+    /// The mnemonic.
+    #[must_use]
+    pub fn mnemonic(self) -> &'static str {
+        ["LD", "LDI", "AND", "ANDI", "OR", "ORI", "ST", "STI"][self as usize]
+    }
+
+    /// The opcode of a mnemonic, in capitals or not.
+    #[must_use]
+    pub fn from_mnemonic(text: &str) -> Option<Opcode> {
+        Opcode::ALL.into_iter().find(|opcode| opcode.mnemonic().eq_ignore_ascii_case(text))
+    }
+
+    /// Whether it writes to its device.
+    #[must_use]
+    pub fn is_store(self) -> bool {
+        matches!(self, Opcode::St | Opcode::Sti)
+    }
+
+    /// Whether it inverts what it reads or writes.
+    #[must_use]
+    pub fn inverts(self) -> bool {
+        self as u8 & 1 == 1
+    }
+}
+
+/// What kind of device an address selects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// Input: the value latched when the scan began. Cannot be written.
+    Input,
+    /// Output: a latch of its own, shown outside from the end of the scan.
+    Output,
+    /// Internal relay.
+    Relay,
+    /// On-delay timer: written, its coil; read, its delayed contact.
+    Timer,
+    /// Counter: written, its clock; read, whether the count equals the setting.
+    Counter,
+    /// Written, the counter's clear; read, always 0.
+    Clear,
+}
+
+/// The address of one of the 32 devices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Device(u8);
+
+impl Device {
+    /// The first timer.
+    pub const T0: Device = Device(0b11100);
+    /// The second timer.
+    pub const T1: Device = Device(0b11101);
+    /// The counter.
+    pub const C0: Device = Device(0b11110);
+    /// The counter's clear.
+    pub const CLEAR: Device = Device(0b11111);
+
+    /// The device of the low five bits.
+    #[must_use]
+    pub fn at(address: u8) -> Device {
+        Device(address & 0b11111)
+    }
+
+    /// All devices, by address.
+    pub fn all() -> impl Iterator<Item = Device> {
+        (0..32).map(Device)
+    }
+
+    /// Its address, 0 to 31.
+    #[must_use]
+    pub fn address(self) -> u8 {
+        self.0
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn kind(self) -> Kind {
+        match self.0 {
+            0..=7 => Kind::Input,
+            8..=15 => Kind::Output,
+            16..=27 => Kind::Relay,
+            28..=29 => Kind::Timer,
+            30 => Kind::Counter,
+            _ => Kind::Clear,
+        }
+    }
+
+    /// The device of a name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0`
+    /// and the counter's clear `C0CLR`; timers and counter also with two digits (`T00`), as the description
+    /// has them in places. In capitals or not.
+    #[must_use]
+    pub fn from_name(text: &str) -> Option<Device> {
+        let name = text.to_ascii_uppercase();
+        let name = match name.as_str() {
+            "T00" => "T0",
+            "T01" => "T1",
+            "C00" => "C0",
+            "C00CLR" => "C0CLR",
+            name => name,
+        };
+        Device::all().find(|device| device.to_string() == name)
+    }
+}
+
+impl fmt::Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (low, high) = (self.0 & 7, self.0 >> 3);
+        match (self.kind(), high) {
+            (Kind::Input, _) => write!(f, "X0{low}"),
+            (Kind::Output, _) => write!(f, "Y0{low}"),
+            (Kind::Relay, 2) => write!(f, "M0{low}"),
+            (Kind::Relay, _) => write!(f, "M1{low}"),
+            (Kind::Timer, _) => write!(f, "T{}", self.0 & 1),
+            (Kind::Counter, _) => f.write_str("C0"),
+            (Kind::Clear, _) => f.write_str("C0CLR"),
+        }
+    }
+}
+
+/// One word of the program memory: the opcode in bits 7 to 5, the device's address in bits 4 to 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Word(pub u8);
+
+impl Word {
+    /// The word of an instruction.
+    #[must_use]
+    pub fn new(opcode: Opcode, device: Device) -> Word {
+        Word((opcode as u8) << 5 | device.0)
+    }
+
+    /// What it does.
+    #[must_use]
+    pub fn opcode(self) -> Opcode {
+        Opcode::ALL[usize::from(self.0 >> 5)]
+    }
+
+    /// With which device.
+    #[must_use]
+    pub fn device(self) -> Device {
+        Device::at(self.0)
+    }
+
+    /// Whether it writes to an input, which has nothing to write to.
+    #[must_use]
+    pub fn stores_to_input(self) -> bool {
+        self.opcode().is_store() && self.device().kind() == Kind::Input
+    }
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.opcode().mnemonic(), self.device())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn opcodes_are_those_of_the_description() {
+        let table = ["LD", "LDI", "AND", "ANDI", "OR", "ORI", "ST", "STI"];
+        for (bits, name) in table.into_iter().enumerate() {
+            let word = Word((bits as u8) << 5);
+            assert_eq!(word.opcode().mnemonic(), name);
+            assert_eq!(Opcode::from_mnemonic(name), Some(word.opcode()));
+        }
+        // The one word that the description spells out in bits.
+        assert_eq!(
+            Word::new(Opcode::Or, Device::from_name("Y00").expect("a device")).0,
+            0b100_01000
+        );
+    }
+
+    #[test]
+    fn devices_are_those_of_the_description() {
+        let table = [
+            ("X00", 0b00000, Kind::Input),
+            ("X07", 0b00111, Kind::Input),
+            ("Y00", 0b01000, Kind::Output),
+            ("Y07", 0b01111, Kind::Output),
+            ("M00", 0b10000, Kind::Relay),
+            ("M07", 0b10111, Kind::Relay),
+            ("M10", 0b11000, Kind::Relay),
+            ("M13", 0b11011, Kind::Relay),
+            ("T0", 0b11100, Kind::Timer),
+            ("T1", 0b11101, Kind::Timer),
+            ("C0", 0b11110, Kind::Counter),
+            ("C0CLR", 0b11111, Kind::Clear),
+        ];
+        for (name, address, kind) in table {
+            let device = Device::from_name(name).expect(name);
+            assert_eq!((device.address(), device.kind()), (address, kind), "{name}");
+            assert_eq!(Device::from_name(&name.to_lowercase()), Some(device));
+        }
+        for device in Device::all() {
+            assert_eq!(Device::from_name(&device.to_string()), Some(device));
+        }
+        for name in ["X08", "X0", "X10", "Y08", "M08", "M14", "M20", "T2", "C1", "D0", "", "X"] {
+            assert_eq!(Device::from_name(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn words_take_apart_as_they_are_put_together() {
+        for byte in 0..=255 {
+            let word = Word(byte);
+            assert_eq!(Word::new(word.opcode(), word.device()), word);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What a front is: its dialects, how it reads their files, and what these mean.
+
+use super::example::Examples;
+use super::input::Input;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::Facts;
+use scanbound_iec::comment::Comments;
+use scanbound_ir::Program;
+use std::any::Any;
+use std::fmt;
+
+/// A dialect: one way to write programs.
+#[derive(Debug, Clone, Copy)]
+pub struct Dialect {
+    /// The name for `--dialect` and reports.
+    pub name: &'static str,
+    /// A description for messages.
+    pub what: &'static str,
+    /// The test that recognises its files.
+    pub sniff: Sniff,
+}
+
+/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful files.
+#[derive(Debug, Clone, Copy)]
+pub enum Sniff {
+    /// Whether a file whose text begins like this is in the dialect.
+    Text(fn(&str) -> bool),
+    /// Whether these bytes, which may be binary, are a complete file of the dialect.
+    Bytes(fn(&[u8]) -> bool),
+}
+
+/// Reads the dialects of one kind of PLC.
+pub trait Front: Sync {
+    /// All dialects of the front.
+    fn dialects(&self) -> &'static [Dialect];
+
+    /// Whether a file with this name and beginning holds device comments, not a program.
+    fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
+        let _ = (name, beginning);
+        false
+    }
+
+    /// Words that occur in files of these dialects. They show which code page a file is in.
+    fn known_words(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// The mnemonics of all instructions that it knows.
+    fn instructions(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables name it.
+    /// `None` if this front does not have the family, or the family not the instruction.
+    fn examples(&self, name: &str, family: &str) -> Option<Examples> {
+        let _ = (name, family);
+        None
+    }
+
+    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to another
+    /// front.
+    ///
+    /// # Errors
+    /// All errors of all files.
+    fn read(
+        &self,
+        dialect: &Dialect,
+        programs: &[&Input],
+        comment_files: &[&Input],
+        reading: SourceOptions,
+    ) -> Result<Box<dyn Project>, Vec<Diagnostic>>;
+}
+
+/// How to read source text where the language standard allows several ways.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SourceOptions {
+    /// How to read a comment that contains the beginning of another one; `None`: refuse it.
+    pub comments: Option<Comments>,
+}
+
+/// A project as its front has parsed it, before its meaning is determined.
+pub trait Project: Any + fmt::Debug {
+    /// The CPU that the project names, or the only CPU that has its dialect.
+    fn cpu(&self) -> Option<&str>;
+
+    /// What reading found that does not stop the audit.
+    fn warnings(&self) -> Vec<Diagnostic> {
+        Vec::new()
+    }
+
+    /// The properties of its machine that the user may state.
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions::default()
+    }
+
+    /// Lowers the project to a program.
+    ///
+    /// # Errors
+    /// All errors of all files.
+    fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>>;
+}
+
+impl dyn Project {
+    /// The project as the front's own type; `None` if another front read it.
+    #[must_use]
+    pub fn downcast<P: Project>(self: Box<dyn Project>) -> Option<P> {
+        let any: Box<dyn Any> = self;
+        any.downcast().ok().map(|project| *project)
+    }
+}
+
+/// Which properties of a machine the user may state. Where one is false, the front knows the property.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MachineOptions {
+    /// The clock frequency, where each word of a program takes one clock period.
+    pub clock: bool,
+    /// Whether the CPU reads its inputs once in a scan.
+    pub latched: bool,
+    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices that
+    /// are written through `@`.
+    pub index: bool,
+}
+
+/// What a front needs besides the source to lower it.
+pub struct Options<'a> {
+    /// The CPU as the user named it.
+    pub cpu: Option<&'a str>,
+    /// The CPU family of the timing table.
+    pub family: Option<&'a str>,
+    /// Whether the timing table has a user-defined instruction of this name.
+    pub is_user_instruction: &'a dyn Fn(&str) -> bool,
+    /// The user's facts.
+    pub facts: &'a Facts,
+    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound needs.
+    /// Otherwise such a call is an error.
+    pub absent_calls_take_no_time: bool,
+    /// The task whose scan is analysed, if the project has several.
+    pub task: Option<&'a str>,
+    /// Whether that scan is analysed without interruptions by other tasks, even if the facts state them.
+    pub uninterrupted: bool,
+    /// Whether an HMI or another PLC may write the program's variables between scans.
+    pub others_write: bool,
+}
+
+impl<'a> Options<'a> {
+    /// Options with only the facts set.
+    #[must_use]
+    pub fn new(facts: &'a Facts) -> Options<'a> {
+        Options {
+            cpu: None,
+            family: None,
+            is_user_instruction: &|_| false,
+            facts,
+            absent_calls_take_no_time: false,
+            task: None,
+            uninterrupted: false,
+            others_write: true,
+        }
+    }
+}

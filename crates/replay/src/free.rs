@@ -1,0 +1,71 @@
+//! Who gives the values that a program leaves free, and how it is followed.
+
+use super::timed::TimedInputs;
+use scanbound_base::time::Picos;
+use scanbound_ir::timed::Timed;
+use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Settled, Witness};
+
+/// Supplies the values that the program leaves free. Within a scan, the same question must get the same answer.
+pub trait FreeValues {
+    /// The value of the cell at the start of the scan. For a bit cell, only bit 0 counts.
+    fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
+    /// A mask of the bits of the start value that are unknown.
+    fn unknown(&mut self, _cell: Cell) -> u16 {
+        0
+    }
+    /// The value of the choice. For `Bit`, only bit 0 counts. The answer must not depend on `kind`.
+    fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
+    /// Whether all values from outside the program are unknown.
+    fn outside_is_unknown(&self) -> bool {
+        false
+    }
+    /// The value of the CPU's register that this choice reads, if it is known.
+    fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
+        None
+    }
+    /// The flag and the present value after a timer or counter was executed, if time is simulated.
+    fn timed(&mut self, _timed: &Timed, _found: &TimedInputs) -> Option<(bool, u16)> {
+        None
+    }
+    /// Whether time is simulated. Then timers and counters are executed as instructions, and none runs out between two
+    /// instructions.
+    fn simulates_time(&self) -> bool {
+        false
+    }
+    /// Whether the elapsed time of a timer is derived from the earlier scans.
+    fn counts_time(&self) -> bool {
+        false
+    }
+    /// How long the timer with this memory cell has been running when the scan begins: the least and the greatest
+    /// possible time. `None` if only a single scan is run.
+    fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
+        None
+    }
+    /// What the analysis resolved while it followed this scan.
+    fn settled(&self) -> Option<&Settled> {
+        None
+    }
+}
+
+impl FreeValues for &Witness {
+    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+        self.start.get(&cell).copied().unwrap_or(0)
+    }
+
+    fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
+        self.choices.get(key).copied().unwrap_or(0)
+    }
+
+    fn settled(&self) -> Option<&Settled> {
+        Some(&self.settled)
+    }
+}
+
+/// How nondeterministic values are treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// As in the analysis: every choice may have any value.
+    Model,
+    /// As on a PLC, with exact results of operations: a real run, see [`scanbound_ir::meaning`].
+    Real,
+}

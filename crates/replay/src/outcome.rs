@@ -1,0 +1,95 @@
+//! What comes of running a scan.
+
+use scanbound_base::time::Picos;
+use scanbound_ir::meaning::Knowledge;
+use scanbound_ir::{Cell, Frame};
+use std::sync::Arc;
+
+/// One execution of one instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// Index into `Program::instructions`.
+    pub instruction: usize,
+    /// The call context: the calls and loop iterations on the path to it, outermost first.
+    pub frames: Arc<[Frame]>,
+    /// Whether it fired. For a charge of a loop summary: whether its on-time is the larger of the two.
+    pub fired: bool,
+    /// Its time. For a charge of a loop summary: the time of all its repetitions.
+    pub cost: Picos,
+}
+
+/// The result of running one scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replay {
+    /// The sum of the times of all instructions, without the overhead of a scan.
+    pub total: Picos,
+    /// The executed instructions, in order.
+    pub events: Vec<Event>,
+    /// Indices into `Program::ranges` of the user's ranges that the start values violate. Only cells that the scan read
+    /// count. If the list is not empty, the user's statements exclude this scan.
+    pub broken_ranges: Vec<usize>,
+    /// Indices into `Program::invariants` of the invariants that the start values violate. If the list is not empty, no
+    /// scan starts with these values. In a real run, the conditions of `PowerUp::in_every_reading` follow behind the
+    /// invariants.
+    pub broken_invariants: Vec<usize>,
+    /// The `Step::Unbounded` that the scan reached, if any. The run stops there.
+    pub unbounded: Option<usize>,
+}
+
+/// Why a real run stopped before the end of the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// The path depends on an unknown value: the result of the instruction with this index.
+    Unknown(usize),
+    /// The user's statements exclude this scan.
+    Excluded,
+    /// An operation error occurs that stops the CPU.
+    Error,
+    /// It executed more instructions than the limit.
+    TooLong,
+}
+
+/// Where and why a real run stopped before the end of the scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stopped {
+    /// The instruction, an index into `Program::instructions`.
+    pub at: usize,
+    /// The call context: the calls and loop iterations on the path to it.
+    pub frames: Arc<[Frame]>,
+    /// The reason.
+    pub reason: StopReason,
+}
+
+/// A real run: one scan executed as on a PLC, as far as all values on its path are known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RealRun {
+    /// The executed part of the scan. Its `total` is a lower bound on the scan's time: instructions after a stop are
+    /// not counted, and an instruction counts with its smaller time if it is unknown whether it fires.
+    pub replay: Replay,
+    /// Where and why the run stopped, if it did not reach the end of the scan.
+    pub stopped: Option<Stopped>,
+    /// The results of operations that the run computed.
+    pub learned: Knowledge,
+    /// Ranges that hold at the start of the scan and not at its end: the index into `Program::ranges` and the value at
+    /// the end. Empty if the run stopped early.
+    pub range_violations: Vec<(usize, i64)>,
+    /// Those of `Program::exclusive` that hold at the start and certainly not at the end. Empty if the run stopped
+    /// early.
+    pub exclusion_violations: Vec<usize>,
+    /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
+    /// entry is an error in the analysis.
+    pub undeclared_writes: Vec<(usize, Cell)>,
+}
+
+impl RealRun {
+    /// Whether a CPU can make this scan: the start values and counts satisfy the user's statements, and no operation
+    /// error stops the CPU.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        let excluded =
+            |stopped: &Stopped| matches!(stopped.reason, StopReason::Excluded | StopReason::Error);
+        self.replay.broken_ranges.is_empty()
+            && self.replay.broken_invariants.is_empty()
+            && !self.stopped.as_ref().is_some_and(excluded)
+    }
+}

@@ -1,0 +1,106 @@
+//! What is asked, the same in all cases, and the rounds of its search.
+
+use super::objective::Objective;
+use super::search::Search;
+use crate::bounds::Bounds;
+use crate::clauses::Clauses;
+use crate::formula::Formula;
+use crate::problem::Problem;
+use crate::trace::Step;
+use scanbound_model::VarId;
+use std::sync::Mutex;
+
+/// Where a search begins.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// How many variables the smallest partitions have.
+    pub(super) smallest: usize,
+    /// How many conflicts an easy question takes at most.
+    pub(super) easy: u64,
+    /// How many clauses a question has at least that is searched case by case.
+    pub(super) least: usize,
+    /// The decisions that a case's search may take at each partition before the case is split.
+    pub(super) decisions: u64,
+}
+
+/// What is asked, the same in all cases.
+pub(super) struct Ground<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) clauses: &'a Clauses,
+    /// By item of the clauses: which it is of the problem's, if it is one.
+    pub(super) origins: &'a [Option<usize>],
+    pub(super) sizes: Sizes,
+    /// The bits that most clauses ask for.
+    pub(super) modes: Vec<VarId>,
+}
+
+impl Ground<'_> {
+    /// The objective of soft literals with these weights.
+    pub(super) fn objective(
+        &self,
+        formula: Formula,
+        softs: &[(i32, u64)],
+        bounds: &mut Bounds<'_>,
+    ) -> Objective {
+        let mut objective = Objective::new(formula, self.clauses.variables);
+        for &(literal, weight) in softs {
+            objective.add_soft(literal, weight);
+        }
+        bounds.falsified(objective.take_falsified());
+        objective
+    }
+
+    /// Searches until the bounds meet or the limits end it, where some values are fixed. Each partition may take
+    /// so many decisions. Whether any scan keeps the constraints, as far as that was found out.
+    pub(super) fn search(
+        &self,
+        mut objective: Objective,
+        fixed: &[i8],
+        decisions: Option<u64>,
+        bounds: &mut Bounds<'_>,
+    ) -> bool {
+        let mut search = Search {
+            problem: self.problem,
+            clauses: self.clauses,
+            origins: self.origins,
+            limits: bounds.limits(),
+            easy: self.sizes.easy,
+            decisions,
+            values: Vec::new(),
+            fixed,
+            modes: &self.modes,
+            bounds: Mutex::new(bounds),
+        };
+        let whole = self.clauses.variables + 1;
+        // In a case, little is left of each partition.
+        let mut size = if fixed.is_empty() { self.sizes.smallest } else { whole };
+        for round in 0.. {
+            if round == PROPAGATE_AFTER && !search.done() {
+                search.bounds().step(|| Step::Propagation);
+                search.propagation_cores(&mut objective);
+                search.bounds().round();
+            }
+            if search.done() {
+                return true;
+            }
+            // A round just below the whole would cost as much.
+            size = if size < whole / 2 { size } else { whole };
+            let possible = search.round(&mut objective, size, whole);
+            if possible && size < whole {
+                search.combine();
+            }
+            search.bounds().round();
+            if !possible || size == whole {
+                return possible;
+            }
+            size *= GROWTH;
+        }
+        true
+    }
+}
+
+/// How many rounds go by before the search looks for cores by propagation over the whole program.
+pub(super) const PROPAGATE_AFTER: usize = 2;
+
+/// By how much the partitions grow from round to round.
+pub(super) const GROWTH: usize = 12;

@@ -1,0 +1,58 @@
+//! A round of a search: all partitions of a size, side by side, and what their scans make together.
+
+use super::objective::Objective;
+use super::partition::Partition;
+use super::search::Search;
+use crate::trace::Step;
+use rayon::prelude::*;
+
+impl Search<'_, '_> {
+    /// Searches all partitions of `size` variables of the `whole`, side by side. No partition sees another, nor that
+    /// the bounds have met, so the result does not depend on which is first. Returns whether the constraints can hold.
+    pub(super) fn round(&mut self, objective: &mut Objective, size: usize, whole: usize) -> bool {
+        let count = whole.div_ceil(size);
+        let objectives = objective.split(size, count).into_iter().enumerate();
+        let mut partitions: Vec<Partition> = objectives
+            .map(|(index, objective)| {
+                Partition::new(index * size..((index + 1) * size).min(whole), objective)
+            })
+            .collect();
+        self.bounds().step(|| Step::Partitions { count, size });
+        partitions.par_iter_mut().for_each(|partition| partition.solve(self, count == 1));
+        for partition in &mut partitions {
+            self.bounds().steps(std::mem::take(&mut partition.trace));
+        }
+        let possible = partitions.iter().all(|partition| !partition.contradiction);
+        self.values.resize(whole, false);
+        for partition in &mut partitions {
+            if !partition.values.is_empty() {
+                self.values[partition.positions.clone()].copy_from_slice(&partition.values);
+            }
+        }
+        for (value, &fixed) in self.values.iter_mut().zip(self.fixed) {
+            *value = if fixed == 0 { *value } else { fixed > 0 };
+        }
+        objective.join(partitions.into_iter().map(|partition| partition.objective));
+        possible
+    }
+
+    /// Combines the partitions' best values to one scan, seldom the best of the whole. The mode bits, on which the
+    /// partitions disagree, are tried with both values.
+    pub(super) fn combine(&self) {
+        let values = &self.values;
+        let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);
+        let mut best = self.clauses.assignment(self.problem, holds);
+        let mut most = self.problem.cost(&best);
+        for &mode in self.modes {
+            let value = &mut best.0[mode.0 as usize];
+            *value ^= 1;
+            let cost = self.problem.cost(&best);
+            if cost > most {
+                most = cost;
+            } else {
+                best.0[mode.0 as usize] ^= 1;
+            }
+        }
+        self.bounds().found(best);
+    }
+}
