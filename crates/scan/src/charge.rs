@@ -1,7 +1,9 @@
 //! What executions are charged: by their times, by the units that words count, and as a summary.
 
+use super::number;
+use super::run::Run;
+use super::settings::{Purpose, ScanError};
 use super::word::Word;
-use super::{Purpose, Run, ScanError, number};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{Counted, Relation, WordSource};
 use scanbound_model::{ByUnits, Charge, Lit};

@@ -1,7 +1,8 @@
 //! Evaluates a program's expressions symbolically: what an instruction reads, as guards and words.
 
+use super::number;
+use super::run::Run;
 use super::word::{Gate, Word};
-use super::{Run, number};
 use scanbound_ir::{BitSource, Compare, Logic, Number, Program, Reading, WordSource};
 use scanbound_model::Lit;
 

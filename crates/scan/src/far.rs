@@ -1,6 +1,6 @@
 //! Writes of which it is not known where they go: what they may write is any value from there on.
 
-use super::Run;
+use super::run::Run;
 use super::term::{Node, Word};
 use super::word::Words;
 use rustc_hash::FxHashSet;

@@ -1,7 +1,9 @@
 //! Keeps the model of a scan within limits of size: where single instructions make it too large, what they read is
 //! taken as any value.
 
-use super::{ScanError, scan_model_within};
+use super::scan_model_within;
+use super::settings::ScanError;
+pub use super::settings::SizeLimits;
 use scanbound_base::time::Times;
 use scanbound_ir::{
     Approximated, BitSource, BitTarget, ChoiceId, Program, Region, SourceMut, Step, WordSource,
@@ -9,24 +11,6 @@ use scanbound_ir::{
 };
 use scanbound_model::ScanModel;
 use std::collections::BTreeSet;
-
-/// How large the model of a scan may get: nodes of its circuit, and steps of the questions to words (which values can
-/// this word have?), which take time but leave no nodes.
-pub struct SizeLimits<'a> {
-    /// What one execution of one instruction may add; those that would add more are told in [`ScanError::Grown`].
-    pub per_execution: usize,
-    /// What the whole model may take.
-    pub in_all: usize,
-    /// Asked every few hundred instructions; true ends the execution.
-    pub is_over: &'a dyn Fn() -> bool,
-}
-
-impl Default for SizeLimits<'_> {
-    /// No limit.
-    fn default() -> Self {
-        SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
-    }
-}
 
 /// Limits on one execution of an instruction, tried one after the other until the model fits.
 const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];

@@ -3,10 +3,12 @@
 
 use super::fit::SizeLimits;
 use super::memory::Memory;
+use super::run::Run;
+use super::settings::{Purpose, ScanError, Settings};
 pub use super::watch::Breach;
 use super::watch::Watch;
 use super::word::Word;
-use super::{Purpose, Run, ScanError, Settings, held, number, run};
+use super::{held, number, run};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{

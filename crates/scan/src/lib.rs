@@ -14,68 +14,34 @@ pub mod fit;
 mod implied;
 pub mod keeping;
 mod knowing;
+mod known;
 mod loops;
 mod memory;
 mod number;
 mod operation;
+mod run;
+mod settings;
 mod settling;
 mod spans;
 mod term;
 mod watch;
 mod word;
 
-use fit::SizeLimits;
-use loops::ForLoop;
+pub use settings::{Purpose, ScanError, SizeLimits};
+
+use known::Known;
 use memory::Memory;
+use run::{Activation, ForLoop, Landing, Master, Results, Run};
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{
     BitTarget, Cell, Effect, Frame, Join, Logic, Program, Source, Step, When, WordSource, Write,
 };
 use scanbound_model::{Lit, ScanModel, Unbounded};
+use settings::Settings;
 use std::collections::{BTreeMap, BTreeSet};
 use watch::Watch;
 use word::Word;
-
-/// Why a program has no scan model.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ScanError {
-    /// Calls and loops multiply to more executions than can be followed.
-    #[error("calls and loops make more than {most} executed instructions in one scan")]
-    TooLong {
-        /// The limit.
-        most: usize,
-        /// The instruction at which it was passed.
-        instruction: usize,
-    },
-    /// Calls and loops multiply so that no number can tell how long an instruction runs.
-    #[error("calls and loops make this run more often than can be counted")]
-    TooOften {
-        /// The instruction.
-        instruction: usize,
-    },
-    /// The model grows beyond its limits of size. It may fit if the values that costly instructions read are not
-    /// followed.
-    #[error("the values that the program works out take too much to follow")]
-    Grown {
-        /// The instruction at which the model passed its limit; the first of the costly ones if only these did.
-        instruction: usize,
-        /// The instructions of which one execution passed the limit for one.
-        costly: BTreeSet<usize>,
-    },
-    /// It was ended from outside.
-    #[error("ended before the scan was followed to its end")]
-    Ended {
-        /// The instruction at which it was.
-        instruction: usize,
-    },
-    /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
-    #[error("the rung's result depends on the path by which control came here")]
-    NoResult {
-        /// The instruction.
-        instruction: usize,
-    },
-}
 
 /// More executed instructions in one scan than this are refused (calls and loops unrolled).
 const MOST_EXECUTED: usize = 10_000_000;
@@ -86,15 +52,6 @@ const MOST_EXECUTED: usize = 10_000_000;
 /// If calls and loops multiply beyond what can be followed, or the program is not well formed.
 pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
     scan_model_within(program, times, &SizeLimits::default())
-}
-
-/// What a model is for. Where it is not known whether something can happen, the two differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
-    /// To bound scans from above: the model has all that may happen.
-    UpperBound,
-    /// To find scans that a PLC makes: the model has only what is known to happen.
-    LowerBound,
 }
 
 /// The same within limits of size.
@@ -151,26 +108,6 @@ fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     }
 }
 
-/// By what a scan is followed.
-#[derive(Clone, Copy)]
-struct Settings<'p> {
-    /// What each instruction costs.
-    times: &'p [Times],
-    /// What was learned of exact choices.
-    knowledge: &'p Knowledge,
-    purpose: Purpose,
-    /// How large the model may get.
-    limits: &'p SizeLimits<'p>,
-}
-
-impl<'p> Settings<'p> {
-    /// Those of a model of upper bounds, without anything learned.
-    fn of_upper_bounds(times: &'p [Times], limits: &'p SizeLimits<'p>) -> Settings<'p> {
-        static NOTHING: Knowledge = Knowledge::new();
-        Settings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }
-    }
-}
-
 /// The model, and what is asked of memory when the scan ends.
 fn run<T>(
     program: &Program,
@@ -184,7 +121,7 @@ fn run<T>(
         times,
         knowledge,
         purpose,
-        known: knowing::Known::default(),
+        known: Known::default(),
         memory: Memory::new(program, word_choices(program)),
         frames: Vec::new(),
         stopped: Lit::FALSE,
@@ -247,67 +184,6 @@ fn word_choices(program: &Program) -> Vec<bool> {
     program.instructions.iter().for_each(|instruction| instruction.each_read(&mut see));
     program.errors.values().for_each(|error| error.each_read(&mut see));
     words
-}
-
-/// The results of a routine's rungs: stack and save slots.
-#[derive(Debug, Clone, Default)]
-struct Results {
-    /// `None` where paths of different depth met: nothing may be read until a rung starts.
-    stack: Option<Vec<Lit>>,
-    slots: BTreeMap<u32, Lit>,
-}
-
-/// A jump that has not reached its target yet: whether it was taken, and the results it carries.
-#[derive(Debug, Clone)]
-struct Landing {
-    taken: Lit,
-    results: Results,
-}
-
-/// An open master control region.
-#[derive(Debug, Clone, Copy)]
-struct Master {
-    level: u32,
-    condition: Lit,
-    /// The conditions of this master control region and of all that were opened before it.
-    all: Lit,
-    /// The highest level of these.
-    highest: u32,
-}
-
-/// One activation of a routine.
-struct Activation {
-    /// Whether control is here.
-    active: Lit,
-    results: Results,
-    /// The open master control regions: there may be thousands.
-    masters: Vec<Master>,
-    /// Jumps that were taken and whose target is not reached yet, by their target.
-    landings: BTreeMap<usize, Landing>,
-    /// Whether a `Return` was reached.
-    returned: Lit,
-}
-
-/// The state of the execution.
-struct Run<'p> {
-    program: &'p Program,
-    times: &'p [Times],
-    /// What was learned of exact choices.
-    knowledge: &'p Knowledge,
-    purpose: Purpose,
-    /// What the choices of which something is known were found to be so far.
-    known: knowing::Known,
-    memory: Memory<'p>,
-    /// The calls, loop iterations and interrupts that lead here, outermost first.
-    frames: Vec<Frame>,
-    /// Whether a `Stop` ended the scan.
-    stopped: Lit,
-    /// How many instructions were executed.
-    executed: usize,
-    /// How large the model may get.
-    limits: &'p SizeLimits<'p>,
-    /// The instructions of which one execution passed the limit for one.
-    costly: BTreeSet<usize>,
 }
 
 impl Run<'_> {

@@ -1,21 +1,11 @@
 //! Loops: followed iteration by iteration, or charged as a summary.
 
-use super::{Activation, Purpose, Results, Run, ScanError, far};
+use super::far;
+use super::run::{Activation, ForLoop, Results, Run};
+use super::settings::{Purpose, ScanError};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{BitSource, Exit, Frame, Logic, Summary, WordSource};
 use scanbound_model::{Iterations, Lit};
-
-/// A loop that is followed, as [`Step::ForBegin`](scanbound_ir::Step::ForBegin) says.
-#[derive(Clone, Copy)]
-pub(super) struct ForLoop {
-    /// Where it begins.
-    pub at: usize,
-    pub count: WordSource,
-    pub least: u32,
-    pub most: u32,
-    /// Where it ends.
-    pub end: usize,
-}
 
 impl Run<'_> {
     /// Carries out a loop; where to go on.

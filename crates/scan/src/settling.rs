@@ -1,8 +1,9 @@
 //! Choices that an operation gives, carried out where what they read is known well enough: above all indexed devices
 //! whose index is known in this call and iteration.
 
+use super::operation;
+use super::run::Run;
 use super::word::{Word, Words};
-use super::{Run, operation};
 use scanbound_base::ring::{Ring, stretches};
 use scanbound_ir::meaning::{
     Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,

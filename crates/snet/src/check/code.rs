@@ -1,7 +1,7 @@
 //! Runs the code's rule beside the net's: every scan that the net could not follow is told, with the shortest run there.
 
+use super::step::{Options, Step};
 use super::structure::at_most_one;
-use super::{Options, Step};
 use crate::rules::Rules;
 use crate::{Diagram, Direction};
 use scanbound_nets::search::{Search, search};

@@ -1,6 +1,6 @@
 //! All states that a net can come to by its own rule, whatever the outer gates: deadlocks, what never fires, what is held back.
 
-use super::Step;
+use super::step::Step;
 use crate::rules::{Rules, State};
 use crate::{Diagram, Direction};
 use scanbound_nets::search::{Search, search};

@@ -2,41 +2,17 @@
 
 mod code;
 mod markings;
+mod step;
 pub mod structure;
 
 pub(super) use code::sets;
 pub use code::{Cause, Code, Parting, Start};
 pub use markings::{Dead, Held, Markings};
+pub use step::{Options, Step};
 
 use super::Diagram;
 use super::rules::{Rules, State};
 use structure::Structure;
-
-/// One step of a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Step {
-    /// The net: a transition fires.
-    Fire(usize),
-    /// A timer's time is over. An index into the places.
-    RunOut(usize),
-    /// The code: a scan in which the relays of these transitions are on.
-    Scan(Vec<usize>),
-}
-
-/// How a net is studied.
-#[derive(Debug, Clone, Copy)]
-pub struct Options {
-    /// How many states are looked at, of the net and of the code each.
-    pub limit: usize,
-    /// Whether the code's first scan puts the initial marks in.
-    pub initial_in_first_scan: bool,
-}
-
-impl Default for Options {
-    fn default() -> Options {
-        Options { limit: 2_000_000, initial_in_first_scan: false }
-    }
-}
 
 /// All that is known of a net.
 #[derive(Debug)]

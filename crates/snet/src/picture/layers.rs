@@ -1,7 +1,7 @@
 //! Lays elements out in layers, so that arcs lead down where they can, and few lines cross.
 
+use super::drawn::{Drawn, Spot};
 use super::route::{self, Piece};
-use super::{Drawn, Spot};
 
 /// Columns between what stands in one layer.
 const APART: i32 = 3;

@@ -4,44 +4,14 @@
 //! A page whose elements all say where they are is drawn so. Any other is laid out in layers, from the marked places down;
 //! what leads back up does so between the columns.
 
+mod drawn;
 mod layers;
 mod route;
 
+pub use drawn::{Drawn, HALF, Node, ROWS, Spot};
+
 use super::{Diagram, Direction, Kind, Signal};
 use unicode_width::UnicodeWidthStr;
-
-/// A point of the grid: columns to the right, rows down.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Spot {
-    /// The column.
-    pub x: i32,
-    /// The row.
-    pub y: i32,
-}
-
-/// What stands somewhere.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Node {
-    /// An index into `Diagram::places`.
-    Place(usize),
-    /// An index into `Diagram::transitions`.
-    Transition(usize),
-}
-
-/// An element with its place on the sheet.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Drawn {
-    /// What it is.
-    pub node: Node,
-    /// Whether it belongs to another page, and is shown as the end of an arc.
-    pub is_guest: bool,
-    /// The middle of its symbol's first row.
-    pub at: Spot,
-    /// How many rows it takes.
-    pub rows: i32,
-    /// How far it reaches to the left and to the right, with what is written beside it.
-    pub reach: (i32, i32),
-}
 
 /// An arc's line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,10 +35,6 @@ pub struct Sheet {
     pub size: Spot,
 }
 
-/// How far a symbol reaches to either side of its middle.
-pub const HALF: i32 = 2;
-/// The rows of a place's symbol.
-pub const ROWS: i32 = 3;
 /// Points of a drawing to a column, and to a row.
 pub const POINTS: (i32, i32) = (8, 16);
 

@@ -1,6 +1,6 @@
 //! The lines of arcs along the grid.
 
-use super::{Drawn, HALF, Spot};
+use super::drawn::{Drawn, HALF, Spot};
 use std::collections::BTreeMap;
 
 /// A part of an arc between two layers.
