@@ -6,8 +6,8 @@ use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::location::Location;
 use scanbound::front::{Dialect, Front, Fronts, Input, Options, Project, Sniff, SourceOptions};
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitTarget, Cell, Device, Effect, Instruction, Join, Logic, Operand,
-    Program, Radix, Role, SourceFile, Step, TimingKey, Touched, Units, When, Write,
+    AccessedDevices, Area, AreaId, AreaKind, BitTarget, Cell, Device, Effect, Instruction, Join,
+    Logic, Operand, Program, Radix, Role, SourceFile, Step, TimingKey, Units, When, Write,
 };
 use std::error::Error;
 
@@ -160,9 +160,9 @@ fn timing(word: &str) -> TimingKey {
         names: vec![word.to_owned()],
         class: "coil",
         units: Units::None,
-        dearer: false,
+        use_larger_time: false,
         optional: false,
-        touched: Touched::default(),
+        accessed: AccessedDevices::default(),
     }
 }
 

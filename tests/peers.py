@@ -71,7 +71,7 @@ def compare(scanbound, program, table, limit, runs):
                 continue
             cost = found[0][0]
             seconds = statistics.median(seconds for _, seconds in found)
-            naive = int(re.search(r"^c (\d+) less the weight", Path(path).read_text(), re.M).group(1))
+            naive = int(re.search(r"^c (\d+) minus the weight", Path(path).read_text(), re.M).group(1))
             theirs += seconds
             if group["exact"] and group["upper_ps"] != naive - cost:
                 equal = False

@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             audit::what_if_offered(&mut concluded, &request, most)?;
         }
         let offers = offer::offers(&concluded, &request);
-        Ok(facts::file(&concluded.audit, &offers, &concluded.followed.program.absent))
+        Ok(facts::file(&concluded.audit, &offers, &concluded.followed.program.missing_routines))
     })?;
     target.write(&text)?;
     Ok(Outcome::Done)

@@ -15,7 +15,7 @@ use scanbound::audit::verdict::Check;
 use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
-use scanbound::base::facts::{Facts, HowOften};
+use scanbound::base::facts::{Facts, InterruptRate};
 use scanbound::front::input::{Gathered, Ignore, aside, gather, survey};
 use scanbound::front::{FRONTS, Input};
 use scanbound::passes::PASSES;
@@ -62,7 +62,7 @@ pub struct ProjectOptions {
     /// How often an interrupt routine runs: so many times in one scan at most (I0=2), or once in each interval (I28=4ms); may
     /// be repeated
     #[arg(long, value_name = "LABEL=COUNT|INTERVAL", value_parser = interrupt)]
-    interrupts: Vec<(String, HowOften)>,
+    interrupts: Vec<(String, InterruptRate)>,
     /// The task whose scan is bounded, where an IEC 61131-3 project has several [default: the one of the least priority]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
@@ -228,7 +228,7 @@ enum MethodName {
     Cores,
 }
 
-fn interrupt(text: &str) -> Result<(String, HowOften), String> {
+fn interrupt(text: &str) -> Result<(String, InterruptRate), String> {
     let form = || {
         "give the routine's label and a count or an interval, such as I0=2 or I28=4ms".to_owned()
     };

@@ -3,10 +3,10 @@
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::meaning::Knowledge;
 use scanbound::program::{Program, Witness};
-use scanbound::scan::fit::SizeLimits;
 use scanbound::scan::groups::{groups, witness};
 use scanbound::scan::model::{Assignment, Group, ScanModel, VarId};
-use scanbound::scan::{Purpose, ScanError, scan_model_knowing};
+use scanbound::scan::size_limits::SizeLimits;
+use scanbound::scan::{Purpose, ScanError, scan_model_with_knowledge};
 use scanbound::solve::{Limits, Method, maximum};
 
 /// What the analysis says about a program.
@@ -40,8 +40,13 @@ pub fn bound_knowing(
     method: Method,
     limits: &Limits<'_>,
 ) -> Result<Bound, ScanError> {
-    let model =
-        scan_model_knowing(program, times, knowledge, Purpose::UpperBound, &SizeLimits::default())?;
+    let model = scan_model_with_knowledge(
+        program,
+        times,
+        knowledge,
+        Purpose::UpperBound,
+        &SizeLimits::default(),
+    )?;
     let constant = |charge: &&scanbound::scan::model::Charge| charge.is_constant();
     let always: Picos = model
         .charges
@@ -59,7 +64,7 @@ pub fn bound_knowing(
     groups.push(rest(&model, &groups));
     for group in groups {
         let found = maximum(&model, &group, method, limits);
-        found.best.put(&mut best);
+        found.best.copy_to(&mut best);
         upper += found.upper;
         lower += found.lower;
         calls += found.calls;

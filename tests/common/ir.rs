@@ -4,9 +4,10 @@ use super::tape::Tape;
 use scanbound::base::location::Location;
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare, Counted, Effect, Exit,
-    Instruction, Interrupt, Join, Logic, Number, Program, Radix, Reading, Region, Relation,
-    StartRange, Step, Summary, TimingKey, Touched, Units, When, WordSource, WordTarget, Write,
+    AccessedDevices, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, Compare,
+    Counted, Effect, Exit, Instruction, Interrupt, Join, Logic, Number, NumberFormat, Program,
+    Radix, Region, Relation, StartRange, Step, Summary, TimingKey, Units, When, WordSource,
+    WordTarget, Write,
 };
 
 const BITS: u32 = 6;
@@ -123,7 +124,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
         interrupts,
         blocks: g.block,
         choices: g.choices,
-        ranges,
+        stated_ranges: ranges,
         ..Program::default()
     };
     (program, times)
@@ -174,9 +175,9 @@ impl Generator<'_, '_> {
             names: vec!["Op".to_owned()],
             class: "block",
             units: Units::Counted(Counted { words, each, most, executes_up_to: most }),
-            dearer: false,
+            use_larger_time: false,
             optional: false,
-            touched: Touched::default(),
+            accessed: AccessedDevices::default(),
         }
     }
 
@@ -476,15 +477,15 @@ impl Generator<'_, '_> {
             Relation::Greater,
         ]);
         if self.taste.reals && self.tape.percent(30) {
-            let reading = Reading::Real(self.fresh());
+            let format = NumberFormat::Real(self.fresh());
             let (left, right) = (self.real(), self.real());
-            return Logic::Compare(Box::new(Compare { relation, reading, left, right }));
+            return Logic::Compare(Box::new(Compare { relation, format: format, left, right }));
         }
-        let reading = self.tape.pick(&[Reading::Signed, Reading::Unsigned]);
+        let format = self.tape.pick(&[NumberFormat::Signed, NumberFormat::Unsigned]);
         let words = 1 + usize::from(self.tape.percent(30));
         let left = self.number(words, 1);
         let right = self.number(words, 1);
-        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format: format, left, right }))
     }
 
     fn real(&mut self) -> Number {

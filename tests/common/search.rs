@@ -106,7 +106,7 @@ impl FreeValues for &mut Dice<'_> {
 /// The words worth trying: every constant of the program with its neighbours, and the ends of all readings.
 pub fn words(program: &Program) -> Vec<u16> {
     let mut found = BTreeSet::from([0, 1, 0x7FFF, 0x8000, 0xFFFF]);
-    for range in &program.ranges {
+    for range in &program.stated_ranges {
         for end in [range.low, range.high] {
             found.extend([end as u16, (end >> 16) as u16]);
         }

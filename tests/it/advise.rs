@@ -189,7 +189,7 @@ fn what_is_no_bit_or_no_set_is_refused() {
     for bad in ["[[\"X0\"]]", "[\"X0\", \"X1\"]", "[[1, 2]]", "7"] {
         let faults =
             Facts::parse("f.toml", &format!("[exclusive]\nsets = {bad}\n")).expect_err(bad);
-        assert_eq!(faults[0].message, "sets is no list of lists of two bits or more");
+        assert_eq!(faults[0].message, "sets must be a list of lists, each with at least two bits");
     }
     assert!(Facts::parse("f.toml", "[exclusive]\nset = [[\"X0\", \"X1\"]]\n").is_err());
 }

@@ -7,12 +7,12 @@ use common::audited::{asked, listed, table};
 use scanbound::audit::{Concluded, certificates as files_of, conclude, follow};
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;
-use scanbound::program::{Apart, BitTarget, Step};
-use scanbound::scan::fit::SizeLimits;
-use scanbound::scan::keeping::{Breach, scan_model_keeping};
+use scanbound::program::{BitTarget, ExclusiveBits, Step};
 use scanbound::scan::model::Group;
+use scanbound::scan::size_limits::SizeLimits;
+use scanbound::scan::violations::{Violation, scan_model_of_violations};
 use scanbound::solve::export::never;
-use scanbound::solve::{Limits, impossible};
+use scanbound::solve::{Limits, unreachable_charges};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -115,14 +115,15 @@ fn rests_on(concluded: &Concluded) -> (Vec<String>, String) {
 }
 
 /// Whether each breach is proved never to happen here, and Z3's answer to all of them at once.
-fn breaches(concluded: &Concluded) -> (Vec<(Breach, bool)>, z3::SatResult) {
+fn breaches(concluded: &Concluded) -> (Vec<(Violation, bool)>, z3::SatResult) {
     let followed = &concluded.followed;
     let times = followed.prices.times();
     let (model, found) =
-        scan_model_keeping(&followed.program, &times, &SizeLimits::default()).expect("followed");
+        scan_model_of_violations(&followed.program, &times, &SizeLimits::default())
+            .expect("followed");
     let constraints = (0..model.constraints.len()).collect();
     let group = Group { charges: (0..found.len()).collect(), variables: Vec::new(), constraints };
-    let shown = impossible(&model, &group, &Limits::default());
+    let shown = unreachable_charges(&model, &group, &Limits::default());
     let answer = asks(&never(&model, &group, &[], &|_| String::new()));
     let told = found.into_iter().enumerate().map(|(at, breach)| (breach, shown.contains(&at)));
     (told.collect(), answer)
@@ -183,11 +184,11 @@ fn blocks_and_indices_are_shown_to_reach_no_further_than_was_found() {
     assert_eq!(names, ["counts.smt2"]);
     assert!(index.contains("MOV D9 D60Z0 reaches no further than was found"), "{index}");
     for indexed in sure.followed.program.indexed.values_mut() {
-        indexed.found.iter_mut().for_each(|(_, high)| *high -= 1);
+        indexed.proved.iter_mut().for_each(|(_, high)| *high -= 1);
     }
     let (found, answer) = breaches(&sure);
-    let open: Vec<Breach> = found.iter().filter(|one| !one.1).map(|one| one.0.clone()).collect();
-    assert!(matches!(open[..], [Breach::Reach(_)]) && answer == z3::SatResult::Sat, "{found:?}");
+    let open: Vec<Violation> = found.iter().filter(|one| !one.1).map(|one| one.0.clone()).collect();
+    assert!(matches!(open[..], [Violation::Reach(_)]) && answer == z3::SatResult::Sat, "{found:?}");
 }
 
 #[test]
@@ -215,9 +216,9 @@ fn what_is_not_kept_is_not_shown() {
     // 19 stands there for a moment only, but a power failure leaves it there.
     let narrower = kept(&|one| {
         let program = &mut one.followed.program;
-        (program.trusted[0].high, program.ranges[0].high) = (18, 18);
-        program.trusted[0].values.retain(|&value| value != 19);
-        program.ranges[0].values.retain(|&value| value != 19);
+        (program.trusted_ranges[0].high, program.stated_ranges[0].high) = (18, 18);
+        program.trusted_ranges[0].values.retain(|&value| value != 19);
+        program.stated_ranges[0].values.retain(|&value| value != 19);
     });
     assert_eq!(narrower, (vec![false, true], z3::SatResult::Sat));
     // Without the range the loop may make more turns than were followed.
@@ -226,18 +227,22 @@ fn what_is_not_kept_is_not_shown() {
         step => panic!("{step:?}"),
     });
     assert_eq!(fewer, (vec![true, false], z3::SatResult::Sat));
-    let unknown = kept(&|one| one.followed.program.ranges.clear());
+    let unknown = kept(&|one| one.followed.program.stated_ranges.clear());
     assert_eq!(unknown, (vec![true, false], z3::SatResult::Sat));
     let steps = "LD X0; SET M0; LD X1; SET M1; LD M0; AND M1; Op1; END";
     let mut both = concluded(Trust::All, "", steps);
     let program = &mut both.followed.program;
-    assert_eq!(program.apart, []);
+    assert_eq!(program.mutually_exclusive, []);
     let [m0, m1] = ["M0", "M1"].map(|name| {
         let cells = program.instructions.iter().flat_map(|one| one.operands.iter());
         let mut cells = cells.map(|operand| operand.device.cell);
         cells.find(|&cell| program.cell_name(cell) == name).expect("a relay")
     });
     let bits = vec![BitTarget::Cell(m0), BitTarget::Cell(m1)];
-    program.apart.push(Apart { bits: bits.clone(), most: 1, written: Vec::new() });
-    assert_eq!(breaches(&both), (vec![(Breach::All(bits), false)], z3::SatResult::Sat));
+    program.mutually_exclusive.push(ExclusiveBits {
+        bits: bits.clone(),
+        max_on: 1,
+        writers: Vec::new(),
+    });
+    assert_eq!(breaches(&both), (vec![(Violation::All(bits), false)], z3::SatResult::Sat));
 }

@@ -148,14 +148,14 @@ fn a_scan_longer_than_times_can_tell_is_refused_by_all_that_look_at_it() {
 #[test]
 fn what_multiplies_is_counted_before_it_is_followed() {
     let calls = list(calling_twice(20), 0).audit(None, 1);
-    assert!(wider(&calls, "the routine and all that it calls run more often"));
+    assert!(wider(&calls, "the routines that it calls run too often"));
     // 2^20 runs of the last routine, none of them cheaper than a nanosecond.
     assert!(calls.bound.upper > Picos(1_000 << 19));
 
     let routine = "LD X0\nOUT Y0\nFEND\nI0\nLD X1\nINC D0\nIRET\nEND\n";
     let once = list(routine.to_owned(), 1).audit(None, 1).bound;
     let often = list(routine.to_owned(), u32::MAX).audit(None, 1);
-    assert!(wider(&often, "4294967295 times at its dearest"));
+    assert!(wider(&often, "4294967295 times, every instruction at its larger time"));
     let each = Picos((often.bound.upper.0 - once.upper.0) / u64::from(u32::MAX - 1));
     assert!(each > Picos::ZERO && each < once.upper, "{each}");
 
@@ -168,7 +168,7 @@ fn what_multiplies_is_counted_before_it_is_followed() {
 fn values_that_take_too_much_are_given_up_where_they_are_read() {
     let sums: String = (0..1000).map(|n| format!("LD X{:X}\nINC D0\n", n % 64)).collect();
     let audit = list(sums + "LD= D0 K5\nOUT Y0\nEND\n", 0).audit(None, 2);
-    assert!(wider(&audit, "what is read here takes too much to follow"));
+    assert!(wider(&audit, "the computation of what this instruction reads is too complex"));
     assert!(audit.bound.upper > Picos::ZERO);
 }
 

@@ -119,7 +119,7 @@ fn check(tape: &[u16], internal: Option<u32>, tally: &Tally) -> Result<(), Strin
     if upper(&all) > upper(&none) {
         return Err(format!("{} above {}\n{}", upper(&all), upper(&none), listed()));
     }
-    let apart = &all.followed.program.apart;
+    let apart = &all.followed.program.mutually_exclusive;
     tally.apart.set(tally.apart.get() + u32::from(!apart.is_empty()));
     tally.lower.set(tally.lower.get() + u32::from(upper(&all) < upper(&none)));
     let turned_on = |n: &u32| {

@@ -13,8 +13,8 @@ use scanbound::program::meaning::{
 };
 use scanbound::program::{
     Area, AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Effect, Instruction, Join,
-    Logic, Number, Program, Radix, Reading, Region, Relation, Step, When, WordSource, WordTarget,
-    Write,
+    Logic, Number, NumberFormat, Program, Radix, Region, Relation, Step, When, WordSource,
+    WordTarget, Write,
 };
 use scanbound::replay::{FreeValues, real};
 use scanbound::scan::scan_model;
@@ -81,7 +81,7 @@ impl Generator<'_, '_> {
         let relation = self.tape.pick(&[Relation::Equal, Relation::Less, Relation::NotEqual]);
         let right = WordSource::Const(self.tape.pick(&[1, 0, 2]));
         let [left, right] = [left, right].map(|word| Number::Words(vec![word]));
-        Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
     }
 
     fn logic(&mut self, shared: &mut Vec<ChoiceId>) -> Logic {
@@ -261,8 +261,8 @@ fn what_is_read_again_where_less_is_known_is_worked_out_again() {
     let index = WordSource::Cell(word(INDEX));
     let is = |cell, value| {
         let (left, right) = (words(WordSource::Cell(word(cell))), words(WordSource::Const(value)));
-        let (relation, reading) = (Relation::Equal, Reading::Signed);
-        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        let (relation, format) = (Relation::Equal, NumberFormat::Signed);
+        Logic::Compare(Box::new(Compare { relation, format: format, left, right }))
     };
     let start = |value| Step::Logic { join: Join::Start, value };
     let write = |when, to, source| Effect {

@@ -419,7 +419,7 @@ fn counts_are_stated_of_places_that_count() {
         ("\"a.txt:2\" = 40000", "the count of `FOR D50` at a.txt:2 is never 40000 to 40000"),
         (
             "\"a.txt:2\" = [3, 1]",
-            "the count at a.txt:2 is no number from 0 on, nor two of them, the least first",
+            "the count at a.txt:2 must be a non-negative integer or [min, max]",
         ),
     ] {
         let fault = with_facts(Trust::None, &format!("[counts]\n{facts}\n"), loops);

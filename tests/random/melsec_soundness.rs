@@ -155,7 +155,7 @@ fn what_nests_too_deep_is_refused() {
     calls += "P4000; LD X0; OUT Y0; RET; END";
     let facts = Facts::default();
     let told = decoded(Family::Q, &[("MAIN", &calls)], &facts).expect_err("too deep");
-    assert!(told.contains("calls stand in each other"), "{told}");
+    assert!(told.contains("calls are nested more than"), "{told}");
     let loops = format!("{}LD X0; OUT Y0; {}END", "FOR K1; ".repeat(4000), "NEXT; ".repeat(4000));
     let told = decoded(Family::Q, &[("MAIN", &loops)], &facts).expect_err("too deep");
     assert!(told.contains("loops stand in each other"), "{told}");

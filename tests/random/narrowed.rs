@@ -14,9 +14,9 @@ use scanbound::program::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term, Unary,
 };
 use scanbound::program::{
-    AreaId, AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Effect, Indexed, Instruction, Join,
-    Length, Logic, Number, Program, Region, StartRange, Step, Units, When, WordSource, WordTarget,
-    Write,
+    AreaId, AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Effect, IndexedWrite, Instruction,
+    Join, Length, Logic, Number, Program, Region, StartRange, Step, Units, When, WordSource,
+    WordTarget, Write,
 };
 use scanbound::replay::emulated::Emulated;
 use scanbound::replay::{FreeValues, real};
@@ -73,7 +73,7 @@ impl Additions<'_, '_> {
         let mut terms = vec![Term::signed(WordSource::Cell(self.cell()))];
         if self.tape.percent(20) {
             let second = Term::unsigned(self.source());
-            terms.push(Term { times: self.tape.pick(&[1, 2, -1]), ..second });
+            terms.push(Term { factor: self.tape.pick(&[1, 2, -1]), ..second });
         }
         Address::within(word(0), 64, self.tape.pick(&[0, 1, 2]), terms)
     }
@@ -118,7 +118,7 @@ impl Additions<'_, '_> {
             12 => {
                 let product = Box::new(Operation::Multiply { signed: true });
                 let inputs = vec![self.words(1), self.words(1)];
-                (Operation::Judged { operation: product, words: 1 }, inputs, vec![2])
+                (Operation::WithFlags { operation: product, words: 1 }, inputs, vec![2])
             }
             _ => {
                 let run = Operand::Run(self.address(), Shape::Cells, Count::Exactly(1));
@@ -130,10 +130,10 @@ impl Additions<'_, '_> {
     /// The first word that an operation gives, a timer's present value, or what the outside says.
     fn result(&mut self) -> WordSource {
         let kind = match self.tape.below(8) {
-            0 => ChoiceKind::World,
+            0 => ChoiceKind::External,
             1 => {
                 let contact = bit(self.tape.below(BITS as usize) as u32);
-                ChoiceKind::Present { contact, setting: self.tape.pick(&[5, 1, 30]) }
+                ChoiceKind::PresentValue { contact, setting: self.tape.pick(&[5, 1, 30]) }
             }
             _ => {
                 let (operation, inputs, _) = self.operation();
@@ -150,7 +150,7 @@ impl Additions<'_, '_> {
             1 => Region::Area(AreaId(self.tape.below(2) as u16)),
             _ => Region::Range { first: word(self.tape.below(4) as u32), count: 2 },
         };
-        Effect { when, write: Write::Havoc(region, self.choice(Some(ChoiceKind::World))) }
+        Effect { when, write: Write::Havoc(region, self.choice(Some(ChoiceKind::External))) }
     }
 
     /// What adds to a word.
@@ -177,7 +177,7 @@ impl Additions<'_, '_> {
             outputs.push(Target::Words(targets.collect()));
             regions.push(Region::Range { first: word(first), count: length as u32 });
         }
-        if matches!(operation, Operation::Judged { .. }) {
+        if matches!(operation, Operation::WithFlags { .. }) {
             for _ in 0..2 {
                 let to = bit(self.tape.below(BITS as usize) as u32);
                 outputs.push(Target::Bits(vec![BitTarget::Cell(to)]));
@@ -199,12 +199,12 @@ impl Additions<'_, '_> {
         let outputs = vec![Target::Run(address, Shape::Cells)];
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
         let choice = self.exactly(meaning);
-        let indexed = Indexed {
+        let indexed = IndexedWrite {
             first: word(base as u32),
-            readings: vec![vec![WordSource::Cell(index)]],
+            indices: vec![vec![WordSource::Cell(index)]],
             length: Length::Exactly(length),
             stated: None,
-            found: Vec::new(),
+            proved: Vec::new(),
         };
         self.program.indexed.insert(choice, indexed);
         Effect { when, write: Write::Havoc(Region::Area(AreaId(1)), choice) }
@@ -275,7 +275,7 @@ impl Additions<'_, '_> {
                 let from = self.source();
                 let kind = match self.tape.below(6) {
                     0 if iterations => Some(ChoiceKind::Iterations(from)),
-                    1 => Some(ChoiceKind::Unsigned(from)),
+                    1 => Some(ChoiceKind::UnsignedIterations(from)),
                     _ => None,
                 };
                 let other = kind.map(|kind| WordSource::Free(self.choice(Some(kind))));
@@ -296,9 +296,9 @@ impl Additions<'_, '_> {
 /// A program, and what its instructions take: each more with every unit and every iteration.
 fn program(tape: &mut Tape<'_>, iterations: bool) -> (Program, Vec<Times>) {
     let (mut program, _) = generate(tape, TASTE);
-    program.ranges.retain(|range| range.cells.len() == 1);
+    program.stated_ranges.retain(|range| range.cells.len() == 1);
     if tape.percent(30) {
-        program.ranges =
+        program.stated_ranges =
             vec![StartRange { cells: vec![word(0)], low: 0, high: 5, values: Vec::new() }];
     }
     let mut additions = Additions { tape, program };
@@ -328,8 +328,8 @@ fn told(program: &Program) -> String {
         lines.join("\n"),
         program.mains,
         program.kinds,
-        program.ranges,
-        program.trusted
+        program.stated_ranges,
+        program.trusted_ranges
     )
 }
 
@@ -388,7 +388,7 @@ impl Tally {
         self.programs.set(self.programs.get() + 1);
         let closer = before.instructions != after.instructions;
         self.narrowed.set(self.narrowed.get() + u32::from(closer));
-        self.trusted.set(self.trusted.get() + u32::from(!after.trusted.is_empty()));
+        self.trusted.set(self.trusted.get() + u32::from(!after.trusted_ranges.is_empty()));
     }
 }
 
@@ -436,8 +436,8 @@ fn across(tape: &[u16], tally: &Tally) -> Result<(), String> {
         }
         let others = Start(scan);
         for cell in (0..WORDS).map(word) {
-            let stated = before.ranges.iter().find(|range| range.cells == [cell]);
-            let trusted = after.trusted.iter().any(|one| one.cell == cell);
+            let stated = before.stated_ranges.iter().find(|range| range.cells == [cell]);
+            let trusted = after.trusted_ranges.iter().any(|one| one.cell == cell);
             let value = cpus[0].value(cell);
             let holds = |value: u16| {
                 let value = i64::from(value.cast_signed());
@@ -465,7 +465,7 @@ fn across(tape: &[u16], tally: &Tally) -> Result<(), String> {
             let value = i64::from(cpus[0].value(one.cell).cast_signed());
             full.stopped.is_none() && !(one.low..=one.high).contains(&value)
         };
-        let broken = after.trusted.iter().find(lost);
+        let broken = after.trusted_ranges.iter().find(lost);
         if less.total < full.total || broken.is_some() {
             return Err(format!(
                 "scan {scan}: {:?}, narrowed {:?}, {broken:?}\n{}",

@@ -480,13 +480,17 @@ fn check(tape: &[u16], asked: &Asked, table: &Table, tally: &Tally) -> Result<()
             loops.push((line_of(at), line_of(end), most as usize));
         }
     }
-    let ranges: Vec<TrustedRange> = followed.program.trusted.clone();
+    let ranges: Vec<TrustedRange> = followed.program.trusted_ranges.clone();
     let names: Vec<String> =
         ranges.iter().map(|one| followed.program.cell_name(one.cell)).collect();
     let trusted: BTreeSet<&String> = names.iter().collect();
     Tally::add(&tally.trusted, trusted.len());
-    let kept: Vec<String> =
-        followed.program.kept.iter().map(|&cell| followed.program.cell_name(cell)).collect();
+    let kept: Vec<String> = followed
+        .program
+        .proved_ranges
+        .iter()
+        .map(|&cell| followed.program.cell_name(cell))
+        .collect();
     let bound = match asked.bound {
         true => {
             let concluded = conclude(followed, &request);

@@ -63,7 +63,7 @@ fn times(tape: &mut Tape<'_>, program: &Program) -> Vec<Times> {
             let same = ["PLS", "PLF", "FF"].contains(&name);
             match &instruction.timing {
                 None => Times::default(),
-                Some(key) if key.dearer || same => Times::new(on.max(off), on.max(off)),
+                Some(key) if key.use_larger_time || same => Times::new(on.max(off), on.max(off)),
                 Some(key) if key.counted().is_some() => Times { on, off, per_unit: Picos(37) },
                 Some(_) => Times::new(on, off),
             }

@@ -9,7 +9,7 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::time::Times;
 use scanbound::passes::loops;
 use scanbound::replay::replay;
-use scanbound::scan::fit::scan_model_fitted;
+use scanbound::scan::size_limits::scan_model_fitted;
 use scanbound::solve::{Limits, Method};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -43,7 +43,7 @@ fn check(tape: &[u16], taste: Taste, cap: usize) -> Result<(), String> {
             lines.join("\n"),
             program.mains,
             program.interrupts,
-            program.ranges
+            program.stated_ranges
         )
     };
     let bound = bound(&program, &times, method).map_err(|why| format!("{why}\n{}", listing()))?;
@@ -154,8 +154,11 @@ fn what_is_given_up_bounds_every_scan() {
             times.truncate(count);
             let model = scan_model_fitted(&mut wider, &times, all, &|| false).map_err(told)?;
             if model.is_none() {
-                loops::whole(&mut wider, scanbound::program::Unfollowed::TooMany)
-                    .map_err(|why| format!("{why:?}"))?;
+                loops::summarise_all(
+                    &mut wider,
+                    scanbound::program::SummaryReason::TooManyInstructions,
+                )
+                .map_err(|why| format!("{why:?}"))?;
                 times.resize(wider.instructions.len(), Times::default());
             }
             given_up += wider.approximations.len();

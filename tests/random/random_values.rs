@@ -156,12 +156,12 @@ fn check(
             loops.push((line_of(at), line_of(end), most as usize));
         }
     }
-    let ranges = &followed.program.trusted;
+    let ranges = &followed.program.trusted_ranges;
     let name = |one: &TrustedRange| followed.program.cell_name(one.cell);
     let trusted: BTreeSet<String> = ranges.iter().map(name).collect();
     tally.trusted.set(tally.trusted.get() + trusted.len() as u32);
     tally.stated.set(tally.stated.get() + facts.ranges.len() as u32);
-    let kept = followed.program.kept.iter().map(|&cell| followed.program.cell_name(cell));
+    let kept = followed.program.proved_ranges.iter().map(|&cell| followed.program.cell_name(cell));
     let kept: Vec<String> = kept.collect();
     tally.kept.set(tally.kept.get() + kept.len() as u32);
     let program = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];

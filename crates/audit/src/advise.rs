@@ -271,7 +271,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     }
     let (model, program) = (&followed.model, &followed.program);
     let mut dearest = Assignment(vec![0; model.variables.len()]);
-    concluded.maxima.iter().for_each(|found| found.best.put(&mut dearest));
+    concluded.maxima.iter().for_each(|found| found.best.copy_to(&mut dearest));
     let charges: Vec<usize> =
         followed.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
     let whole = model.cost(&charges, &dearest);
@@ -346,7 +346,7 @@ fn bits_on(
         let &Node::Atom(atom) = node else { return None };
         let variable = &model.variables[atom.variable().0 as usize];
         let Origin::Start(cell) = variable.origin else { return None };
-        let is_hidden = program.area(cell.area).role == Role::Hidden;
+        let is_hidden = program.area(cell.area).role == Role::Internal;
         // That a scan is the first is nothing that an interlock has to do with.
         if is_hidden
             || program.power_up.first_scan.contains(&cell)

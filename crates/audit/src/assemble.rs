@@ -25,7 +25,7 @@ use super::{
     ApproximationUse, Audit, Bound, ChargeUse, Cycle, Exclusion, FreeValue, GroupUse, NetworkUse,
     OverheadUse, PathStep, RunScan, RungUse, Tie, Value, Watchdog, possible,
 };
-use scanbound_base::budget::Cut;
+use scanbound_base::budget::EarlyStop;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
 use scanbound_front::MachineOptions;
@@ -82,7 +82,7 @@ pub struct Finished<'a> {
     /// When the audit began.
     pub start: Instant,
     pub warnings: Vec<Diagnostic>,
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<EarlyStop>,
     pub ended_early: bool,
     pub explained: Explained,
     /// How each group's maximum was found.
@@ -114,7 +114,7 @@ impl<'a> Findings<'a> {
         let pick = |charges: &[usize]| -> Vec<ChargeUse> {
             charges.iter().map(|&charge| self.charge(charge, &values, &names)).collect()
         };
-        let always = pick(&self.model.constant());
+        let always = pick(&self.model.constant_charges());
         let overhead: Vec<OverheadUse> = self
             .prices
             .overhead
@@ -134,7 +134,7 @@ impl<'a> Findings<'a> {
                 || pick(&group.charges),
                 || explains.then(|| self.exclusions(group, maximum, prepared)).flatten(),
             );
-            if !maximum.kept {
+            if !maximum.feasible {
                 // No scan of the group was found: all of its part in the bound is open.
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
@@ -193,7 +193,7 @@ impl<'a> Findings<'a> {
         let parts = TableParts { prices: self.prices, bound: &bound };
         let uppers = self.maxima.iter().map(|maximum| maximum.upper);
         let table = parts.table_use(self.table, &self.costs(real), &shares, uppers);
-        let clocked = self.program.clocked;
+        let clocked = self.program.words_per_scan;
         let possible = possible(&bound, table.factor.as_ref(), clocked.is_some());
         let stands_between = real
             .filter(|_| bound.lower < bound.model)
@@ -285,7 +285,7 @@ impl<'a> Findings<'a> {
             lower,
             // A search that ends early may know less of the model than of real scans.
             model: model.max(lower),
-            naive: overhead + self.model.charges.iter().map(|charge| charge.dearer()).sum(),
+            naive: overhead + self.model.charges.iter().map(|charge| charge.largest_cost()).sum(),
             always,
             overhead,
             groups: self.maxima.iter().map(|maximum| maximum.upper).sum(),
@@ -295,7 +295,7 @@ impl<'a> Findings<'a> {
     /// Takes from a scan that was run what charges cost in it. What costs the same in every scan keeps that where the scan
     /// is not followed so far.
     fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup], always: &mut [ChargeUse]) {
-        for (charge, shown) in self.model.constant().into_iter().zip(always) {
+        for (charge, shown) in self.model.constant_charges().into_iter().zip(always) {
             let charge = &self.model.charges[charge];
             shown.runs = executed.at(charge.instruction, &charge.frames).1;
         }
@@ -396,7 +396,7 @@ impl<'a> Findings<'a> {
         maximum: &Maximum,
         prepared: Option<Prepared<'a>>,
     ) -> Option<Exclusions<'a>> {
-        let most = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+        let most = group.charges.iter().map(|&charge| self.model.charges[charge].largest_cost());
         let lower = maximum.lower;
         (lower < most.sum()).then(|| match prepared {
             Some(prepared) => prepared.exclusions,
@@ -564,7 +564,7 @@ impl<'a> Findings<'a> {
     /// The part of each instruction in the bound, as far as the search settled it.
     fn shares(&self, groups: &[ExplainedGroup], always: &[ChargeUse]) -> Vec<(usize, Picos)> {
         let instruction = |charge: &usize| self.model.charges[*charge].instruction;
-        let constant = self.model.constant();
+        let constant = self.model.constant_charges();
         let grouped = self.groups.iter().zip(groups).flat_map(|(group, explained)| {
             group.charges.iter().map(instruction).zip(explained.charges.iter().map(|one| one.share))
         });

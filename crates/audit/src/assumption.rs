@@ -44,22 +44,22 @@ impl Assumption {
             let instruction = &program.instructions[*at];
             (instruction.place, instruction.text.clone())
         };
-        let trusted = program.trusted.iter().map(|one| Assumption {
+        let trusted = program.trusted_ranges.iter().map(|one| Assumption {
             devices: vec![program.cell_name(one.cell)],
             range: Some((one.low, one.high)),
             values: one.values.clone(),
             most: 0,
-            written: one.written.iter().map(written).collect(),
+            written: one.writers.iter().map(written).collect(),
             without: None,
         });
-        let apart = program.apart.iter().map(|one| {
+        let apart = program.mutually_exclusive.iter().map(|one| {
             let devices = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
-            let written = one.written.iter().map(written).collect();
+            let written = one.writers.iter().map(written).collect();
             Assumption {
                 devices,
                 range: None,
                 values: Vec::new(),
-                most: one.most,
+                most: one.max_on,
                 written,
                 without: None,
             }

@@ -37,7 +37,7 @@ fn of(
     found: &Audit,
     request: &Request<'_>,
 ) -> Result<Option<Coactivity>, Failure> {
-    if program.charts.apart == 0
+    if program.charts.exclusions == 0
         || !request.use_chart_exclusion
         || request.limit.is_some()
         || !found.unbounded.is_empty()

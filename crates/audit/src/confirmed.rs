@@ -8,7 +8,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
 use scanbound_ir::Program;
 use scanbound_model::groups;
-use scanbound_model::{Assignment, Group, Lit, Portion, ScanModel, Values};
+use scanbound_model::{Assignment, Group, GroupAssignment, Lit, ScanModel, Values};
 use scanbound_replay::Replay;
 use scanbound_solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
@@ -31,15 +31,16 @@ pub(super) fn together(
     let mut all = Assignment(vec![0; model.variables.len()]);
     for (group, maximum) in groups.iter().zip(maxima) {
         // A search that ended before it found any allowed scan has no best one.
-        if !maximum.kept {
+        if !maximum.feasible {
             let constraints = Group { charges: Vec::new(), ..group.clone() };
-            (maximum.best, maximum.kept) = (allowed(request, budget, model, &constraints)?, true);
-            maximum.lower = model.cost(&group.charges, &maximum.best.whole(model));
+            (maximum.best, maximum.feasible) =
+                (allowed(request, budget, model, &constraints)?, true);
+            maximum.lower = model.cost(&group.charges, &maximum.best.complete(model));
         }
-        maximum.best.put(&mut all);
+        maximum.best.copy_to(&mut all);
     }
-    if let Some(rest) = groups::unpriced(model, groups) {
-        allowed(request, budget, model, &rest)?.put(&mut all);
+    if let Some(rest) = groups::unused_constraints(model, groups) {
+        allowed(request, budget, model, &rest)?.copy_to(&mut all);
     }
     Ok(all)
 }
@@ -50,7 +51,7 @@ fn allowed(
     budget: &Budget<'_>,
     model: &ScanModel,
     constraints: &Group,
-) -> Result<Portion, Failure> {
+) -> Result<GroupAssignment, Failure> {
     let contradicts = Err(Failure::from(Diagnostic::file(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
@@ -66,7 +67,7 @@ fn allowed(
     let deadline = budget.deadline().map(|end| end.max(least));
     let limits = Limits { deadline, ..Limits::default() };
     let found = maximum(model, constraints, Method::Auto, &limits);
-    if found.kept {
+    if found.feasible {
         return Ok(found.best);
     }
     if deadline.is_some_and(|end| Instant::now() >= end) {
@@ -99,7 +100,7 @@ pub(super) fn confirm(
         )));
     }
     if let Some(&range) = replayed.broken_ranges.first() {
-        let cell = program.cell_name(program.ranges[range].cells[0]);
+        let cell = program.cell_name(program.stated_ranges[range].cells[0]);
         return Err(Failure::Internal(format!("the worst scan breaks the range of {cell}")));
     }
     if !replayed.broken_invariants.is_empty() {

@@ -140,7 +140,8 @@ fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
     else {
         return never;
     };
-    let writes = |&other: &usize| flow::written(program, other).iter().any(|one| one.holds(cell));
+    let writes =
+        |&other: &usize| flow::written(program, other).iter().any(|one| one.contains(cell));
     let before = (0..at).rev().find(writes);
     let by = before.or_else(|| (at..program.instructions.len()).find(writes));
     by.map_or(never.clone(), |by| format!("{never}: {} writes {word}", place(by)))

@@ -4,7 +4,7 @@ use super::unknown;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part};
-use scanbound_base::near;
+use scanbound_base::suggestion;
 use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ const MOST_OFFERED: usize = 8;
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     // What a front was told of its loops already, it has stated.
-    let own: BTreeSet<usize> = program.counts.keys().copied().collect();
+    let own: BTreeSet<usize> = program.stated_counts.keys().copied().collect();
     for (place, &(low, high)) in &facts.counts {
         let fault = |part, message: String, help: &str| {
             facts.fault(["counts", place], part, Code::Fact, message, help)
@@ -38,10 +38,10 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
                 continue;
             }
             // A line and a step may name the same place: both hold.
-            let all = program.counts.entry(at).or_insert((low, high));
+            let all = program.stated_counts.entry(at).or_insert((low, high));
             *all = (all.0.max(low), all.1.min(high));
             // Its iterations are known now: it is followed if they are few enough.
-            program.uncounted.remove(&at);
+            program.loops_without_count.remove(&at);
             let unknown = |what: &Approximated| matches!(what, Approximated::UnknownCount { .. });
             program.approximations.retain(|one| one.instruction != at || !unknown(&one.what));
         }
@@ -87,7 +87,7 @@ pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (Strin
             let all = (0..program.instructions.len()).filter(|&at| counts(program, at));
             let words: BTreeSet<String> =
                 all.filter_map(|at| Some(unknown::word(program, at)?.to_string())).collect();
-            let help = near::meant(near::nearest(place, words), &form());
+            let help = suggestion::with_suggestion(suggestion::nearest(place, words), &form());
             return Err((format!("nothing is counted by a word '{place}'"), help));
         }
         return Ok(found);

@@ -14,7 +14,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
         let charge = &model.charges[index];
         let (reached, fires) = (values.get(charge.reached), values.get(charge.fires));
         // Firing implies being reached.
-        let (on, units) = charge.fired();
+        let (on, units) = charge.cost_if_fired();
         if fires && on > charge.off {
             need(charge.fires);
         } else if reached {

@@ -4,7 +4,7 @@ use super::Audit;
 use super::breakdown::{By, Piece};
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
-use scanbound_ir::place::short;
+use scanbound_ir::location_text::short_file_name;
 use similar::{Algorithm, DiffOp, capture_diff_slices};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -166,7 +166,7 @@ fn rungs(audit: &Audit) -> BTreeMap<String, Vec<Side>> {
             text: text.join(" / "),
             time: part.time,
         };
-        found.entry(short(file, names()).to_owned()).or_default().push(side);
+        found.entry(short_file_name(file, names()).to_owned()).or_default().push(side);
     }
     found.values_mut().for_each(|sides| sides.sort_by_key(|side| side.at));
     found

@@ -93,8 +93,8 @@ impl Doubt {
         let told = open.iter().take(MOST_TOLD);
         let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
         let more = open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
-        let bodiless = program.bodiless.first().map(|(_, first)| Doubt::Bodiless {
-            names: program.bodiless.iter().map(|(name, _)| name.clone()).collect(),
+        let bodiless = program.without_body.first().map(|(_, first)| Doubt::Bodiless {
+            names: program.without_body.iter().map(|(name, _)| name.clone()).collect(),
             first: (first.of(&program.files).name.clone(), first.line),
         });
         let outlasts = program.shortest_timer.filter(|&shortest| upper >= shortest);

@@ -6,7 +6,7 @@
 use scanbound_base::location::Location;
 use scanbound_ir::meaning::{ChoiceKind, Operation};
 use scanbound_ir::{
-    Approximated, BitSource, ChoiceId, Frame, Instruction, Program, Settling, Source, Step,
+    Approximated, BitSource, ChoiceId, Frame, Instruction, Program, Resolution, Source, Step,
     WordSource, Write,
 };
 use scanbound_model::{Origin, ScanModel};
@@ -116,7 +116,7 @@ impl Exactness {
         constructs.iter_mut().for_each(|one| one.places.sort_by_key(|place| place.at));
         constructs.sort_by_key(|one| std::cmp::Reverse(one.statements));
         let unread = source.bodies.iter().filter(|body| !body.is_called);
-        let unread = unread.filter_map(|body| Some((body.name.clone(), body.unread.clone()?)));
+        let unread = unread.filter_map(|body| Some((body.name.clone(), body.unreadable.clone()?)));
         Some(Exactness { languages, constructs, unread: unread.collect() })
     }
 }
@@ -180,8 +180,8 @@ fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     });
     let written = model.havocs.all().iter().map(|havoc| (&havoc.frames, havoc.choice));
     let is_followed = |(frames, choice): &(&Vec<Frame>, ChoiceId)| {
-        model.settled.choice(frames, *choice) == Some(&Settling::Exact)
-            || program.statements.unsettled.contains(choice)
+        model.resolutions.choice(frames, *choice) == Some(&Resolution::Exact)
+            || program.statements.undefined_by_language.contains(choice)
     };
     read.chain(written).filter(|one| !is_followed(one)).map(|(_, choice)| choice).collect()
 }

@@ -168,7 +168,8 @@ fn follow(program: &Program, part: &Instruction) -> Follow {
 /// A part with those of its effects alone that write its operands, if any does: flags and memories besides are not what is
 /// asked.
 fn at_operands(part: &Instruction) -> Instruction {
-    let is_operand = |region: Region| part.operands.iter().any(|one| region.holds(one.device.cell));
+    let is_operand =
+        |region: Region| part.operands.iter().any(|one| region.contains(one.device.cell));
     let one = |first: Cell| Region::Range { first, count: 1 };
     let writes = |effect: &&Effect| match &effect.write {
         Write::Bit(BitTarget::Cell(cell) | BitTarget::WordBit(cell, _), _) => {
@@ -192,11 +193,11 @@ fn known(program: &Program, choice: ChoiceId) -> Follow {
     match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) if values::follows(program, meaning) => Follow::Range,
         Some(ChoiceKind::Exact(_)) => Follow::RealRuns,
-        Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => Follow::Exactly,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => Follow::Exactly,
         Some(
-            ChoiceKind::World
-            | ChoiceKind::Steady(_)
-            | ChoiceKind::Present { .. }
+            ChoiceKind::External
+            | ChoiceKind::StableExternal(_)
+            | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. },
         ) => Follow::Outside,
         None => Follow::Unknown,

@@ -165,11 +165,12 @@ impl Fact {
             let at = at.clone();
             Fact::Index { at, low, high }
         });
-        let lacked = |name: &String| program.absent.iter().any(|one| one.name == *name);
+        let lacked = |name: &String| program.missing_routines.iter().any(|one| one.name == *name);
         let calls = facts.calls.iter().filter(|(name, _)| lacked(name));
         let calls = calls.map(|(plain, call)| {
             let StatedCall { name, time, writes } = call.clone();
-            let declared = program.absent.iter().any(|one| one.name == *plain && one.declared);
+            let declared =
+                program.missing_routines.iter().any(|one| one.name == *plain && one.declared);
             Fact::Call { name, time, writes, declared }
         });
         let interrupts = program.interrupts.iter().filter(|one| one.stated);

@@ -4,7 +4,7 @@ use super::counts;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part};
-use scanbound_ir::{ChoiceId, Indexed, Program, WordSource, Write};
+use scanbound_ir::{ChoiceId, IndexedWrite, Program, WordSource, Write};
 
 /// States indices: what is written by them lies no further.
 ///
@@ -24,7 +24,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
                 continue;
             }
         };
-        let is_open = |choice: &ChoiceId| program.indexed[choice].readings.len() > 1;
+        let is_open = |choice: &ChoiceId| program.indexed[choice].indices.len() > 1;
         if found.iter().any(is_open) {
             let message = format!("it is not known how many bits the index at {place} has");
             fault(message, "state that first, in the same table: bits = 16, or bits = 32");
@@ -33,7 +33,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         for choice in found {
             let Some(indexed) = program.indexed.get_mut(&choice) else { continue };
             // A register and a place may name the same index: both hold.
-            let bits = 16 * indexed.readings.iter().map(Vec::len).min().unwrap_or(1);
+            let bits = 16 * indexed.indices.iter().map(Vec::len).min().unwrap_or(1);
             let largest = (1i64 << (bits - 1)) - 1;
             let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
             let both = (least.max(low), largest.min(high));
@@ -62,8 +62,8 @@ fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
 }
 
 /// Whether a word says where, and not only how many.
-fn has_index(indexed: &Indexed) -> bool {
-    indexed.readings.iter().flatten().any(|word| !matches!(word, WordSource::Const(_)))
+fn has_index(indexed: &IndexedWrite) -> bool {
+    indexed.indices.iter().flatten().any(|word| !matches!(word, WordSource::Const(_)))
 }
 
 fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, String)> {
@@ -82,7 +82,7 @@ fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, Strin
     };
     let is_by = |choice: &ChoiceId| {
         place.contains(':')
-            || program.indexed[choice].readings.iter().any(|reading| match reading.first() {
+            || program.indexed[choice].indices.iter().any(|reading| match reading.first() {
                 Some(WordSource::Cell(cell)) => {
                     program.cell_name(*cell).eq_ignore_ascii_case(place.trim())
                 }

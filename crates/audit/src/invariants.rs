@@ -2,11 +2,11 @@
 //! words count and indices reach.
 
 use super::pipeline::Concluded;
-use scanbound_ir::{Apart, BitTarget, Cell, Program};
+use scanbound_ir::{BitTarget, Cell, ExclusiveBits, Program};
 use scanbound_model::Group;
-use scanbound_scan::fit::SizeLimits;
-use scanbound_scan::keeping::{Breach, scan_model_keeping};
-use scanbound_solve::{Limits, export, impossible};
+use scanbound_scan::size_limits::SizeLimits;
+use scanbound_scan::violations::{Violation, scan_model_of_violations};
+use scanbound_solve::{Limits, export, unreachable_charges};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
@@ -34,8 +34,8 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let program = &concluded.followed.program;
     let given = given(program);
     let nothing = given.is_empty()
-        && program.narrowed.is_empty()
-        && program.indexed.values().all(|one| one.found.is_empty());
+        && program.limited_counts.is_empty()
+        && program.indexed.values().all(|one| one.proved.is_empty());
     let (mut files, mut index) = (Vec::new(), Vec::new());
     if concluded.followed.is_structural_only() || nothing {
         return Invariants { files, index };
@@ -49,7 +49,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let is_over = || Instant::now() >= end;
     let size = SizeLimits { per_execution: NODES_EACH, in_all: NODES, is_over: &is_over };
     let times = concluded.followed.prices.times();
-    let Ok((model, breaches)) = scan_model_keeping(program, &times, &size) else {
+    let Ok((model, violations)) = scan_model_of_violations(program, &times, &size) else {
         index.push("The scan takes too much to ask of it what the bound rests on:".to_owned());
         index.extend(given.iter().map(|one| format!("  not shown: {one}")));
         return Invariants { files, index };
@@ -60,10 +60,10 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
         constraints: (0..model.constraints.len()).collect(),
     };
     let limits = Limits { deadline: Some(end), ..Limits::default() };
-    let shown = impossible(&model, &group((0..breaches.len()).collect()), &limits);
-    let told = |at: usize| tell(program, &breaches[at]);
-    let (kept, counted): (Vec<usize>, Vec<usize>) = (0..breaches.len())
-        .partition(|&at| matches!(breaches[at], Breach::Word(_) | Breach::All(_)));
+    let shown = unreachable_charges(&model, &group((0..violations.len()).collect()), &limits);
+    let told = |at: usize| tell(program, &violations[at]);
+    let (kept, counted): (Vec<usize>, Vec<usize>) = (0..violations.len())
+        .partition(|&at| matches!(violations[at], Violation::Word(_) | Violation::All(_)));
     let mut left = Vec::new();
     let mut file = |name: &'static str, asked: Vec<usize>, asks: &str, says: &str| {
         let (shown, open): (Vec<usize>, Vec<usize>) =
@@ -105,9 +105,10 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
 
 /// What holds whenever a scan starts, where the program is trusted with it.
 fn given(program: &Program) -> Vec<String> {
-    let words = (0..program.trusted.len()).map(|place| tell(program, &Breach::Word(place)));
-    let sets = sets(program).map(|bits| tell(program, &Breach::All(bits)));
-    let fresh = program.apart.iter().filter(|one| one.most == 0);
+    let words =
+        (0..program.trusted_ranges.len()).map(|place| tell(program, &Violation::Word(place)));
+    let sets = sets(program).map(|bits| tell(program, &Violation::All(bits)));
+    let fresh = program.mutually_exclusive.iter().filter(|one| one.max_on == 0);
     let cleared = fresh.map(|one| {
         let names: Vec<String> = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
         format!("{} are off in the first scan, before which memory was cleared", names.join(", "))
@@ -117,9 +118,11 @@ fn given(program: &Program) -> Vec<String> {
 
 /// What the user states of words that start a scan.
 fn stated(program: &Program) -> Vec<String> {
-    let trusted: BTreeSet<Cell> = program.trusted.iter().map(|one| one.cell).collect();
-    let by_user =
-        program.ranges.iter().filter(|one| !one.cells.iter().any(|cell| trusted.contains(cell)));
+    let trusted: BTreeSet<Cell> = program.trusted_ranges.iter().map(|one| one.cell).collect();
+    let by_user = program
+        .stated_ranges
+        .iter()
+        .filter(|one| !one.cells.iter().any(|cell| trusted.contains(cell)));
     by_user
         .map(|one| {
             let cells: Vec<String> =
@@ -131,30 +134,30 @@ fn stated(program: &Program) -> Vec<String> {
 
 /// The sets of relays that are never all on.
 fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
-    program.apart.iter().flat_map(Apart::never)
+    program.mutually_exclusive.iter().flat_map(ExclusiveBits::forbidden_sets)
 }
 
 /// What holds if this never happens.
-fn tell(program: &Program, breach: &Breach) -> String {
+fn tell(program: &Program, violation: &Violation) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
         let file = &instruction.place.of(&program.files).name;
         format!("{file}:{} {}", instruction.place.line, instruction.text)
     };
-    match *breach {
-        Breach::Word(at) => {
-            let word = &program.trusted[at];
-            format!("{} is {}", program.cell_name(word.cell), word.told())
+    match *violation {
+        Violation::Word(at) => {
+            let word = &program.trusted_ranges[at];
+            format!("{} is {}", program.cell_name(word.cell), word.text())
         }
-        Breach::All(ref bits) => {
+        Violation::All(ref bits) => {
             let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
             match &names[..] {
                 [a, b] => format!("{a} and {b} are never both on"),
                 _ => format!("{} are never all on", names.join(", ")),
             }
         }
-        Breach::Count(at) => format!("{} counts no more than was found", place(at)),
-        Breach::Reach(at) => format!("{} reaches no further than was found", place(at)),
+        Violation::Count(at) => format!("{} counts no more than was found", place(at)),
+        Violation::Reach(at) => format!("{} reaches no further than was found", place(at)),
     }
 }
 
@@ -167,11 +170,11 @@ fn power_up(program: &Program) -> String {
          (set-logic QF_BV)\n",
     );
     let mut asked = String::new();
-    for (place, one) in program.trusted.iter().enumerate() {
+    for (place, one) in program.trusted_ranges.iter().enumerate() {
         let name = program.cell_name(one.cell);
         text += &format!(
             "(declare-const w{place} (_ BitVec 16)) ; {name}\n(assert (= w{place} #x{:04X}))\n",
-            program.power_up.word(one.cell)
+            program.power_up.initial_value(one.cell)
         );
         let [low, high] = [one.low, one.high].map(|end| end as u16);
         let is_one = one.values.iter().map(|value| format!(" (= w{place} #x{value:04X})"));
@@ -179,7 +182,7 @@ fn power_up(program: &Program) -> String {
             true => format!("(and (bvsle #x{low:04X} w{place}) (bvsle w{place} #x{high:04X}))"),
             false => format!("(or{})", is_one.collect::<String>()),
         };
-        asked += &format!("  (not {within}) ; {}\n", tell(program, &Breach::Word(place)));
+        asked += &format!("  (not {within}) ; {}\n", tell(program, &Violation::Word(place)));
     }
     let mut relays: BTreeSet<BitTarget> = BTreeSet::new();
     let name = |bit: BitTarget| match bit {
@@ -189,7 +192,7 @@ fn power_up(program: &Program) -> String {
     for bits in sets(program) {
         let own: Vec<String> = bits.iter().map(|&bit| name(bit)).collect();
         relays.extend(&bits);
-        asked += &format!("  (and {}) ; {}\n", own.join(" "), tell(program, &Breach::All(bits)));
+        asked += &format!("  (and {}) ; {}\n", own.join(" "), tell(program, &Violation::All(bits)));
     }
     for bit in relays {
         let (own, called) = (name(bit), program.bit_name(bit));

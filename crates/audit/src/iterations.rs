@@ -2,7 +2,7 @@
 
 use scanbound_base::time::Picos;
 use scanbound_model::groups;
-use scanbound_model::{Assignment, Charge, Iterations, ScanModel};
+use scanbound_model::{Assignment, Charge, LoopCount, ScanModel};
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ const MOST_ASKED: usize = 16;
 pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize, u32> {
     let mut iterations = model.iterations.clone();
     let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
-    if model.counts.len() <= MOST_ASKED {
-        for count in &model.counts {
+    if model.loop_counts.len() <= MOST_ASKED {
+        for count in &model.loop_counts {
             let most = largest(model, count, limits).max(count.least);
             let known = asked.entry(count.instruction).or_default();
             *known = most.max(*known);
@@ -31,7 +31,7 @@ pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize
 ///
 /// It is asked as scans are: each of the count's bits is charged what it is worth, so the dearest scan has the largest
 /// count.
-fn largest(model: &ScanModel, count: &Iterations, limits: &Limits<'_>) -> u32 {
+fn largest(model: &ScanModel, count: &LoopCount, limits: &Limits<'_>) -> u32 {
     let mut bare = ScanModel { charges: Vec::new(), ..model.clone() };
     let (&sign, digits) = count.bits.split_last().expect("a word has bits");
     let there = bare.circuit.and(count.reached, !sign);
@@ -48,7 +48,7 @@ fn largest(model: &ScanModel, count: &Iterations, limits: &Limits<'_>) -> u32 {
         });
     }
     let zeros = Assignment(vec![0; bare.variables.len()]);
-    let always = bare.cost(&bare.constant(), &zeros);
+    let always = bare.cost(&bare.constant_charges(), &zeros);
     let found = groups::groups(&bare)
         .iter()
         .map(|group| maximum(&bare, group, Method::Cores, limits).upper)

@@ -32,7 +32,7 @@ pub fn further_scans(program: &Program) -> u64 {
             let is_read = writer
                 .writes
                 .iter()
-                .any(|written| reader.reads.iter().any(|read| flow::meet(*written, *read)));
+                .any(|written| reader.reads.iter().any(|read| flow::overlap(*written, *read)));
             if is_read {
                 let is_later = !(writer.in_place && reader.in_place && writer.at < reader.at);
                 graph.add_edge(from, to, is_later);
@@ -47,7 +47,7 @@ pub fn further_scans(program: &Program) -> u64 {
     let has = |role: Role| program.areas.iter().any(|area| area.role == role);
     let is_input = |region: &Region| {
         is_role(region, Role::Input)
-            || program.power_up.inputs.iter().any(|input| flow::meet(*input, *region))
+            || program.power_up.inputs.iter().any(|input| flow::overlap(*input, *region))
     };
     let knows_inputs = has(Role::Input) || !program.power_up.inputs.is_empty();
     let begins = |site: &Site| !knows_inputs || site.reads.iter().any(is_input);
@@ -115,7 +115,7 @@ fn sites(program: &Program) -> Vec<Site> {
     let routines: Vec<_> = entries
         .map(|&entry| {
             let last = program.instructions.len().saturating_sub(1);
-            entry..=flow::extent(program, entry).unwrap_or(last)
+            entry..=flow::routine_end(program, entry).unwrap_or(last)
         })
         .collect();
     for site in &mut found {
@@ -221,7 +221,7 @@ fn walk(
 /// What a choice is worked out from: nothing if the outside gives it, and anything at all if an operation does.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
-        None | Some(ChoiceKind::World | ChoiceKind::ScanTicks { .. }) => None,
+        None | Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,
         Some(_) => Some(Region::Everything),
     }
 }

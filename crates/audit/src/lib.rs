@@ -88,11 +88,11 @@ pub use tasks::{TaskUse, tasks};
 
 pub use assumption::Assumption;
 pub use made_from::{Source, SourceKind};
-use scanbound_base::budget::Cut;
+use scanbound_base::budget::EarlyStop;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
-pub use scanbound_ir::{Approximated, Unfollowed};
+pub use scanbound_ir::{Approximated, SummaryReason};
 pub use scanbound_solve::{Engine, Opinion, SUBSET_SOLVER};
 pub use scanbound_timing::price::{MorePoints, UnstatedBase, UnstatedPoints};
 use scanbound_timing::price::{more_points, unsure};
@@ -191,7 +191,7 @@ pub struct Audit {
     /// than the request's limit.
     pub ended_early: bool,
     /// The stages that the time limit or the user cut short, and what they left open.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<EarlyStop>,
     /// The arguments that name the project, as a shell takes them; empty where none is needed.
     pub named: String,
     /// How long the audit took.

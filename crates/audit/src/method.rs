@@ -112,7 +112,7 @@ pub fn traces(
             *times += 1;
             let letter = if rungs[&first] > 1 { letters(*times - 1) } else { String::new() };
             let dearest = item.charges.iter().rev().copied();
-            let dearest = dearest.max_by_key(|&charge| model.charges[charge].dearer());
+            let dearest = dearest.max_by_key(|&charge| model.charges[charge].largest_cost());
             let charge = dearest.unwrap_or(item.charges[0]);
             let instruction = &program.instructions[model.charges[charge].instruction];
             ConditionUse {
@@ -188,7 +188,8 @@ pub fn opinions(
     let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
     if open > 0 {
         let all = opinions.len();
-        budget.cut("confirming", format!("{open} of {all} groups were not asked to the end"));
+        budget
+            .record_stop("confirming", format!("{open} of {all} groups were not asked to the end"));
     }
     Ok(opinions)
 }

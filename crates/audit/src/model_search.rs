@@ -60,7 +60,7 @@ impl<'r> ModelSearch<'_, 'r> {
         knowledge: &Knowledge,
     ) -> Result<Searched<'r>, Failure> {
         let zeros = Assignment(vec![0; model.variables.len()]);
-        let always = model.cost(&model.constant(), &zeros);
+        let always = model.cost(&model.constant_charges(), &zeros);
         let search = Search {
             request: self.request,
             prices: self.prices,

@@ -6,11 +6,11 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::Knowledge;
-use scanbound_ir::{Program, Unfollowed};
+use scanbound_ir::{Program, SummaryReason};
 use scanbound_model::ScanModel;
 use scanbound_passes::loops;
-use scanbound_scan::fit::{SizeLimits, scan_model_fitted};
-use scanbound_scan::{Purpose, ScanError, scan_model, scan_model_knowing};
+use scanbound_scan::size_limits::{SizeLimits, scan_model_fitted};
+use scanbound_scan::{Purpose, ScanError, scan_model, scan_model_with_knowledge};
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::BTreeMap;
@@ -38,20 +38,20 @@ pub fn keep_in_range(
     let terms = prices.overhead.iter().map(|term| term.time);
     let points = prices.points.iter().filter_map(|points| points.most.as_ref());
     let others = terms.chain(points.map(|most| most.more)).map(|time| u128::from(time.0));
-    let sum = model.dearest() + others.sum::<u128>();
+    let sum = model.sum_of_largest() + others.sum::<u128>();
     if sum <= u128::from(LONGEST_SCAN.0) {
         return Ok(());
     }
     let message = format!("the times of one scan add up to more than {LONGEST_SCAN}");
     let help = "check the times in the table and how often loops run";
-    let most = model.charges.iter().max_by_key(|charge| charge.dearer());
-    let most = most.filter(|charge| u128::from(charge.dearer().0) * 2 > sum);
+    let most = model.charges.iter().max_by_key(|charge| charge.largest_cost());
+    let most = most.filter(|charge| u128::from(charge.largest_cost().0) * 2 > sum);
     let Some(charge) = most else {
         return Err(Failure::from(Diagnostic::file(Code::NoTime, &table.name, message, help)));
     };
     // One instruction takes more than half of the time: the fault is shown there.
     let at = &program.instructions[charge.instruction];
-    let message = format!("{message}: this here to {}", charge.dearer().best_text());
+    let message = format!("{message}: this here to {}", charge.largest_cost().best_text());
     Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
 }
 
@@ -70,7 +70,7 @@ pub fn model_of(
         Ok(mut model) => {
             // Following one loop may show the count of another, within it or behind it.
             for _ in 0..MOST_NESTED {
-                let Some(mut closer) = loops::put_back(program, &model.iterations) else { break };
+                let Some(mut closer) = loops::restore(program, &model.iterations) else { break };
                 let Ok(executed) = fit(&mut closer) else { break };
                 let mut priced = prices.clone();
                 let found = follow(&mut closer, &mut priced, executed, budget);
@@ -81,13 +81,13 @@ pub fn model_of(
         }
         Err(why) => why,
     };
-    if why == Unfollowed::NoTime {
-        budget.cut(
+    if why == SummaryReason::TimeLimit {
+        budget.record_stop(
             "following the scan",
             "the bound is the sum of all that can run, each at its dearer time",
         );
     }
-    let summed = loops::whole(program, why);
+    let summed = loops::summarise_all(program, why);
     summed.map_err(|error| cannot_follow(program, &too_often(error)))?;
     prices.instructions.resize(program.instructions.len(), None);
     let model = scan_model(program, &prices.times());
@@ -103,12 +103,13 @@ pub fn put_back(
     iterations: &BTreeMap<usize, u32>,
     limits: &SizeLimits<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
-    let mut closer = loops::put_back(program, iterations)?;
+    let mut closer = loops::restore(program, iterations)?;
     loops::fit(&mut closer, MOST_UNROLLED).ok()?;
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
     let times = priced.times();
-    let model = scan_model_knowing(&closer, &times, knowledge, Purpose::UpperBound, limits).ok()?;
+    let model =
+        scan_model_with_knowledge(&closer, &times, knowledge, Purpose::UpperBound, limits).ok()?;
     Some((closer, priced, model))
 }
 
@@ -124,35 +125,35 @@ fn follow(
     prices: &mut Prices,
     executed: u64,
     budget: &Budget<'_>,
-) -> Result<Result<ScanModel, Unfollowed>, Failure> {
+) -> Result<Result<ScanModel, SummaryReason>, Failure> {
     // Instructions that summarising appended have no price.
     prices.instructions.resize(program.instructions.len(), None);
     let executed = usize::try_from(executed).unwrap_or(usize::MAX);
     let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
-    match scan_model_fitted(program, &prices.times(), most, &|| budget.reached()) {
+    match scan_model_fitted(program, &prices.times(), most, &|| budget.must_stop()) {
         Ok(Some(model)) => Ok(Ok(model)),
-        Ok(None) => Ok(Err(Unfollowed::TooDear)),
-        Err(ScanError::Ended { .. }) => Ok(Err(Unfollowed::NoTime)),
+        Ok(None) => Ok(Err(SummaryReason::ValuesTooComplex)),
+        Err(ScanError::Stopped { .. }) => Ok(Err(SummaryReason::TimeLimit)),
         Err(error) => Err(cannot_follow(program, &error)),
     }
 }
 
-fn too_often(loops::TooOften { instruction }: loops::TooOften) -> ScanError {
-    ScanError::TooOften { instruction }
+fn too_often(loops::CountOverflow { instruction }: loops::CountOverflow) -> ScanError {
+    ScanError::CostOverflow { instruction }
 }
 
 fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
-    let (ScanError::TooLong { instruction, .. }
-    | ScanError::TooOften { instruction }
-    | ScanError::Grown { instruction, .. }
-    | ScanError::Ended { instruction }
+    let (ScanError::TooManyExecutions { instruction, .. }
+    | ScanError::CostOverflow { instruction }
+    | ScanError::TooLarge { instruction, .. }
+    | ScanError::Stopped { instruction }
     | ScanError::NoResult { instruction }) = error;
     let at = &program.instructions[*instruction];
     let help = match error {
-        ScanError::TooLong { .. }
-        | ScanError::TooOften { .. }
-        | ScanError::Grown { .. }
-        | ScanError::Ended { .. } => {
+        ScanError::TooManyExecutions { .. }
+        | ScanError::CostOverflow { .. }
+        | ScanError::TooLarge { .. }
+        | ScanError::Stopped { .. } => {
             "state a smaller range for the word that counts the loop, or split the program"
         }
         ScanError::NoResult { .. } => {

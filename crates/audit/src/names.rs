@@ -24,7 +24,7 @@ pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> 
         let own = [operand.device, Device { bit: None, ..operand.device }];
         let (device, comment) =
             own.into_iter().find_map(|device| Some((device, comments.get(&device)?)))?;
-        let written = operand.written(&instruction.text);
+        let written = operand.source_text(&instruction.text);
         seen.insert(device).then(|| format!("{written} {comment}"))
     });
     told.collect()
@@ -37,7 +37,7 @@ impl<'a> Names<'a> {
         for (index, instruction) in program.instructions.iter().enumerate() {
             for effect in &instruction.effects {
                 if let Write::Bit(BitTarget::Cell(cell), _) = effect.write
-                    && program.area(cell.area).role == Role::Hidden
+                    && program.area(cell.area).role == Role::Internal
                 {
                     memories.entry(cell).or_insert(index);
                 }
@@ -67,7 +67,7 @@ impl<'a> Names<'a> {
     fn told(&self, at: Location) -> String {
         match self.files.get(at.file as usize) {
             Some(file) => format!("{file}:{}", at.line),
-            None => self.program.told(at),
+            None => self.program.location_text(at),
         }
     }
 

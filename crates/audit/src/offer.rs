@@ -11,7 +11,7 @@ use super::unknown::{INDEX, Unknown, UnknownKind};
 use scanbound_base::facts::key;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
-use scanbound_ir::{ChoiceId, Indexed, Program, Region, Step, WordSource, Write, flow};
+use scanbound_ir::{ChoiceId, IndexedWrite, Program, Region, Step, WordSource, Write, flow};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -97,7 +97,7 @@ fn ranges(program: &Program) -> Vec<Offer> {
             _ => None,
         });
         for indexed in indexed.collect::<Vec<_>>() {
-            let words = indexed.readings.iter().filter_map(|reading| reading.first());
+            let words = indexed.indices.iter().filter_map(|reading| reading.first());
             for word in words {
                 if let WordSource::Cell(cell) = *word {
                     found.entry(cell).or_default().push(at);
@@ -127,7 +127,7 @@ fn ranges(program: &Program) -> Vec<Offer> {
 }
 
 /// The index by which a region is written, where nothing is known of it.
-fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&Indexed> {
+fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&IndexedWrite> {
     let indexed = program.indexed.get(&choice)?;
     indexed.is_unknown_in(region).then_some(indexed)
 }
@@ -205,7 +205,7 @@ fn calls(program: &Program) -> Vec<Offer> {
         })
         .collect();
     let mut routines: BTreeMap<&str, Vec<(Location, Arc<str>)>> = BTreeMap::new();
-    for absent in program.absent.iter().filter(|absent| !absent.stated) {
+    for absent in program.missing_routines.iter().filter(|absent| !absent.stated) {
         let at = calls.get(&absent.entry).copied().unwrap_or(absent.entry);
         routines.entry(&absent.name).or_default().push(place(program, at));
     }
@@ -226,7 +226,8 @@ fn calls(program: &Program) -> Vec<Offer> {
 fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     let mut offers = Vec::new();
     let of = |matters: &dyn Fn(&Write) -> bool| -> Vec<(Location, Arc<str>)> {
-        let is_there = |at: &usize| !program.absent.iter().any(|absent| absent.entry == *at);
+        let is_there =
+            |at: &usize| !program.missing_routines.iter().any(|absent| absent.entry == *at);
         let writes = |at: &usize| {
             program.instructions[*at].effects.iter().any(|effect| matters(&effect.write))
         };
@@ -235,7 +236,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     };
     let either = of(&|write| match *write {
         Write::Havoc(region, choice) => {
-            unknown_index(program, region, choice).is_some_and(|indexed| indexed.readings.len() > 1)
+            unknown_index(program, region, choice).is_some_and(|indexed| indexed.indices.len() > 1)
         }
         _ => false,
     });

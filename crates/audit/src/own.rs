@@ -5,7 +5,7 @@ use scanbound_ir::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceKind, Logic, Number, Program, Region, Source,
     WordSource, WordTarget, Write,
 };
-use scanbound_passes::values::{Trust, is_kept};
+use scanbound_passes::values::{Trust, is_unwritten_elsewhere};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -108,8 +108,8 @@ impl<'p> Owners<'p> {
     #[must_use]
     pub fn refuses(&self, bit: BitTarget) -> Option<NotOwn> {
         let (program, cell) = (self.program, bit.cell());
-        let within = |regions: &[Region]| regions.iter().any(|region| region.holds(cell));
-        if !self.trust.holds_alone(program, cell) {
+        let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
+        if !self.trust.trusts_exclusive_cell(program, cell) {
             return Some(NotOwn::NotTrusted);
         }
         if within(&program.power_up.latched) {
@@ -120,11 +120,11 @@ impl<'p> Owners<'p> {
         }
         // What is stated never to be 0 somebody else set before the first scan.
         let is_set = program
-            .ranges
+            .stated_ranges
             .iter()
             .any(|range| range.cells.contains(&cell) && !(range.low..=range.high).contains(&0));
-        let is_other = program.power_up.word(cell) != 0;
-        if is_set || is_other || !is_kept(program, cell) {
+        let is_other = program.power_up.initial_value(cell) != 0;
+        if is_set || is_other || !is_unwritten_elsewhere(program, cell) {
             return Some(NotOwn::Others);
         }
         if !self.written.contains(&bit) {
@@ -140,7 +140,7 @@ fn outputs(program: &Program, written: &BTreeSet<BitTarget>) -> BTreeSet<Cell> {
     let mut bits: BTreeMap<Cell, (u16, u16)> = BTreeMap::new();
     let is_point = |cell: Cell| {
         program.area(cell.area).kind == AreaKind::Word
-            && program.power_up.inputs.iter().any(|region| region.holds(cell))
+            && program.power_up.inputs.iter().any(|region| region.contains(cell))
     };
     for bit in written {
         if let BitTarget::WordBit(cell, bit) = *bit

@@ -22,7 +22,7 @@ use super::timers;
 use super::unbounded::{self, Loops};
 use super::understood::Understood;
 use super::watchdog::Look;
-use scanbound_base::budget::{Budget, Cut};
+use scanbound_base::budget::{Budget, EarlyStop};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Times;
 use scanbound_front::MachineOptions;
@@ -53,7 +53,7 @@ pub struct Followed {
     pub machine: MachineOptions,
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user cut short.
-    cuts: Vec<Cut>,
+    cuts: Vec<EarlyStop>,
     /// The model is the sum of all that can run, and says nothing of what can run together.
     structural_only: bool,
     /// What was found of the relays that are trusted.
@@ -145,7 +145,7 @@ pub struct Prepared {
     start: Instant,
     understood: Understood,
     /// The stages that the time limit or the user cut short.
-    cuts: Vec<Cut>,
+    cuts: Vec<EarlyStop>,
 }
 
 impl Prepared {
@@ -158,17 +158,18 @@ impl Prepared {
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
         let mut understood = Understood::of(request)?;
         if !request.use_chart_exclusion {
-            let apart = std::mem::take(&mut understood.program.charts.apart);
+            let apart = std::mem::take(&mut understood.program.charts.exclusions);
             let program = &mut understood.program;
             program.invariants.drain(..apart);
             let moved = |end: usize| end.saturating_sub(apart);
-            program.exclusive = moved(program.exclusive.start)..moved(program.exclusive.end);
+            program.stated_exclusions =
+                moved(program.stated_exclusions.start)..moved(program.stated_exclusions.end);
         }
         let settings =
             scanbound_passes::Settings { trust: request.trusted(), budget: Some(&budget) };
         let told = |name| (request.progress)(Progress::Stage(name));
         request.passes.run(&mut understood.program, &settings, told)?;
-        let cuts = budget.cuts();
+        let cuts = budget.early_stops();
         Ok(Prepared { start, understood, cuts })
     }
 
@@ -221,7 +222,7 @@ struct SizeLimited {
     executed: u64,
     machine: MachineOptions,
     warnings: Vec<Diagnostic>,
-    cuts: Vec<Cut>,
+    cuts: Vec<EarlyStop>,
 }
 
 impl SizeLimited {
@@ -260,7 +261,7 @@ impl SizeLimited {
         }
         keep_in_range(&program, &table, &prices, &model)?;
         let groups = groups::groups(&model);
-        let cuts = budget.cuts();
+        let cuts = budget.early_stops();
         Ok(Followed {
             start,
             program,
@@ -365,7 +366,7 @@ impl Followed {
         let found = refinement.search(&mut self.program, &mut self.prices, model, early);
         let (searched, runs) =
             found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
-        self.cuts = budget.cuts();
+        self.cuts = budget.early_stops();
         Ok(Solved { followed: self, delays, searched, runs })
     }
 
@@ -403,7 +404,10 @@ impl Followed {
             loops.open = unbounded::unasked(&self.program);
         }
         if !loops.open.is_empty() {
-            budget.cut("asking for loops without end", "some of them were not asked to the end");
+            budget.record_stop(
+                "asking for loops without end",
+                "some of them were not asked to the end",
+            );
         }
         Ok(loops)
     }
@@ -483,7 +487,7 @@ impl Solved<'_> {
             (request.progress)(Progress::Stage("confirming"));
             opinions = Some(method::opinions(request, &model, &groups, &maxima, &budget)?);
         }
-        let cuts = budget.cuts();
+        let cuts = budget.early_stops();
         let finished = Finished {
             found: &found,
             same: found.best.is_possible()
@@ -516,5 +520,5 @@ fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
         return;
     }
     let open = format!("{} of {} groups are open", unsolved.len(), searched.groups.len());
-    budget.cut("searching", open);
+    budget.record_stop("searching", open);
 }

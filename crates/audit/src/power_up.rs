@@ -90,7 +90,7 @@ pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<
 fn plans(program: &Program) -> Vec<Plan> {
     let first = [Before::Same, Before::Off, Before::Opposite];
     let timekeeping = &program.timekeeping;
-    let has_timers = !timekeeping.coils.is_empty() || !timekeeping.expiries.is_empty();
+    let has_timers = !timekeeping.instructions.is_empty() || !timekeeping.expiries.is_empty();
     let mut plans: Vec<Plan> = first.map(|before| Plan { before, waits: false }).into();
     if has_timers {
         plans.extend(first.map(|before| Plan { before, waits: true }));

@@ -4,19 +4,19 @@
 use super::own::Owners;
 use super::real::{RunResults, Search, standing, summary_choices};
 use super::stated::bit;
-use scanbound_base::facts::{Facts, plain};
+use scanbound_base::facts::{Facts, normalized};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{BitSource, BitTarget, Program, StartRange};
-use scanbound_model::certain::certain;
 use scanbound_model::groups::witness;
+use scanbound_model::lower_bound::lower_bound_model;
 use scanbound_model::{Charge, Group, Lit, ScanModel};
-use scanbound_passes::values::{Trust, is_kept, is_ours};
+use scanbound_passes::values::{Trust, has_no_other_writer, is_unwritten_elsewhere};
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_scan::Purpose;
-use scanbound_scan::fit::SizeLimits;
-use scanbound_scan::keeping::{Stay, Stays, scan_model_staying};
-use scanbound_solve::{Limits, impossible};
+use scanbound_scan::size_limits::SizeLimits;
+use scanbound_scan::violations::{Candidate, CandidateOutcome, scan_model_of_candidates};
+use scanbound_solve::{Limits, unreachable_charges};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
@@ -54,7 +54,7 @@ enum Of {
 /// A fact, and what it says of a scan.
 struct Asked {
     of: Of,
-    stays: Stays,
+    stays: Candidate,
 }
 
 impl Asked {
@@ -88,8 +88,8 @@ pub fn proved(
     if !facts.download {
         // What an abstract interpretation of the scan has shown need not be asked again.
         asked.retain(|one| match (&one.of, &one.stays) {
-            (Of::Range(_, key), Stays::Within(cells, ..))
-                if cells.len() == 1 && program.kept.contains(&cells[0]) =>
+            (Of::Range(_, key), Candidate::Within(cells, ..))
+                if cells.len() == 1 && program.proved_ranges.contains(&cells[0]) =>
             {
                 proved.ranges.insert(key.clone());
                 false
@@ -130,17 +130,17 @@ pub fn proved(
 /// What is stated and speaks of the program.
 fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
     let keys: BTreeMap<String, &String> =
-        facts.ranges.keys().map(|key| (plain(key), key)).collect();
+        facts.ranges.keys().map(|key| (normalized(key), key)).collect();
     // What is trusted stands behind what is stated.
-    let stated = program.ranges.len() - program.trusted.len();
+    let stated = program.stated_ranges.len() - program.trusted_ranges.len();
     let range = |(at, range): (usize, &StartRange)| {
-        let key = keys.get(&plain(&program.cell_name(range.cells[0])))?;
+        let key = keys.get(&normalized(&program.cell_name(range.cells[0])))?;
         // A word may be stated by two names.
         facts.ranges.get(*key).filter(|stated| **stated == (range.low, range.high))?;
-        let stays = Stays::Within(range.cells.clone(), range.low, range.high);
+        let stays = Candidate::Within(range.cells.clone(), range.low, range.high);
         Some(Asked { of: Of::Range(at, (*key).clone()), stays })
     };
-    let mut pairs = program.exclusive.clone();
+    let mut pairs = program.stated_exclusions.clone();
     let set = |(at, names): (usize, &Vec<String>)| {
         let count = names.len() * names.len().saturating_sub(1) / 2;
         let own: Vec<usize> = pairs.by_ref().take(count).collect();
@@ -150,10 +150,10 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
             BitSource::Const(_) | BitSource::Free(_) => None,
         };
         let bits: Option<Vec<BitTarget>> = names.iter().map(target).collect();
-        Some(Asked { of: Of::Set(at, own), stays: Stays::Apart(bits?) })
+        Some(Asked { of: Of::Set(at, own), stays: Candidate::Exclusive(bits?) })
     };
     let ranges: Vec<Asked> =
-        program.ranges[..stated].iter().enumerate().filter_map(range).collect();
+        program.stated_ranges[..stated].iter().enumerate().filter_map(range).collect();
     let sets: Vec<Asked> = facts.exclusive.iter().enumerate().filter_map(set).collect();
     ranges.into_iter().chain(sets).collect()
 }
@@ -187,29 +187,30 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
     let program = search.program;
     let owners = Owners::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {
-        Stays::Within(cells, low, high) => match cells[..] {
+        Candidate::Within(cells, low, high) => match cells[..] {
             // Two words are not watched together while the scan goes on.
             [cell] => {
-                let is_output = owners.is_output(cell) && is_kept(program, cell);
-                let first = program.power_up.word(cell).cast_signed();
-                (is_ours(program, cell) || is_output) && (*low..=*high).contains(&first.into())
+                let is_output = owners.is_output(cell) && is_unwritten_elsewhere(program, cell);
+                let first = program.power_up.initial_value(cell).cast_signed();
+                (has_no_other_writer(program, cell) || is_output)
+                    && (*low..=*high).contains(&first.into())
             }
             _ => false,
         },
-        Stays::Apart(bits) => bits.iter().all(|&bit| owners.refuses(bit).is_none()),
+        Candidate::Exclusive(bits) => bits.iter().all(|&bit| owners.refuses(bit).is_none()),
     };
     let own: Vec<usize> = open.iter().filter(is_own).copied().collect();
     if own.is_empty() {
         return BTreeSet::new();
     }
-    let stays: Vec<Stays> = own.iter().map(|&at| asked[at].stays.clone()).collect();
+    let stays: Vec<Candidate> = own.iter().map(|&at| asked[at].stays.clone()).collect();
     let Some((mut model, found)) = model(search, &Knowledge::new(), Purpose::UpperBound, &stays)
     else {
         return BTreeSet::new();
     };
     // What each breaks, and that each of its bits or words is ever written: what the program only clears somebody else sets.
     let mut places: Vec<(usize, Vec<usize>)> = Vec::new();
-    for Stay { breaks, moves, .. } in found {
+    for CandidateOutcome { violated: breaks, changed: moves, .. } in found {
         let first = model.charges.len();
         model.charges.extend([breaks].into_iter().chain(moves).map(charge));
         places.push((first, (first + 1..model.charges.len()).collect()));
@@ -219,7 +220,7 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
         variables: Vec::new(),
         constraints: (0..model.constraints.len()).collect(),
     };
-    let never = impossible(&model, &group, &search.limits);
+    let never = unreachable_charges(&model, &group, &search.limits);
     let holds = |(breaks, moves): &(usize, Vec<usize>)| {
         never.contains(breaks) && !moves.iter().any(|one| never.contains(one))
     };
@@ -229,7 +230,7 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
 /// Looks for real runs that break what no run has broken so far.
 fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<(), String> {
     let program = search.program;
-    let stays: Vec<Stays> = asked.iter().map(|one| one.stays.clone()).collect();
+    let stays: Vec<Candidate> = asked.iter().map(|one| one.stays.clone()).collect();
     let summary = summary_choices(program);
     for _ in 0..ROUNDS {
         let is_open = |at: &usize| !asked[*at].is_broken(found);
@@ -241,9 +242,12 @@ fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<
         else {
             break;
         };
-        full.charges = ends.iter().map(|one| charge(one.ends)).collect();
-        let mut sure =
-            certain(&full, &|variable| standing(program, &summary, &full, variable), false);
+        full.charges = ends.iter().map(|one| charge(one.violated_at_end)).collect();
+        let mut sure = lower_bound_model(
+            &full,
+            &|variable| standing(program, &summary, &full, variable),
+            false,
+        );
         let charges = std::mem::take(&mut sure.charges);
         let mut news = false;
         for at in open {
@@ -266,12 +270,12 @@ fn model(
     search: &Search<'_>,
     knowledge: &Knowledge,
     purpose: Purpose,
-    stays: &[Stays],
-) -> Option<(ScanModel, Vec<Stay>)> {
+    stays: &[Candidate],
+) -> Option<(ScanModel, Vec<CandidateOutcome>)> {
     let is_over = || search.limits.reached();
     let limits = SizeLimits { per_execution: NODES_EACH, in_all: NODES, is_over: &is_over };
     let times: &[Times] = search.least;
-    scan_model_staying(search.program, times, (knowledge, purpose), &limits, stays).ok()
+    scan_model_of_candidates(search.program, times, (knowledge, purpose), &limits, stays).ok()
 }
 
 /// A charge where this holds.

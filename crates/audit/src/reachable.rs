@@ -3,13 +3,15 @@
 use super::meeting::Meeting;
 use super::own::Owners;
 use scanbound_base::budget::Budget;
-use scanbound_ir::{Apart, BitTarget, Cell, Effect, Logic, Program, Region, Step, Write, flow};
+use scanbound_ir::{
+    BitTarget, Cell, Effect, ExclusiveBits, Logic, Program, Region, Step, Write, flow,
+};
 use scanbound_model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId, VarKind};
 use scanbound_passes::values::Trust;
-use scanbound_scan::fit::SizeLimits;
 use scanbound_scan::scan_model_to_end;
+use scanbound_scan::size_limits::SizeLimits;
 use scanbound_solve::Limits;
-use scanbound_solve::inductive::{Kept, inductive};
+use scanbound_solve::inductive::{BitTransition, inductive};
 use scanbound_timing::price::Prices;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -52,15 +54,15 @@ pub fn exclude(
     if candidates.pairs.is_empty() && candidates.hinted.is_empty() {
         return (None, relays);
     }
-    let is_over = || budget.reached_part(UNTIL);
+    let is_over = || budget.must_stop_at_part(UNTIL);
     let limits = SizeLimits { is_over: &is_over, ..SizeLimits::default() };
     let Ok((mut model, ends)) = scan_model_to_end(program, &prices.times(), &limits, &bits) else {
         cut(budget);
         return (None, relays);
     };
     let starts = starts(&mut model, &bits);
-    let kept: Vec<Kept> =
-        starts.into_iter().zip(ends).map(|(start, end)| Kept { start, end }).collect();
+    let kept: Vec<BitTransition> =
+        starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
     let fresh = fresh(program, &mut model);
     let question = Question { model: &model, bits: &kept, meeting: &meeting, fresh };
     let Some(answer) = question.ask(candidates, budget) else { return (None, relays) };
@@ -71,7 +73,7 @@ pub fn exclude(
     if answer.apart.is_empty() && fresh.is_none() {
         return (None, relays);
     }
-    program.apart = groups(program, &bits, &answer.apart);
+    program.mutually_exclusive = groups(program, &bits, &answer.apart);
     if let Some(fresh) = fresh {
         let off = off_where(fresh, &kept, &own, &mut model.circuit);
         model.constraints.extend(off);
@@ -91,7 +93,7 @@ pub fn exclude(
 
 /// Notes that the stage could not do all that it is for.
 fn cut(budget: &Budget<'_>) {
-    budget.cut_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
+    budget.record_stop_at_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
 }
 
 /// The places of these sets' relays among the bits; without sets of which a relay is not among them.
@@ -106,12 +108,16 @@ fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
 
 /// Notes in the program that these relays are off where its flag says that memory was cleared before the scan.
 fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
-    let flag = program.power_up.fresh.map(|bit| Logic::Bit(bit.source()));
+    let flag = program.power_up.after_clear.map(|bit| Logic::Bit(bit.source()));
     let both = |bit: &BitTarget| {
         Logic::All(flag.iter().cloned().chain([Logic::Bit(bit.source())]).collect())
     };
     program.invariants.extend(relays.iter().map(|bit| both(bit).not()));
-    program.apart.push(Apart { written: written(program, &relays), bits: relays, most: 0 });
+    program.mutually_exclusive.push(ExclusiveBits {
+        writers: written(program, &relays),
+        bits: relays,
+        max_on: 0,
+    });
 }
 
 /// The sets, each once, and none that has another in it.
@@ -142,7 +148,7 @@ struct Answer {
 /// What is asked of a scan.
 struct Question<'a> {
     model: &'a ScanModel,
-    bits: &'a [Kept],
+    bits: &'a [BitTransition],
     meeting: &'a Meeting,
     /// What is true only in scans before which memory was cleared.
     fresh: Option<Lit>,
@@ -152,7 +158,7 @@ impl Question<'_> {
     /// What scans keep of the candidates, as far as there is time to ask. `None` if there was none for the fewest.
     fn ask(&self, candidates: Candidates, budget: &Budget<'_>) -> Option<Answer> {
         let Candidates { hinted, pairs } = candidates;
-        let is_over = || budget.reached_part(UNTIL);
+        let is_over = || budget.must_stop_at_part(UNTIL);
         // Pairs that lie close together first: they may be all that there is time for.
         let rounds = [Vec::new(), self.meeting.near(), pairs];
         let mut answer = None;
@@ -208,17 +214,22 @@ impl Question<'_> {
 }
 
 /// That these relays are off where memory was cleared before the scan.
-fn off_where(fresh: Lit, bits: &[Kept], own: &BTreeSet<usize>, circuit: &mut Circuit) -> Vec<Lit> {
+fn off_where(
+    fresh: Lit,
+    bits: &[BitTransition],
+    own: &BTreeSet<usize>,
+    circuit: &mut Circuit,
+) -> Vec<Lit> {
     own.iter().map(|&bit| !circuit.and(fresh, bits[bit].start)).collect()
 }
 
 /// Whether memory was cleared before the scan, where a bit says so that the program leaves alone.
 fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
-    let bit = program.power_up.fresh?;
-    let holds = program.power_up.holds;
+    let bit = program.power_up.after_clear?;
+    let holds = program.power_up.memory_hold_word;
     let writes = |at: usize| {
         let marks = |region: Region| {
-            region.holds(bit.cell()) || holds.is_some_and(|cell| region.holds(cell))
+            region.contains(bit.cell()) || holds.is_some_and(|cell| region.contains(cell))
         };
         flow::written(program, at).into_iter().any(marks)
     };
@@ -279,7 +290,7 @@ fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
 }
 
 /// The pairs put together: of each group's relays no two are ever on. Larger sets stand by themselves.
-fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<Apart> {
+fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<ExclusiveBits> {
     let (pairs, larger): (Vec<&Vec<usize>>, Vec<&Vec<usize>>) =
         sets.iter().partition(|set| set.len() == 2);
     let mut left: BTreeSet<(usize, usize)> = pairs.iter().map(|pair| (pair[0], pair[1])).collect();
@@ -299,7 +310,7 @@ fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<Apa
     groups.extend(larger.into_iter().map(|set| (set.clone(), set.len() - 1)));
     let group = |(group, most): (Vec<usize>, usize)| {
         let bits: Vec<BitTarget> = group.into_iter().map(|place| bits[place]).collect();
-        Apart { written: written(program, &bits), bits, most }
+        ExclusiveBits { writers: written(program, &bits), bits, max_on: most }
     };
     groups.into_iter().map(group).collect()
 }
@@ -317,7 +328,7 @@ fn written(program: &Program, bits: &[BitTarget]) -> Vec<usize> {
         if all_alone && matches!(instruction.step, Step::Act { .. }) {
             return instruction.effects.iter().filter_map(alone).any(|bit| bits.contains(&bit));
         }
-        let holds = |region: Region| bits.iter().any(|one| region.holds(one.cell()));
+        let holds = |region: Region| bits.iter().any(|one| region.contains(one.cell()));
         let regions = flow::written(program, *at);
         regions.into_iter().any(|one| matches!(one, Region::Range { .. }) && holds(one))
     };

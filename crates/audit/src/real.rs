@@ -5,13 +5,13 @@ use super::violations::Violations;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
-use scanbound_model::certain::{Standing, certain};
-use scanbound_model::groups::{groups, unpriced, witness};
+use scanbound_model::groups::{groups, unused_constraints, witness};
+use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
 use scanbound_replay::{FreeValues, RealRun, StopReason, real};
-use scanbound_scan::fit::SizeLimits;
-use scanbound_scan::{Purpose, scan_model_knowing};
+use scanbound_scan::size_limits::SizeLimits;
+use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
@@ -202,9 +202,10 @@ impl Search<'_> {
         let limits =
             SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
         let purpose = Purpose::LowerBound;
-        let model = scan_model_knowing(self.program, self.least, knowledge, purpose, &limits);
+        let model =
+            scan_model_with_knowledge(self.program, self.least, knowledge, purpose, &limits);
         // Times that cannot be added up are none to search; the audit is refused for them.
-        model.ok().filter(|model| model.dearest() <= u128::from(LONGEST_SCAN.0))
+        model.ok().filter(|model| model.sum_of_largest() <= u128::from(LONGEST_SCAN.0))
     }
 
     /// Where the dearest scan starts of those that surely go as the model has them, and a bound on what any of these costs.
@@ -217,11 +218,11 @@ impl Search<'_> {
         gates: &mut usize,
     ) -> Option<(Witness, Picos)> {
         let standing = |variable| standing(self.program, summary, full, variable);
-        let mut model = certain(full, &standing, true);
+        let mut model = lower_bound_model(full, &standing, true);
         *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
         let mut dearest = self.dearest(&model);
         if dearest.is_none() {
-            model = certain(full, &standing, false);
+            model = lower_bound_model(full, &standing, false);
             dearest = self.dearest(&model);
         }
         dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
@@ -244,8 +245,8 @@ impl Search<'_> {
             let value = match power_up.first_scan.contains(&cell) {
                 true => 1,
                 false if outside.sets(cell) => continue,
-                false if power_up.cleared.iter().any(|region| region.holds(cell)) => {
-                    power_up.word(cell)
+                false if power_up.cleared.iter().any(|region| region.contains(cell)) => {
+                    power_up.initial_value(cell)
                 }
                 false => continue,
             };
@@ -291,12 +292,12 @@ impl Search<'_> {
             ));
         }
         let is_kept = |(range, _): &&(usize, i64)| {
-            let cells = &program.ranges[*range].cells;
-            cells.len() == 1 && program.kept.contains(&cells[0])
+            let cells = &program.stated_ranges[*range].cells;
+            cells.len() == 1 && program.proved_ranges.contains(&cells[0])
         };
         let left = run.range_violations.iter().find(is_kept).filter(|_| run.is_possible());
         if let Some(&(range, value)) = left {
-            let cell = program.cell_name(program.ranges[range].cells[0]);
+            let cell = program.cell_name(program.stated_ranges[range].cells[0]);
             return Err(format!(
                 "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
             ));
@@ -324,13 +325,13 @@ impl Search<'_> {
         let limits = Limits { decisions: Some(&decisions), ..self.limits };
         let found = maxima(model, &slices, &methods, &limits, &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
-        let mut most = model.cost(&model.constant(), &all);
+        let mut most = model.cost(&model.constant_charges(), &all);
         for found in &found {
             most += found.upper;
-            found.best.put(&mut all);
+            found.best.copy_to(&mut all);
         }
-        if let Some(rest) = unpriced(model, &slices) {
-            maximum(model, &rest, Method::Cores, &self.limits).best.put(&mut all);
+        if let Some(rest) = unused_constraints(model, &slices) {
+            maximum(model, &rest, Method::Cores, &self.limits).best.copy_to(&mut all);
         }
         let values = model.circuit.evaluate(&all);
         model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))
@@ -364,26 +365,26 @@ pub(super) fn standing(
     summary: &BTreeSet<ChoiceId>,
     model: &ScanModel,
     variable: VarId,
-) -> Standing {
+) -> Treatment {
     let of = |choice| match program.kinds.get(&choice) {
-        None if summary.contains(&choice) => Standing::Free,
+        None if summary.contains(&choice) => Treatment::Free,
         Some(
-            ChoiceKind::World
-            | ChoiceKind::Steady(_)
+            ChoiceKind::External
+            | ChoiceKind::StableExternal(_)
             | ChoiceKind::Exact(_)
-            | ChoiceKind::Present { .. }
-            | ChoiceKind::Unsigned(_),
-        ) => Standing::Free,
-        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. }) => Standing::Zero,
-        None => Standing::Unknown,
+            | ChoiceKind::PresentValue { .. }
+            | ChoiceKind::UnsignedIterations(_),
+        ) => Treatment::Free,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. }) => Treatment::Zero,
+        None => Treatment::Unknown,
     };
     match &model.variables[variable.0 as usize].origin {
-        Origin::Start(_) => Standing::Free,
+        Origin::Start(_) => Treatment::Free,
         Origin::Choice(key) => of(key.choice),
         &Origin::Havocked { cell, since, until } => {
             let mut moments = model.havocs.concerning(cell, since, until);
-            let unknown = moments.any(|moment| of(moment.choice) == Standing::Unknown);
-            if unknown { Standing::Unknown } else { Standing::Free }
+            let unknown = moments.any(|moment| of(moment.choice) == Treatment::Unknown);
+            if unknown { Treatment::Unknown } else { Treatment::Free }
         }
     }
 }
@@ -412,7 +413,7 @@ fn counts(program: &Program) -> Vec<(usize, Cell)> {
         WordSource::Free(choice) => match program.kinds.get(&choice) {
             Some(
                 ChoiceKind::Iterations(WordSource::Cell(cell))
-                | ChoiceKind::Unsigned(WordSource::Cell(cell)),
+                | ChoiceKind::UnsignedIterations(WordSource::Cell(cell)),
             ) => Some((at, *cell)),
             _ => None,
         },
@@ -431,7 +432,7 @@ pub(super) fn other_starts(
     let counts = counts(program);
     let ran: BTreeSet<usize> =
         found.best.replay.events.iter().map(|event| event.instruction).collect();
-    let stated = program.ranges.iter().filter_map(|range| match range.cells[..] {
+    let stated = program.stated_ranges.iter().filter_map(|range| match range.cells[..] {
         [cell] => Some(cell),
         _ => None,
     });
@@ -462,10 +463,10 @@ impl FreeValues for Start<'_> {
             return value;
         }
         let is_count = self.counts.iter().any(|&(_, count)| count == cell);
-        let stated = self.program.ranges.iter().find(|range| range.cells == [cell]);
+        let stated = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);
         match stated {
             Some(range) if is_count => range.high as u16,
-            Some(range) => range.least() as u16,
+            Some(range) => range.nearest_to_zero() as u16,
             None if is_count => i16::MAX.cast_unsigned(),
             None => 0,
         }
@@ -499,10 +500,10 @@ mod tests {
         let methods = vec![Method::Cores; slices.len()];
         let found = maxima(model, slices, &methods, &Limits::default(), &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
-        let mut upper = model.cost(&model.constant(), &all);
+        let mut upper = model.cost(&model.constant_charges(), &all);
         for found in &found {
             upper += found.upper;
-            found.best.put(&mut all);
+            found.best.copy_to(&mut all);
         }
         let dearest = witness(model, &all);
         let limits = Limits::default();

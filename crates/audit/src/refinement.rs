@@ -13,8 +13,8 @@ use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{Program, Witness};
 use scanbound_model::groups;
 use scanbound_model::{Group, ScanModel};
-use scanbound_scan::fit::SizeLimits;
-use scanbound_scan::{Purpose, scan_model_knowing};
+use scanbound_scan::size_limits::SizeLimits;
+use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::Limits;
 use scanbound_timing::price::Prices;
 
@@ -81,11 +81,12 @@ impl<'r> Refinement<'_, 'r> {
             let limits = SizeLimits {
                 per_execution: usize::MAX,
                 in_all: MOST_LEARNED,
-                is_over: &|| self.budget.reached(),
+                is_over: &|| self.budget.must_stop(),
             };
             let times = prices.times();
             let learned = &found.knowledge;
-            let known = scan_model_knowing(program, &times, learned, Purpose::UpperBound, &limits);
+            let known =
+                scan_model_with_knowledge(program, &times, learned, Purpose::UpperBound, &limits);
             let Ok(known) = known else { return Ok((searched, Runs::Complete(found))) };
             let iterations = most_iterations(&known, &self.limits);
             if rounds < MOST_ROUNDS

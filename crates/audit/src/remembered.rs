@@ -4,10 +4,10 @@
 use scanbound_base::budget::Budget;
 use scanbound_ir::{AreaKind, BitTarget, Cell, Logic, Program, Region, Role};
 use scanbound_model::{Atom, Circuit, Lit, Node, Origin, ScanModel, VarId};
-use scanbound_scan::fit::SizeLimits;
 use scanbound_scan::scan_model_to_end;
+use scanbound_scan::size_limits::SizeLimits;
 use scanbound_solve::Limits;
-use scanbound_solve::inductive::{Kept, inductive};
+use scanbound_solve::inductive::{BitTransition, inductive};
 use scanbound_timing::price::Prices;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -34,21 +34,21 @@ pub fn exclude(
     if timers.is_empty() || edges.is_empty() {
         return None;
     }
-    let is_over = || budget.reached_part(UNTIL);
+    let is_over = || budget.must_stop_at_part(UNTIL);
     let limits = SizeLimits { is_over: &is_over, ..SizeLimits::default() };
     let cells: Vec<Cell> = timers.iter().chain(&edges).copied().collect();
     let bits: Vec<BitTarget> = cells.iter().map(|&cell| BitTarget::Cell(cell)).collect();
     let followed = scan_model_to_end(program, &prices.times(), &limits, &bits);
     let Ok((mut model, ends)) = followed else {
         let what = "timers and edges may go together that never do";
-        budget.cut_part(UNTIL, STAGE, what);
+        budget.record_stop_at_part(UNTIL, STAGE, what);
         return None;
     };
     let starts = starts(&mut model, &cells);
-    let on: Vec<Kept> =
-        starts.into_iter().zip(ends).map(|(start, end)| Kept { start, end }).collect();
-    let off = on.iter().map(|bit| Kept { start: !bit.start, end: !bit.end });
-    let all: Vec<Kept> = on.iter().copied().chain(off).collect();
+    let on: Vec<BitTransition> =
+        starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
+    let off = on.iter().map(|bit| BitTransition { start: !bit.start, end: !bit.end });
+    let all: Vec<BitTransition> = on.iter().copied().chain(off).collect();
     let pairs = pairs(&model.circuit, &on, timers.len());
     let deadline = Some(Instant::now() + LONGEST);
     let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
@@ -73,14 +73,14 @@ fn remembered(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     for variable in &model.variables {
         let Origin::Start(cell) = variable.origin else { continue };
         let area = program.area(cell.area);
-        if area.role == Role::Hidden && area.kind == AreaKind::Bit {
+        if area.role == Role::Internal && area.kind == AreaKind::Bit {
             if running.contains(&cell) { &mut timers } else { &mut edges }.push(cell);
         }
     }
     if !timers.is_empty() && !edges.is_empty() {
         // What is written at any moment is not followed.
         let is_own = |cell: &Cell| {
-            let within = |region: &Region| region.holds(*cell);
+            let within = |region: &Region| region.contains(*cell);
             !program.volatile.iter().any(within) && !program.external.iter().any(within)
         };
         timers.retain(is_own);
@@ -102,7 +102,7 @@ fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
 
 /// Pairs of a timer that runs and an edge's memory, on or off, that a scan seems to rule out: the timer runs when the scan
 /// ends only if that bit is the other way. By their places among the bits; those of bits that are off follow the others.
-fn pairs(circuit: &Circuit, bits: &[Kept], timers: usize) -> Vec<Vec<usize>> {
+fn pairs(circuit: &Circuit, bits: &[BitTransition], timers: usize) -> Vec<Vec<usize>> {
     let mut edges: BTreeMap<Lit, Vec<usize>> = BTreeMap::new();
     for (at, bit) in bits.iter().enumerate().skip(timers) {
         edges.entry(bit.end).or_default().push(at);

@@ -2,7 +2,7 @@
 
 use super::{Progress, Request};
 use scanbound_base::time::Picos;
-use scanbound_model::{Assignment, Charge, Group, Portion, ScanModel};
+use scanbound_model::{Assignment, Charge, Group, GroupAssignment, ScanModel};
 use scanbound_solve::trace::Trace;
 use scanbound_solve::{Engine, Limits, Maximum, Method, maxima, methods};
 use scanbound_timing::price::Prices;
@@ -84,7 +84,8 @@ impl Search<'_> {
     /// whether the limit is decided, so that every run ends with the same bounds.
     pub fn run(&self) -> (Vec<Maximum>, bool) {
         let dearest = |group: &Group| {
-            let times = group.charges.iter().map(|&charge| self.model.charges[charge].dearer());
+            let times =
+                group.charges.iter().map(|&charge| self.model.charges[charge].largest_cost());
             (times.sum::<Picos>(), Picos::ZERO)
         };
         let known = Mutex::new(Known::new(self.groups.iter().map(dearest).collect()));
@@ -163,10 +164,10 @@ impl Search<'_> {
             let charges = || group.charges.iter().map(|&charge| &self.model.charges[charge]);
             let mut constraints = group.constraints.iter();
             Maximum {
-                upper: charges().map(Charge::dearer).sum(),
+                upper: charges().map(Charge::largest_cost).sum(),
                 lower: charges().map(|charge| charge.cost(&values)).sum(),
-                best: Portion::default(),
-                kept: constraints.all(|&holds| values.get(self.model.constraints[holds])),
+                best: GroupAssignment::default(),
+                feasible: constraints.all(|&holds| values.get(self.model.constraints[holds])),
                 calls: 0,
                 engine: Engine::Cores,
                 trace: Trace::default(),

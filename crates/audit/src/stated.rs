@@ -4,13 +4,13 @@ use super::own::Owners;
 use super::violations::{ExclusionViolation, RangeViolation, Violations, bits_of, writes_constant};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::{Facts, Part, StatedCall, plain};
-use scanbound_base::near;
+use scanbound_base::facts::{Facts, Part, StatedCall, normalized};
+use scanbound_base::suggestion;
 use scanbound_ir::{
     AreaId, AreaKind, BitSource, BitTarget, Cell, Logic, Program, Radix, Region, Role, Source,
     StartRange, WordSource, flow,
 };
-use scanbound_passes::values::{Trust, is_kept, is_ours};
+use scanbound_passes::values::{Trust, has_no_other_writer, is_unwritten_elsewhere};
 use scanbound_timing::price::own_points;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +26,7 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
     let faults: Vec<Diagnostic> = facts
         .ranges
         .keys()
-        .filter(|_| program.ranges.is_empty())
+        .filter(|_| program.stated_ranges.is_empty())
         .take(MOST_TOLD)
         .map(|device| {
             let message = format!("a range is stated for '{device}', but the machine has no words");
@@ -50,7 +50,7 @@ pub fn writers(
         let names: Vec<&str> = program
             .areas
             .iter()
-            .filter(|area| area.role != Role::Hidden)
+            .filter(|area| area.role != Role::Internal)
             .map(|area| area.name.trim())
             .collect();
         let message = format!("'{device}' under [{table}] is no device, nor one to another");
@@ -107,7 +107,7 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
     }
     let first = program.invariants.len();
     program.invariants.extend(stated.into_iter().map(|two| Logic::All(two.to_vec()).not()));
-    program.exclusive = first..program.invariants.len();
+    program.stated_exclusions = first..program.invariants.len();
     Ok(())
 }
 
@@ -154,8 +154,10 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     }
     let is_idle = |&(_, region): &(&String, &Region)| match *region {
         Region::Range { first, count } => {
-            let is_known =
-                |cell| is_ours(program, cell) || owners.is_output(cell) && is_kept(program, cell);
+            let is_known = |cell| {
+                has_no_other_writer(program, cell)
+                    || owners.is_output(cell) && is_unwritten_elsewhere(program, cell)
+            };
             !(0..count).any(|n| is_known(Cell { index: first.index + n, ..first }))
         }
         _ => false,
@@ -181,7 +183,7 @@ pub fn cell(program: &Program, name: &str) -> Option<Cell> {
             Radix::Octal => 8,
         };
         let index = u32::from_str_radix(digits, radix).ok()?;
-        (area.role != Role::Hidden).then_some(Cell { area: AreaId(at), index })
+        (area.role != Role::Internal).then_some(Cell { area: AreaId(at), index })
     });
     // The longest letters: S1 is no SM.
     known.max_by_key(|cell| program.area(cell.area).name.len())
@@ -190,7 +192,8 @@ pub fn cell(program: &Program, name: &str) -> Option<Cell> {
 /// Warns of routines that are stated not to be there, where no call lacks one.
 #[must_use]
 pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
-    let lacked: BTreeSet<&str> = program.absent.iter().map(|one| one.name.as_str()).collect();
+    let lacked: BTreeSet<&str> =
+        program.missing_routines.iter().map(|one| one.name.as_str()).collect();
     let unused = facts.calls.iter().filter(|(name, _)| !lacked.contains(name.as_str()));
     let warning = |(plain_name, call): (&String, &StatedCall)| {
         let StatedCall { name, .. } = call;
@@ -216,7 +219,7 @@ fn label(program: &Program, name: &str) -> Option<String> {
         let file = &one.place.of(&program.files).name;
         let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-        plain(&one.text) == name && of.is_none_or(|of| stem.eq_ignore_ascii_case(of))
+        normalized(&one.text) == name && of.is_none_or(|of| stem.eq_ignore_ascii_case(of))
     })?;
     Some(format!("{}:{}", found.place.of(&program.files).name, found.place.line))
 }
@@ -226,14 +229,14 @@ fn label(program: &Program, name: &str) -> Option<String> {
 #[must_use]
 pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
-    if !program.ranges.is_empty() {
+    if !program.stated_ranges.is_empty() {
         let named = Named::of(program);
         let unknown = program
-            .ranges
+            .stated_ranges
             .iter()
             .filter(|range| !range.cells.iter().any(|&cell| named.holds(cell)));
         let keys: BTreeMap<String, &String> =
-            facts.ranges.keys().map(|key| (plain(key), key)).collect();
+            facts.ranges.keys().map(|key| (normalized(key), key)).collect();
         let mut dropped = 0;
         for range in unknown {
             if warnings.len() >= MOST_TOLD {
@@ -241,12 +244,12 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
                 continue;
             }
             let word = program.cell_name(range.cells[0]);
-            let near = near::nearest(&word, named.words(program));
+            let near = suggestion::nearest(&word, named.words(program));
             let near = near.map_or(String::new(), |near| format!(": did you mean {near}?"));
             let message =
                 format!("a range is stated for {word}, which the program does not name{near}");
             let help = "write the word as in the program; leave the range out if it is not used";
-            let fact = ["ranges", keys.get(&plain(&word)).map_or("", |key| key.as_str())];
+            let fact = ["ranges", keys.get(&normalized(&word)).map_or("", |key| key.as_str())];
             warnings.push(facts.fault(fact, Part::Key, Code::UnusedFact, message, help).warning());
         }
         if dropped > 0 {
@@ -293,7 +296,7 @@ pub fn violations(
     found: &Violations,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let keys: BTreeMap<String, &String> =
-        facts.ranges.keys().map(|key| (plain(key), key)).collect();
+        facts.ranges.keys().map(|key| (normalized(key), key)).collect();
     let (mut broken, mut doubtful) = (Vec::new(), Vec::new());
     let wrote = |by: usize| {
         let at = &program.instructions[by];
@@ -303,9 +306,9 @@ pub fn violations(
     let from_power_up =
         |scan: usize| format!("whatever comes from outside, in scan {scan} from power-up on");
     for (&range, &RangeViolation { value, by, scan }) in &found.ranges {
-        let word = program.cell_name(program.ranges[range].cells[0]);
+        let word = program.cell_name(program.stated_ranges[range].cells[0]);
         // What is trusted was proved.
-        let Some(key) = keys.get(&plain(&word)) else { continue };
+        let Some(key) = keys.get(&normalized(&word)) else { continue };
         let (fact, wrote) = (["ranges", key.as_str()], wrote(by));
         if writes_constant(program, by) || scan.is_some() {
             let when = scan.map_or(String::new(), |scan| format!(", {}", from_power_up(scan)));
@@ -365,7 +368,7 @@ fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
 pub fn forget_unnamed(program: &mut Program) {
     let named = Named::of(program);
     let mut kept: BTreeSet<Cell> = BTreeSet::new();
-    let mut open = std::mem::take(&mut program.ranges);
+    let mut open = std::mem::take(&mut program.stated_ranges);
     loop {
         let (say, rest): (Vec<StartRange>, Vec<StartRange>) = open.into_iter().partition(|range| {
             range.cells.iter().any(|&cell| named.holds(cell) || kept.contains(&cell))
@@ -375,7 +378,7 @@ pub fn forget_unnamed(program: &mut Program) {
             break;
         }
         kept.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
-        program.ranges.extend(say);
+        program.stated_ranges.extend(say);
     }
 }
 
@@ -404,7 +407,7 @@ impl Named {
                 }
                 _ => {}
             });
-            let operands = instruction.timing.iter().flat_map(|key| &key.touched.regions);
+            let operands = instruction.timing.iter().flat_map(|key| &key.accessed.regions);
             for &region in flow::written(program, at).iter().chain(operands) {
                 named.region(region);
             }
@@ -441,7 +444,7 @@ impl Named {
     fn words<'a>(&'a self, program: &'a Program) -> impl Iterator<Item = String> + 'a {
         let is_word = |cell: &&Cell| {
             let area = program.area(cell.area);
-            area.kind != AreaKind::Bit && area.role != Role::Hidden
+            area.kind != AreaKind::Bit && area.role != Role::Internal
         };
         let all = self.cells.iter().chain(self.ranges.keys());
         all.filter(is_word).map(|&cell| program.cell_name(cell))
@@ -470,12 +473,13 @@ mod tests {
             high: 9,
             values: Vec::new(),
         };
-        program.ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
+        program.stated_ranges = vec![range(0, 1), range(0, 2), range(1, 2), range(7, 1)];
         let write = Write::Havoc(Region::Range { first: cell(2), count: 1 }, ChoiceId(0));
         let effects = vec![Effect { when: When::Always, write }];
         program.instructions.push(testing::with_effects(Step::Nothing, effects));
         forget_unnamed(&mut program);
-        let mut firsts: Vec<u32> = program.ranges.iter().map(|one| one.cells[0].index).collect();
+        let mut firsts: Vec<u32> =
+            program.stated_ranges.iter().map(|one| one.cells[0].index).collect();
         firsts.sort_unstable();
         assert_eq!(firsts, [0, 0, 1]);
     }

@@ -104,7 +104,11 @@ impl Conditions {
 
     /// Whether a step fires, where that is the same in every scan.
     fn fires(&self, step: &Step) -> Option<bool> {
-        let condition = if step.acts() { and(self.top(), self.masters()) } else { self.top() };
+        let condition = if step.depends_on_master_control() {
+            and(self.top(), self.masters())
+        } else {
+            self.top()
+        };
         step.fires().map_or(Some(true), |logic| truth(logic, condition, &self.on))
     }
 

@@ -4,8 +4,8 @@ use super::doubt::{self, Doubt};
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    Cell, ChoiceId, Number, Program, Region, SourceMut, Step, Unfollowed, WordSource, WordTarget,
-    Write, flow,
+    Cell, ChoiceId, Number, Program, Region, SourceMut, Step, SummaryReason, WordSource,
+    WordTarget, Write, flow,
 };
 use scanbound_model::ScanModel;
 use scanbound_passes::loops;
@@ -23,7 +23,7 @@ pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
         return;
     }
     let mut sum = program.clone();
-    if loops::whole(&mut sum, Unfollowed::TooMany).is_err() {
+    if loops::summarise_all(&mut sum, SummaryReason::TooManyInstructions).is_err() {
         return;
     }
     let mut priced = prices.clone();
@@ -41,7 +41,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
     let Some(longest) = longest(program, prices, model) else { return false };
     let others = Others::of(program);
     let mut settled: BTreeMap<ChoiceId, u16> = BTreeMap::new();
-    for (&at, timed) in &program.timekeeping.coils {
+    for (&at, timed) in &program.timekeeping.instructions {
         if others.write(timed.present) {
             continue;
         }
@@ -59,7 +59,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
         });
     }
     let mut changed = false;
-    let coils: Vec<usize> = program.timekeeping.coils.keys().copied().collect();
+    let coils: Vec<usize> = program.timekeeping.instructions.keys().copied().collect();
     for at in coils {
         program.instructions[at].each_read_mut(&mut |source| {
             if let SourceMut::Word(word) = source
@@ -77,7 +77,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
 /// Whether it is not settled of some timer how many units of its time a scan can take.
 fn has_open(program: &Program) -> bool {
     let mut open = false;
-    for &at in program.timekeeping.coils.keys() {
+    for &at in program.timekeeping.instructions.keys() {
         program.instructions[at].each_read(&mut |source| {
             if let scanbound_ir::Source::Word(WordSource::Free(choice)) = source {
                 open |= matches!(program.kinds.get(&choice), Some(ChoiceKind::ScanTicks { .. }));
@@ -92,12 +92,12 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
     if doubt::before(program, prices).iter().any(is_open)
-        || program.absent.iter().any(|one| !one.stated)
+        || program.missing_routines.iter().any(|one| !one.stated)
         || program.instructions.iter().any(|one| is_endless(&one.step))
     {
         return None;
     }
-    let dearest = u64::try_from(model.dearest()).ok()?;
+    let dearest = u64::try_from(model.sum_of_largest()).ok()?;
     let others = [prices.overhead_sum(), prices.more_points()];
     others.iter().try_fold(dearest, |sum, time| sum.checked_add(time.0)).map(Picos)
 }
@@ -108,7 +108,7 @@ struct Others(Vec<Region>);
 impl Others {
     fn of(program: &Program) -> Others {
         let presents: Vec<Cell> =
-            program.timekeeping.coils.values().map(|timed| timed.present).collect();
+            program.timekeeping.instructions.values().map(|timed| timed.present).collect();
         let mut areas: Vec<_> = presents.iter().map(|cell| cell.area).collect();
         areas.sort_unstable();
         areas.dedup();
@@ -119,7 +119,7 @@ impl Others {
         };
         let mut regions: Vec<Region> = program.external.clone();
         for (at, instruction) in program.instructions.iter().enumerate() {
-            let own = program.timekeeping.coils.get(&at).map(|timed| timed.present);
+            let own = program.timekeeping.instructions.get(&at).map(|timed| timed.present);
             let is_reset = |cell: Cell| {
                 instruction.effects.iter().any(|effect| match &effect.write {
                     Write::Words(targets, Number::Words(words)) => {
@@ -142,7 +142,7 @@ impl Others {
     }
 
     fn write(&self, cell: Cell) -> bool {
-        self.0.iter().any(|region| region.holds(cell))
+        self.0.iter().any(|region| region.contains(cell))
     }
 }
 

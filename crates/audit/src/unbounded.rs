@@ -55,7 +55,7 @@ pub fn loops(
             let found = maximum(&bare, &group, Method::Cores, limits);
             possible |= found.upper > Picos::ZERO;
             proved |= found.lower > Picos::ZERO;
-            found.best.put(&mut assignment);
+            found.best.copy_to(&mut assignment);
         }
         if !proved {
             if possible {

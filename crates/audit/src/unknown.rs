@@ -138,7 +138,7 @@ impl Unknown {
         let unknown: BTreeMap<usize, (Arc<str>, i64)> = unknown.collect();
         let found = (0..program.instructions.len()).filter_map(|at| {
             let instruction = &program.instructions[at];
-            if program.counts.contains_key(&at) {
+            if program.stated_counts.contains_key(&at) {
                 return None;
             }
             let (word, taken) = match unknown.get(&at) {
@@ -200,7 +200,7 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     };
     let count = match count? {
         WordSource::Free(choice) => match program.kinds.get(&choice) {
-            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => *word,
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word)) => *word,
             _ => WordSource::Free(choice),
         },
         count => count,

@@ -3,7 +3,7 @@
 use super::unknown::{INDEX, Unknown, UnknownKind, key};
 use scanbound_front::MachineOptions;
 use scanbound_ir::{Cell, ChoiceId, Program, WordSource, WordTarget, Write};
-use scanbound_model::{FarWrite, Group, Origin, ScanModel};
+use scanbound_model::{Group, Origin, ScanModel, UnknownWrite};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -20,15 +20,15 @@ pub(super) fn all(
     machine: MachineOptions,
 ) -> Vec<Unknown> {
     let matters = matter(program, model, groups);
-    let first = |far: &&FarWrite| far.is_first && matters.contains(&far.choice);
-    let first: Vec<&FarWrite> = model.far_writes.iter().filter(first).collect();
-    let is_open = |far: &&&FarWrite| {
-        program.indexed.get(&far.choice).is_some_and(|indexed| indexed.readings.len() > 1)
+    let first = |far: &&UnknownWrite| far.is_independent && matters.contains(&far.choice);
+    let first: Vec<&UnknownWrite> = model.unknown_writes.iter().filter(first).collect();
+    let is_open = |far: &&&UnknownWrite| {
+        program.indexed.get(&far.choice).is_some_and(|indexed| indexed.indices.len() > 1)
     };
-    let text = |far: &FarWrite| program.instructions[far.instruction].text.clone();
-    let place = |far: &&FarWrite| (program.instructions[far.instruction].place, text(far));
+    let text = |far: &UnknownWrite| program.instructions[far.instruction].text.clone();
+    let place = |far: &&UnknownWrite| (program.instructions[far.instruction].place, text(far));
     let mut found = Vec::new();
-    let either: Vec<&FarWrite> = first.iter().filter(is_open).copied().collect();
+    let either: Vec<&UnknownWrite> = first.iter().filter(is_open).copied().collect();
     if machine.index && !either.is_empty() {
         found.push(Unknown {
             word: "index bits".into(),
@@ -38,8 +38,8 @@ pub(super) fn all(
             fact: "bits = 16".to_owned(),
         });
     }
-    let indirect = |far: &&&FarWrite| !far.has_index && text(far).contains('@');
-    let indirect: Vec<&FarWrite> = first.iter().filter(indirect).copied().collect();
+    let indirect = |far: &&&UnknownWrite| !far.has_index && text(far).contains('@');
+    let indirect: Vec<&UnknownWrite> = first.iter().filter(indirect).copied().collect();
     if machine.index && !indirect.is_empty() {
         found.push(Unknown {
             word: "indirect addresses".into(),
@@ -59,7 +59,7 @@ pub(super) fn all(
             found.push(Unknown {
                 word: index(program, far),
                 kind: UnknownKind::Index(
-                    far.starts.iter().map(|&cell| program.cell_name(cell)).collect(),
+                    far.start_cells.iter().map(|&cell| program.cell_name(cell)).collect(),
                 ),
                 fact: format!("{key:?} = [0, {INDEX}]"),
                 places: vec![place],
@@ -71,8 +71,8 @@ pub(super) fn all(
 }
 
 /// The index by which is written, as the program calls it.
-fn index(program: &Program, far: &FarWrite) -> Arc<str> {
-    let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.readings[..]);
+fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
+    let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.indices[..]);
     let cells = readings.unwrap_or_default().iter().flatten().filter_map(|word| match word {
         WordSource::Cell(cell) => Some(*cell),
         _ => None,
@@ -87,7 +87,7 @@ fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<Ch
     let mut matter: BTreeSet<ChoiceId> = BTreeSet::new();
     let mut starts: BTreeSet<Cell> = BTreeSet::new();
     let guarding = groups.iter().flat_map(|group| &group.variables);
-    for variable in guarding.chain(&model.counting) {
+    for variable in guarding.chain(&model.count_variables) {
         match &model.variables[variable.0 as usize].origin {
             Origin::Start(cell) => _ = starts.insert(*cell),
             Origin::Choice(_) => {}
@@ -98,17 +98,17 @@ fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<Ch
         }
     }
     let written = written(program);
-    let hidden = |far: &&FarWrite| match program.indexed.get(&far.choice) {
+    let hidden = |far: &&UnknownWrite| match program.indexed.get(&far.choice) {
         Some(indexed) => {
             starts.iter().any(|cell| cell.area == indexed.first.area && written.contains(cell))
         }
         None => starts.iter().any(|cell| written.contains(cell)),
     };
-    matter.extend(model.far_writes.iter().filter(hidden).map(|far| far.choice));
+    matter.extend(model.unknown_writes.iter().filter(hidden).map(|far| far.choice));
     // Each follows from earlier ones.
-    for far in model.far_writes.iter().rev() {
+    for far in model.unknown_writes.iter().rev() {
         if matter.contains(&far.choice) {
-            matter.extend(&far.follows);
+            matter.extend(&far.depends_on);
         }
     }
     matter
@@ -134,7 +134,7 @@ fn written(program: &Program) -> BTreeSet<Cell> {
 pub(super) fn put_last(unknowns: &mut [Unknown], program: &Program, model: &ScanModel) {
     let written = written(program);
     let is_reached = |cell: Cell| {
-        model.far_writes.iter().any(|far| match program.indexed.get(&far.choice) {
+        model.unknown_writes.iter().any(|far| match program.indexed.get(&far.choice) {
             Some(indexed) => indexed.first.area == cell.area,
             None => true,
         })

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// What is stated to hold whenever a scan starts and does not hold when a real run ends, each with what breaks it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Violations {
-    /// Ranges, by their places in `Program::ranges`.
+    /// Ranges, by their places in `Program::stated_ranges`.
     pub ranges: BTreeMap<usize, RangeViolation>,
     /// Bits that are stated not to be on together, by their places in `Program::invariants`.
     pub exclusions: BTreeMap<usize, ExclusionViolation>,
@@ -21,10 +21,10 @@ impl Violations {
             return;
         }
         for &(range, value) in &one.range_violations {
-            let cells = &program.ranges[range].cells;
-            let Some(by) =
-                last_to_write(program, one, &|region| cells.iter().any(|&cell| region.holds(cell)))
-            else {
+            let cells = &program.stated_ranges[range].cells;
+            let Some(by) = last_to_write(program, one, &|region| {
+                cells.iter().any(|&cell| region.contains(cell))
+            }) else {
                 continue;
             };
             let known = self.ranges.entry(range).or_insert(RangeViolation { value, by, scan });
@@ -38,7 +38,7 @@ impl Violations {
                 let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *bit else {
                     return None;
                 };
-                last_to_write(program, one, &|region| region.holds(cell))
+                last_to_write(program, one, &|region| region.contains(cell))
             });
             let mut by: Vec<usize> = by.collect();
             by.sort_unstable();

@@ -117,7 +117,7 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     // What a front makes for itself has no name that a facts file could state: nobody else writes it anyway.
     let areas = &concluded.followed.program.areas;
     let is_hidden = |device: &String| {
-        areas.iter().any(|area| area.role == Role::Hidden && device.starts_with(&area.name))
+        areas.iter().any(|area| area.role == Role::Internal && device.starts_with(&area.name))
     };
     new.iter_mut().for_each(|one| one.devices.retain(|device| !is_hidden(device)));
     new.retain(|one| !one.devices.is_empty());

@@ -1,106 +1,106 @@
-//! What an audit may take: until when it may go on, whether it was called off, and which stages that cut short.
+//! The time budget of an audit: its time limit, cancellation by the user, and which stages stopped early.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What ended a stage before it was done.
+/// Why a stage stopped early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The time allowed was over.
+pub enum StopReason {
+    /// The time limit was reached.
     TimeLimit(Duration),
-    /// The user called it off.
-    CalledOff,
+    /// The user cancelled the audit.
+    Cancelled,
 }
 
-impl fmt::Display for End {
+impl fmt::Display for StopReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            End::TimeLimit(limit) => write!(f, "the time limit of {limit:?}"),
-            End::CalledOff => f.write_str("a signal (Ctrl-C, SIGTERM)"),
+            StopReason::TimeLimit(limit) => write!(f, "the time limit of {limit:?}"),
+            StopReason::Cancelled => f.write_str("a signal (Ctrl-C, SIGTERM)"),
         }
     }
 }
 
-/// A stage that was cut short.
+/// Records that a stage stopped early.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Cut {
-    /// By what.
-    pub by: End,
-    /// Which stage, by its name in progress messages.
+pub struct EarlyStop {
+    /// Why it stopped.
+    pub reason: StopReason,
+    /// The stage, by its name in progress messages.
     pub stage: &'static str,
-    /// What it left open, one sentence.
-    pub open: String,
+    /// What the stage did not finish, one sentence.
+    pub unfinished: String,
 }
 
-/// Handed to every stage that can take long. A stage asks `reached` now and then, stops with what is valid by then,
-/// and says with `cut` what it left open.
+/// The budget that every stage with a long running time gets. The stage calls [`Budget::reached`] regularly; if that is
+/// true it stops with the results that are valid so far, and records with [`Budget::cut`] what it did not finish.
 pub struct Budget<'a> {
     limit: Option<Duration>,
     start: Instant,
     cancelled: &'a (dyn Fn() -> bool + Sync),
-    cuts: Mutex<Vec<Cut>>,
+    cuts: Mutex<Vec<EarlyStop>>,
 }
 
 impl<'a> Budget<'a> {
-    /// A budget that runs from `start`; `cuts` are those of stages that are over.
+    /// A budget that starts at `start`. `cuts` are the records of earlier stages.
     pub fn new(
         start: Instant,
         limit: Option<Duration>,
         cancelled: &'a (dyn Fn() -> bool + Sync),
-        cuts: Vec<Cut>,
+        cuts: Vec<EarlyStop>,
     ) -> Budget<'a> {
         Budget { limit, start, cancelled, cuts: Mutex::new(cuts) }
     }
 
-    /// When the time is over.
+    /// The moment at which the time limit is reached; `None` without a limit.
     #[must_use]
     pub fn deadline(&self) -> Option<Instant> {
         self.limit.map(|limit| self.start + limit)
     }
 
-    /// What says stop, if anything does.
+    /// The reason to stop now, if there is one.
     #[must_use]
-    pub fn end(&self) -> Option<End> {
+    pub fn stop_reason(&self) -> Option<StopReason> {
         if (self.cancelled)() {
-            return Some(End::CalledOff);
+            return Some(StopReason::Cancelled);
         }
         let limit = self.limit.filter(|&limit| self.start.elapsed() >= limit)?;
-        Some(End::TimeLimit(limit))
+        Some(StopReason::TimeLimit(limit))
     }
 
-    /// Whether to stop with what is valid by now.
+    /// Whether the stage must stop now.
     #[must_use]
-    pub fn reached(&self) -> bool {
-        self.end().is_some()
+    pub fn must_stop(&self) -> bool {
+        self.stop_reason().is_some()
     }
 
-    /// Whether a stage that the others can do without is to leave them the rest of the time: one part of so
-    /// many is over.
+    /// Whether an optional stage must stop, to leave the rest of the time to others: true once 1/`parts` of the time
+    /// limit has passed.
     #[must_use]
-    pub fn reached_part(&self, parts: u32) -> bool {
+    pub fn must_stop_at_part(&self, parts: u32) -> bool {
         (self.cancelled)() || self.limit.is_some_and(|limit| self.start.elapsed() >= limit / parts)
     }
 
-    /// Takes note that a stage was cut short, if something says stop, and of what it left open.
-    pub fn cut(&self, stage: &'static str, open: impl Into<String>) {
-        self.cut_part(1, stage, open);
+    /// If there is a reason to stop, records that this stage stopped early and what it did not finish.
+    pub fn record_stop(&self, stage: &'static str, open: impl Into<String>) {
+        self.record_stop_at_part(1, stage, open);
     }
 
-    /// The same if one part of so many of the time allowed is over.
-    pub fn cut_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
+    /// Like [`Budget::cut`], for a stage that may use 1/`parts` of the time limit.
+    pub fn record_stop_at_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
         let by = match self.limit {
-            _ if (self.cancelled)() => End::CalledOff,
-            Some(limit) if self.reached_part(parts) => End::TimeLimit(limit),
+            _ if (self.cancelled)() => StopReason::Cancelled,
+            Some(limit) if self.must_stop_at_part(parts) => StopReason::TimeLimit(limit),
             _ => return,
         };
         let mut cuts = self.cuts.lock().unwrap_or_else(PoisonError::into_inner);
-        cuts.push(Cut { by, stage, open: open.into() });
+        cuts.push(EarlyStop { reason: by, stage, unfinished: open.into() });
     }
 
-    /// The stages that were cut short, in order.
+    /// The records of all stages that stopped early, in order.
     #[must_use]
-    pub fn cuts(self) -> Vec<Cut> {
+    pub fn early_stops(self) -> Vec<EarlyStop> {
         self.cuts.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -112,16 +112,16 @@ mod tests {
     #[test]
     fn only_what_is_over_is_cut_short() {
         let budget = Budget::new(Instant::now(), None, &|| false, Vec::new());
-        budget.cut("searching", "2 groups");
-        assert!(!budget.reached() && budget.cuts().is_empty());
+        budget.record_stop("searching", "2 groups");
+        assert!(!budget.must_stop() && budget.early_stops().is_empty());
 
         let limit = Some(Duration::ZERO);
         let budget = Budget::new(Instant::now(), limit, &|| false, Vec::new());
-        budget.cut("searching", "2 groups");
-        let cut = &budget.cuts()[0];
-        assert_eq!((cut.by, cut.stage), (End::TimeLimit(Duration::ZERO), "searching"));
+        budget.record_stop("searching", "2 groups");
+        let cut = &budget.early_stops()[0];
+        assert_eq!((cut.reason, cut.stage), (StopReason::TimeLimit(Duration::ZERO), "searching"));
 
         let budget = Budget::new(Instant::now(), limit, &|| true, Vec::new());
-        assert_eq!(budget.end(), Some(End::CalledOff));
+        assert_eq!(budget.stop_reason(), Some(StopReason::Cancelled));
     }
 }

@@ -1,9 +1,9 @@
-//! Which kind of finding it is: short names that stay the same whatever the words around them, so that a pipeline can
-//! hold on to them. `codes` has a page for each.
+//! The codes of findings: short names that do not change when the wording does, so that a CI pipeline can refer to
+//! them. Each code has a page in `codes`.
 
 use std::fmt;
 
-/// Makes the codes from one list: a line on what each means, and its name.
+/// Defines the codes from one list: for each, a one-line summary and the name.
 macro_rules! codes {
     ($(#[doc = $summary:literal] $code:ident = $name:literal,)*) => {
         /// The code of a finding.
@@ -13,10 +13,10 @@ macro_rules! codes {
         }
 
         impl Code {
-            /// All codes, in the order of their names.
+            /// All codes, sorted by name.
             pub const ALL: &[Code] = &[$(Code::$code,)*];
 
-            /// Its name, as reports have it.
+            /// The name as reports and JSON write it.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -24,7 +24,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Its page: what it means, an example, what to do.
+            /// The page of documentation: what the code means, an example, what to do.
             #[must_use]
             pub const fn page(self) -> &'static str {
                 match self {
@@ -32,7 +32,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What it means, in one line.
+            /// The meaning in one line.
             #[must_use]
             pub fn summary(self) -> &'static str {
                 match self {

@@ -1,4 +1,4 @@
-//! Columns of CSV files whose heads name a unit of time, and the times in them.
+//! Columns of CSV files whose headings name a unit of time, and the times in these columns.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,13 +6,13 @@ use std::ops::Range;
 /// A unit of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unit {
-    /// As it is written.
+    /// The abbreviation, such as `ms`.
     pub name: &'static str,
-    /// Its picoseconds are ten to this power.
+    /// The exponent: one unit is 10 to this power picoseconds.
     digits: u32,
 }
 
-/// The units that are known.
+/// All units that a heading may name.
 pub const UNITS: [Unit; 5] = [
     Unit { name: "s", digits: 12 },
     Unit { name: "ms", digits: 9 },
@@ -22,7 +22,7 @@ pub const UNITS: [Unit; 5] = [
 ];
 
 impl Unit {
-    /// The unit of a name.
+    /// Finds a unit by its abbreviation or another usual spelling of it (`usec`, `sec`).
     #[must_use]
     pub fn from_name(name: &str) -> Option<Unit> {
         let name = match name.trim() {
@@ -35,19 +35,19 @@ impl Unit {
         UNITS.into_iter().find(|unit| unit.name == name)
     }
 
-    /// The unit that a column's head names behind its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`.
+    /// The unit that a column heading names after its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`.
     #[must_use]
-    pub fn of_head(head: &str) -> Option<Unit> {
+    pub fn of_heading(head: &str) -> Option<Unit> {
         let head = head.trim().trim_end_matches([']', ')']);
         let at = head.rfind([' ', '_', '[', '(', ',', '/', '-'])?;
         Unit::from_name(&head[at + 1..])
     }
 
-    /// The head's words without its unit, in small letters.
+    /// The words of a heading without its unit, in lower case.
     #[must_use]
-    pub fn words_of_head(head: &str) -> String {
+    pub fn words_of_heading(head: &str) -> String {
         let whole = head.trim();
-        let words = match Unit::of_head(whole) {
+        let words = match Unit::of_heading(whole) {
             Some(_) => {
                 whole.rfind([' ', '_', '[', '(', ',', '/', '-']).map_or(whole, |at| &whole[..at])
             }
@@ -56,8 +56,8 @@ impl Unit {
         words.trim_matches([' ', '_', '[', '(', ',', '/', '-']).to_lowercase()
     }
 
-    /// Reads a decimal number of this unit, with sign and exponent, in picoseconds; finer digits are rounded
-    /// to the nearest. `None` if it is no such number, or too large.
+    /// Converts a decimal number in this unit, with optional sign and exponent, to picoseconds, rounded to the nearest.
+    /// `None` if the text is not such a number, or the number is too large.
     #[must_use]
     pub fn read(self, text: &str) -> Option<i128> {
         let text = text.trim();
@@ -76,7 +76,7 @@ impl Unit {
         }
         let digits = format!("{whole}{fraction}");
         let digits = digits.trim_start_matches('0');
-        // So many of the digits stand in front of the picoseconds' point.
+        // The position of the decimal point of the value in picoseconds, counted in digits.
         let point = i64::try_from(digits.len()).ok()? - i64::try_from(fraction.len()).ok()?
             + i64::from(exponent)
             + i64::from(self.digits);
@@ -101,7 +101,7 @@ impl fmt::Display for Unit {
     }
 }
 
-/// The bytes of a line that its cell of this number is, from 0, without blanks and quotation marks around it.
+/// The byte range of cell number `number` (from 0) in a line, without surrounding blanks and quotation marks.
 #[must_use]
 pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     let (mut quoted, mut begin, mut seen) = (false, 0, 0);
@@ -122,7 +122,8 @@ pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     None
 }
 
-/// The line on which a record begins. The reader counts blank lines and comments in front of a record as part of it.
+/// The line number at which a record begins. The CSV reader counts blank lines and comments before a record as part of
+/// it; this function skips them.
 #[must_use]
 pub fn line_of(bytes: &[u8], at: Option<&csv::Position>, comment: u8) -> u32 {
     let Some(at) = at else { return 1 };
@@ -154,13 +155,13 @@ mod tests {
             ("Scan time, µs", "scan time", "us"),
             ("Time[ns]", "time", "ns"),
         ] {
-            assert_eq!(Unit::of_head(head).map(|unit| unit.name), Some(unit), "{head}");
-            assert_eq!(Unit::words_of_head(head), words);
+            assert_eq!(Unit::of_heading(head).map(|unit| unit.name), Some(unit), "{head}");
+            assert_eq!(Unit::words_of_heading(head), words);
         }
         for head in ["scan", "scan time", "logic", "us", "scan_min", ""] {
-            assert_eq!(Unit::of_head(head), None, "{head}");
+            assert_eq!(Unit::of_heading(head), None, "{head}");
         }
-        assert_eq!(Unit::words_of_head("D0"), "d0");
+        assert_eq!(Unit::words_of_heading("D0"), "d0");
     }
 
     #[test]

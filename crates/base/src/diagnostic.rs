@@ -1,22 +1,22 @@
-//! One fault of the input: where it stands, what is wrong, and what to do about it.
+//! A finding about the input: where it is, what is wrong, and what to do.
 
 use super::code::Code;
 
-/// How bad a finding is. Any `Error` stops the audit (exit 2).
+/// The severity of a finding. A single `Error` stops the audit (exit code 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The input is taken all the same.
+    /// The input is accepted.
     Warning,
-    /// The input cannot be taken.
+    /// The input is rejected.
     Error,
 }
 
-/// One finding about one place of one input file. Rendering is elsewhere (`render`).
+/// A finding about one place in one input file. Rendering is done elsewhere.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// A stable short name, such as `unknown-instruction`.
+    /// The stable short name of this type of finding, such as `unknown-instruction`.
     pub code: Code,
-    /// How bad it is.
+    /// Error or warning.
     pub severity: Severity,
     /// The file's name as the user gave it.
     pub file: String,
@@ -26,20 +26,20 @@ pub struct Diagnostic {
     pub step: Option<u32>,
     /// The source text of the line, or the part of it that matters.
     pub text: String,
-    /// Byte range within `text` that is at fault.
+    /// The byte range within `text` that is wrong.
     pub span: Option<(usize, usize)>,
-    /// What is wrong, one sentence without a full stop.
+    /// What is wrong: one sentence without a full stop.
     pub message: String,
-    /// What to do.
+    /// What the user can do.
     pub help: String,
 }
 
-/// Longer words of a message are cut: they come from the source, and say no more at full length.
+/// The longest word, in bytes, of a message. Longer ones come from the source, and their rest says nothing more.
 const LONGEST_WORD: usize = 160;
 /// The most bytes of a line that a finding keeps.
 const LONGEST_LINE: usize = 20_000;
 
-/// A message whose longest words are cut.
+/// Shortens words that are longer than [`LONGEST_WORD`].
 fn in_short(message: String) -> String {
     if message.split(' ').all(|word| word.len() <= LONGEST_WORD) {
         return message;
@@ -48,7 +48,7 @@ fn in_short(message: String) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// A text of at most so many bytes.
+/// Shortens a text to at most `most` bytes, at a character boundary.
 fn cut(mut text: String, most: usize) -> String {
     if text.len() > most {
         let end = (0..=most).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
@@ -59,7 +59,7 @@ fn cut(mut text: String, most: usize) -> String {
 }
 
 impl Diagnostic {
-    /// An error about a whole file.
+    /// Creates an error about a whole file.
     pub fn file(
         code: Code,
         file: &str,
@@ -79,7 +79,7 @@ impl Diagnostic {
         }
     }
 
-    /// An error at a line, `text` being the line's text.
+    /// Creates an error at a line; `text` is the source text of the line.
     pub fn line(
         code: Code,
         file: &str,
@@ -95,14 +95,14 @@ impl Diagnostic {
         }
     }
 
-    /// Marks these bytes of the text as what is at fault.
+    /// Marks a byte range of the text as the part that is wrong.
     #[must_use]
     pub fn span(mut self, bytes: std::ops::Range<usize>) -> Self {
         self.span = Some((bytes.start, bytes.end));
         self
     }
 
-    /// Marks the part of the text that is at fault, if it occurs there.
+    /// Marks the first occurrence of `part` in the text as the part that is wrong, if it occurs.
     #[must_use]
     pub fn mark(mut self, part: &str) -> Self {
         self.span =
@@ -110,14 +110,14 @@ impl Diagnostic {
         self
     }
 
-    /// Gives the PLC's step number.
+    /// Adds the PLC's step number.
     #[must_use]
     pub fn at_step(mut self, step: Option<u32>) -> Self {
         self.step = step;
         self
     }
 
-    /// What is wrong and what to do in one line, behind its place.
+    /// Place, message and help in one line.
     #[must_use]
     pub fn brief(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
@@ -127,7 +127,7 @@ impl Diagnostic {
         format!("{place}{}{help}", self.message)
     }
 
-    /// The same as a warning.
+    /// Turns the error into a warning.
     #[must_use]
     pub fn warning(mut self) -> Self {
         self.severity = Severity::Warning;

@@ -1,4 +1,5 @@
-//! What the user states about the plant and the source does not say: ranges of words, interrupts a scan, points, networks.
+//! Facts: what the user states because the source does not say it, such as ranges of words, interrupts in a scan,
+//! points and networks.
 
 mod calls;
 mod places;
@@ -10,88 +11,91 @@ use crate::time::Picos;
 use places::Places;
 use std::collections::BTreeMap;
 
-pub use calls::{StatedCall, key, plain};
+pub use calls::{StatedCall, key, normalized};
 pub use places::Part;
 pub use reader::TABLES;
 
-/// The user's statements. They are believed: a wrong one can make the bound too low, so reports list them.
+/// The user's facts. The analysis relies on them: a wrong fact can make the bound too low, so reports list all of them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Facts {
-    /// The file that they were read from, if from one: its name and the SHA-256 of its bytes.
+    /// The name and the SHA-256 of the facts file; `None` if the facts come from elsewhere.
     pub read_from: Option<(String, String)>,
-    /// Device as written (`D100`) to the least and the largest value that it holds when the scan starts, signed.
+    /// By device as written (`D100`): the least and the largest value that it has at the start of a scan, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
-    /// Place as written (`MAIN.csv:543`) to the least and the largest count that an instruction there has, wherever it is
-    /// executed: a loop's iterations, a block's length. Or a word (`D100`): wherever it counts.
+    /// By place (`MAIN.csv:543`) or word (`D100`) as written: the least and the largest count that the instruction
+    /// there, or that the word, ever gives: iterations of a loop, length of a block.
     pub counts: BTreeMap<String, (i64, i64)>,
-    /// Routine that is not among the files, as [`plain`] has its name (`P153`), to what is known of it.
+    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: what it costs and
+    /// writes.
     pub calls: BTreeMap<String, StatedCall>,
-    /// Interrupt label in upper case (`I0`) to how often its routine runs in one scan at most.
+    /// By interrupt label in upper case (`I0`): how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
-    /// Interrupt label in upper case (`I28`) to how often it comes: once in each such interval.
+    /// By interrupt label in upper case (`I28`): the interval at which it occurs, once in each interval.
     pub intervals: BTreeMap<String, Picos>,
-    /// Input points that the CPU refreshes.
+    /// The number of input points that the CPU refreshes.
     pub inputs: Option<u32>,
-    /// Output points that the CPU refreshes.
+    /// The number of output points that the CPU refreshes.
     pub outputs: Option<u32>,
-    /// The kind of base unit that all modules sit on, as timing tables name it (`main`).
+    /// The type of base unit that holds all modules, by its name in timing tables (`main`).
     pub base: Option<String>,
-    /// Input points and output points by base; empty where a side has one number only. The number is their sum.
+    /// Input points and output points by type of base unit. Empty if one number is stated for all; else `inputs` or
+    /// `outputs` is the sum.
     pub by_base: [BTreeMap<String, u32>; 2],
-    /// What the refresh of networks takes in one scan at most; zero if there is none.
+    /// The longest time that network refresh takes in one scan; zero if there is no network.
     pub network: Option<Picos>,
-    /// The factor on the whole scan, in place of the table's.
+    /// The factor by which the whole scan is multiplied; replaces the one of the timing table.
     pub factor: Option<StatedFactor>,
-    /// Whether the CPU stops at an operation error, or goes on with the next instruction: a parameter of some CPUs.
+    /// A CPU parameter: whether the CPU stops at an operation error (`true`) or continues with the next instruction.
     pub stops_on_error: Option<bool>,
-    /// The constant or minimum scan time that the CPU's parameters set; zero if they set none.
+    /// The constant scan time, or minimum scan time, in the CPU's parameters; zero if none is set.
     pub constant_scan: Option<Picos>,
-    /// The watchdog's time that the CPU's parameters set.
+    /// The watchdog time in the CPU's parameters.
     pub watchdog: Option<Picos>,
-    /// Whether a flowchart PC reads its inputs once a pass, into an image, instead of at each test.
+    /// Whether a flowchart PC copies its inputs once at the start of each pass (`true`) or reads them at each test.
     pub latched: Option<bool>,
-    /// How many bits an index to file registers and extended data registers has, 16 or 32: a parameter of some CPUs.
+    /// A CPU parameter: the number of bits, 16 or 32, of an index to file registers and extended data registers.
     pub index_bits: Option<u32>,
-    /// The only devices that are written through an indirect address (`@D0`), each as written: from the first to the last
-    /// (`ZR1000-ZR1999`), or one.
+    /// The only devices that are written through indirect addresses (`@D0`), as written: single devices or ranges
+    /// (`ZR1000-ZR1999`).
     pub indirect: Option<Vec<String>>,
-    /// What an index is where something is written by it, at a place (`MAIN.csv:924`) or wherever a register is the index
-    /// (`Z0`): the least and the largest.
+    /// By place (`MAIN.csv:924`) or index register (`Z0`): the least and the largest index with which something is
+    /// written there, or through that register.
     pub indices: BTreeMap<String, (i64, i64)>,
-    /// Devices that others than the program write between scans, such as HMIs: each as `D100`, or `D100-D199`.
+    /// Devices that something other than the program, such as an HMI, writes between scans: single devices or ranges
+    /// (`D100-D199`).
     pub external: Vec<String>,
-    /// Devices that nobody but the program writes, likewise.
+    /// Devices that only the program writes, in the same notation.
     pub internal: Vec<String>,
-    /// Sets of bits of which no two are on when a scan starts, each bit as written.
+    /// Sets of bits, as written, of which no two are on when a scan starts.
     pub exclusive: Vec<Vec<String>>,
-    /// Whether scans after a download or a change in RUN count, when memory may hold anything.
+    /// Whether the bound also covers scans after a download or a change in RUN, in which memory may hold any values.
     pub download: bool,
-    /// Whether of transitions of a chart that compete for a step, and of which one has no priority, all clear whose conditions
-    /// are true.
+    /// A rule of charts: whether, if several transitions of one step are enabled and one of them has no priority, all
+    /// of them are cleared.
     pub all_clear: bool,
-    /// In which order a chart's actions are carried out in one scan, where that is known.
+    /// The order in which a chart's actions are executed in one scan, if known.
     pub action_order: Option<ActionOrder>,
-    /// Where they stand.
+    /// The positions of these facts in the facts file.
     pub places: Places,
 }
 
-/// In which order the actions of a chart that run in one scan are carried out.
+/// The order in which a chart's actions are executed within one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionOrder {
-    /// As the chart first names them.
+    /// In the order in which the chart first names them.
     Named,
-    /// Boolean variables first, then actions as they are declared.
+    /// Boolean variables first, then actions in the order of their declaration.
     Declared,
-    /// By their names; those that have ended, which are carried out once more, before the others.
+    /// Alphabetically; actions that have ended, and are executed a last time, come before the others.
     Alphabetical,
 }
 
 impl ActionOrder {
-    /// All.
+    /// All orders.
     pub const ALL: [ActionOrder; 3] =
         [ActionOrder::Named, ActionOrder::Declared, ActionOrder::Alphabetical];
 
-    /// As facts files write it.
+    /// The name of the order in facts files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -102,55 +106,55 @@ impl ActionOrder {
     }
 }
 
-/// How often an interrupt routine runs.
+/// The rate of an interrupt routine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HowOften {
-    /// So many times in a scan at most.
+pub enum InterruptRate {
+    /// At most this many times in one scan.
     Times(u32),
-    /// Once in each interval of this length, which is above 0.
+    /// Once in each interval of this length, which is not 0.
     Every(Picos),
 }
 
-impl std::str::FromStr for HowOften {
+impl std::str::FromStr for InterruptRate {
     type Err = ();
-    fn from_str(text: &str) -> Result<HowOften, ()> {
+    fn from_str(text: &str) -> Result<InterruptRate, ()> {
         if let Ok(times) = text.parse() {
-            return Ok(HowOften::Times(times));
+            return Ok(InterruptRate::Times(times));
         }
         let time: Picos = text.parse().map_err(|_| ())?;
-        if time > Picos::ZERO { Ok(HowOften::Every(time)) } else { Err(()) }
+        if time > Picos::ZERO { Ok(InterruptRate::Every(time)) } else { Err(()) }
     }
 }
 
-/// A factor on the whole scan that the user states.
+/// A factor on the scan time that the user states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StatedFactor {
-    /// In millionths, at least a million.
+    /// The factor in millionths, at least 1,000,000.
     pub millionths: u64,
-    /// As written.
+    /// The factor as the user wrote it.
     pub text: String,
 }
 
 impl Facts {
-    /// How often an interrupt routine runs in one scan at most, if that is stated; letter case does not count.
+    /// The stated number of runs of an interrupt routine in one scan, if any. Letter case of the label does not matter.
     #[must_use]
     pub fn interrupt(&self, label: &str) -> Option<u32> {
         self.interrupts.get(&label.to_ascii_uppercase()).copied()
     }
 
-    /// States how often an interrupt routine runs, whatever a file says: so many times in a scan, or once in each interval.
-    pub fn state_interrupt(&mut self, label: &str, often: HowOften) {
+    /// States the rate of an interrupt routine, and replaces what the facts file states of it.
+    pub fn state_interrupt(&mut self, label: &str, often: InterruptRate) {
         self.places.forget("interrupts", label);
         let label = label.to_ascii_uppercase();
         self.interrupts.remove(&label);
         self.intervals.remove(&label);
         match often {
-            HowOften::Times(times) => _ = self.interrupts.insert(label, times),
-            HowOften::Every(interval) => _ = self.intervals.insert(label, interval),
+            InterruptRate::Times(times) => _ = self.interrupts.insert(label, times),
+            InterruptRate::Every(interval) => _ = self.intervals.insert(label, interval),
         }
     }
 
-    /// A finding about the fact of this table and key, at its place in the file if it stands in one.
+    /// An error about the fact with this table and key, at its position in the file if it has one.
     #[must_use]
     pub fn fault(
         &self,

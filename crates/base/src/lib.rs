@@ -1,5 +1,5 @@
-//! What every stage stands on: exact times, findings with their places, how long all may take, what the user states,
-//! columns of tables, checksums of files.
+//! What all other crates use: exact times, findings with their places, the time budget, the user's facts, columns of
+//! tables, checksums of files.
 
 pub mod budget;
 pub mod checksum;
@@ -8,7 +8,7 @@ pub mod column;
 pub mod diagnostic;
 pub mod facts;
 pub mod location;
-pub mod near;
-pub mod ring;
-pub mod spoken;
+pub mod suggestion;
 pub mod time;
+pub mod time_text;
+pub mod word_interval;

@@ -1,21 +1,22 @@
-//! Where something stands in the source: one type from the readers to the reports.
+//! A position in the source, used by all stages from the readers to the reports.
 
-/// A line of one of a project's files, and the PLC's step there.
+/// A line of one of the project's files, and the PLC's step number there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Location {
-    /// Index into the project's files. Every instruction has a location, so it is a small number.
+    /// Index into the project's files. Four bytes, because every instruction has a location.
     pub file: u32,
     /// Line in the file, from 1.
     pub line: u32,
-    /// The PLC's step number, where the source gives it.
+    /// The PLC's step number, if the source gives it.
     pub step: Option<u32>,
 }
 
 impl Location {
-    /// What belongs to its file, of what there is one of for each file of the project, in their order.
+    /// The element of `files` that belongs to this location's file. `files` has one element for each file of the
+    /// project, in the project's order.
     ///
     /// # Panics
-    /// If these are not all the files of the project.
+    /// If `files` has too few elements.
     #[must_use]
     pub fn of<T>(self, files: &[T]) -> &T {
         &files[self.file as usize]

@@ -1,56 +1,57 @@
-//! Exact times: integer picoseconds, read from and written as decimal text.
+//! Exact times in integer picoseconds, and their conversion from and to decimal text.
 
 use std::fmt;
 use std::iter::Sum;
 use std::str::FromStr;
 
-/// A span of time in whole picoseconds (ps). Sums are checked: an overflow (over 213 days) panics
-/// rather than wraps, since a wrapped bound would be too low.
+/// A duration in whole picoseconds (ps). Sums are checked: an overflow (over 213 days) panics, because a wrapped sum
+/// would be a bound that is too low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Picos(pub u64);
 
-/// Why a text is not a time.
+/// Why a text cannot be read as a time.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TimeError {
     /// The text is empty.
-    #[error("the time is missing")]
+    #[error("the time is empty")]
     Empty,
-    /// A minus sign stands in front.
+    /// The number is negative.
     #[error("a time cannot be negative")]
     Negative,
-    /// Not decimal digits with at most one point.
+    /// The text is not a number of decimal digits with at most one point.
     #[error("not a decimal number")]
     NotDecimal,
-    /// More digits behind the point than picoseconds can hold.
+    /// The number has more decimals than one picosecond.
     #[error("finer than a picosecond")]
     TooFine,
     /// Larger than `u64` picoseconds.
     #[error("too large")]
     TooLarge,
-    /// A duration without a unit that is known.
+    /// The duration has no unit, or an unknown one.
     #[error("give a unit: us, ms, s or min")]
     NoUnit,
 }
 
-/// What an instruction takes.
+/// The execution times of an instruction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Times {
-    /// When it fires; where words say how many units it handles, without any.
+    /// The time when the instruction fires (the on-time). For an instruction with a variable number of units, the part
+    /// that does not depend on this number.
     pub on: Picos,
-    /// When it is reached and does not fire.
+    /// The time when control reaches the instruction but it does not fire (the off-time).
     pub off: Picos,
-    /// For each unit when it fires, where words say how many there are.
+    /// The additional time for each unit when it fires, if the number of units is variable.
     pub per_unit: Picos,
 }
 
 impl Times {
-    /// What an instruction takes that counts no units.
+    /// The times of an instruction whose time does not depend on a number of units.
     #[must_use]
     pub fn new(on: Picos, off: Picos) -> Times {
         Times { on, off, per_unit: Picos::ZERO }
     }
 
-    /// When it fires with so many units.
+    /// The on-time with this number of units.
     #[must_use]
     pub fn with(self, units: u64) -> Picos {
         self.on + self.per_unit.times(units)
@@ -58,21 +59,21 @@ impl Times {
 }
 
 impl Picos {
-    /// No time at all.
+    /// Zero.
     pub const ZERO: Picos = Picos(0);
 
-    /// Reads decimal microseconds (`1.52`), exactly.
+    /// Reads decimal microseconds (`1.52`) without rounding.
     ///
     /// # Errors
-    /// If the text is no decimal number, is finer than a picosecond, or is too long a time.
+    /// If the text is not a decimal number, has decimals below a picosecond, or is too large.
     pub fn from_us_text(text: &str) -> Result<Picos, TimeError> {
         decimal(text.trim(), 6)
     }
 
-    /// Reads a duration with its unit in small letters or large (`10ms`, `1.5 us`, `200µs`, `2min`), exactly.
+    /// Reads a duration with a unit in any letter case (`10ms`, `1.5 us`, `200µs`, `2min`) without rounding.
     ///
     /// # Errors
-    /// If there is no unit, or the number is no decimal one, is finer than a picosecond, or is too long a time.
+    /// If the unit is missing, or the number is not decimal, has decimals below a picosecond, or is too large.
     ///
     /// # Examples
     /// ```
@@ -104,13 +105,13 @@ impl Picos {
         Err(if text.is_empty() { TimeError::Empty } else { TimeError::NoUnit })
     }
 
-    /// This time `n` times over.
+    /// The time multiplied by `n`. Panics on overflow, as sums do.
     #[must_use]
     pub fn times(self, n: u64) -> Picos {
         Picos(self.0.checked_mul(n).expect("time overflow"))
     }
 
-    /// The difference, or `None` where `other` is larger.
+    /// The difference, or `None` if `other` is larger.
     #[must_use]
     pub fn checked_sub(self, other: Picos) -> Option<Picos> {
         self.0.checked_sub(other.0).map(Picos)
@@ -122,13 +123,13 @@ impl Picos {
         decimal_text(self.0, 6)
     }
 
-    /// The time in the unit in which it reads best, exact (`8.448 ms`, `20 ns`).
+    /// The exact time in the unit that suits it best (`8.448 ms`, `20 ns`).
     #[must_use]
     pub fn best_text(self) -> String {
         self.text_like(self)
     }
 
-    /// The time in the unit in which another reads best, exact: for times that stand beside each other.
+    /// The exact time in the unit that suits `other` best, so that times shown side by side have one unit.
     #[must_use]
     pub fn text_like(self, other: Picos) -> String {
         let (digits, unit) = match other.0 {
@@ -168,7 +169,7 @@ fn decimal(text: &str, digits: usize) -> Result<Picos, TimeError> {
     sum.map(Picos).ok_or(TimeError::TooLarge)
 }
 
-/// A one and so many zeros: twelve at most, for seconds.
+/// 10 to the power `zeros`, which is at most 12.
 fn power(zeros: usize) -> u64 {
     10u64.pow(zeros as u32)
 }

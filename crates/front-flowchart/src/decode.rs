@@ -17,11 +17,11 @@ use super::source::{self, NAME, Op, Routine, Source};
 use super::turn::jumps_back;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
-use scanbound_ir::timed::Expiry;
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,
-    Instruction, Join, Logic, Operand, PowerUp, Program, Radix, Region, Role, SourceFile, Step,
-    TimingKey, Touched, Units, When, WordSource, Write,
+    AccessedDevices, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
+    Device, Effect, Instruction, Join, Logic, Operand, PowerUp, Program, Radix, Region, Role,
+    SourceFile, Step, TimingKey, Units, When, WordSource, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     let mut fixed = fixed.map(|name| area(name.to_owned()));
     fixed[usize::from(INPUTS.0)].role = Role::Input;
     fixed[usize::from(OUTPUTS.0)].role = Role::Output;
-    fixed[usize::from(STARTED.0)].role = Role::Hidden;
+    fixed[usize::from(STARTED.0)].role = Role::Internal;
     let waits = source.routines.iter().map(|routine| area(format!("{} in line ", name(routine))));
     let outputs = source.outputs();
     let comments = source.comments.iter().map(|(&bit, comment)| {
@@ -441,7 +441,7 @@ impl Layout<'_> {
 
     /// A value that the outside decides.
     fn any(&mut self) -> Logic {
-        self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::World);
+        self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::External);
         self.unknown()
     }
 
@@ -473,9 +473,9 @@ impl Layout<'_> {
                     names: vec![mnemonic(one.op).to_owned()],
                     class,
                     units: Units::None,
-                    dearer,
+                    use_larger_time: dearer,
                     optional: false,
-                    touched: Touched::default(),
+                    accessed: AccessedDevices::default(),
                 })
             }),
             effects,
@@ -499,7 +499,7 @@ impl Layout<'_> {
         let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
         if self.source.instructions.iter().any(is_reset) {
             let readings = [Reset::Nothing, Reset::Rest].map(|reset| self.starts(reset));
-            self.program.power_up.in_every_reading = readings.concat();
+            self.program.power_up.certain_invariants = readings.concat();
         }
     }
 

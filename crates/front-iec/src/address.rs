@@ -138,7 +138,7 @@ impl Index {
         let mut found = BTreeSet::new();
         for region in flow::written_by(write) {
             let Region::Range { first, count } = region else {
-                let is_it = |(cell, ..): &&(Cell, u32, usize)| region.holds(*cell);
+                let is_it = |(cell, ..): &&(Cell, u32, usize)| region.contains(*cell);
                 found.extend(self.all.iter().filter(is_it).map(|(.., pair)| *pair));
                 continue;
             };

@@ -7,7 +7,7 @@ use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Arithmetic, Operand as Input, Operation};
-use scanbound_ir::{Compare, Logic, Number, Reading, Region, Relation, WordSource, Write};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Region, Relation, WordSource, Write};
 
 impl Assembler {
     /// A number worked out from two of one kind.
@@ -104,8 +104,8 @@ impl Assembler {
         let (low, high) = whole.split_at(usize::try_from(words).unwrap_or(0));
         let number = |words: &[WordSource]| Number::Words(words.to_vec());
         let is = |relation, left, right| {
-            let reading = if signed { Reading::Signed } else { Reading::Unsigned };
-            Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+            let format = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
+            Logic::Compare(Box::new(Compare { relation, format, left, right }))
         };
         let bits = match kind {
             Kind::Whole { bits, .. } => bits,
@@ -141,8 +141,8 @@ impl Assembler {
         let both = [left, right].map(|one| Number::Words(self.words(one, 2)));
         let [left, right] = both;
         let below = |left: &Number, right: Number| {
-            let (relation, reading, left) = (Relation::Less, Reading::Signed, left.clone());
-            Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+            let (relation, format, left) = (Relation::Less, NumberFormat::Signed, left.clone());
+            Logic::Compare(Box::new(Compare { relation, format, left, right }))
         };
         let (words, below) = match operator {
             Operator::Subtract => {
@@ -157,7 +157,7 @@ impl Assembler {
         };
         if let Some(&WordSource::Cell(first)) = words.first() {
             let choice = self.builder.choice();
-            self.program().statements.unsettled.insert(choice);
+            self.program().statements.undefined_by_language.insert(choice);
             let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
             let at = self.write_if(below, vec![any], None);
             let why =

@@ -9,8 +9,8 @@ use scanbound_iec::fault::Fault;
 use scanbound_ir::errors::is_zero;
 use scanbound_ir::meaning::{Arithmetic, Meaning, Operand as Input, Operation, Target};
 use scanbound_ir::{
-    AreaId, BitTarget, Cell, Logic, Number, Program, Region, Step, Tag, TimingKey, Touched, Units,
-    WordSource, WordTarget, Write,
+    AccessedDevices, AreaId, BitTarget, Cell, Logic, Number, Program, Region, Step, Tag, TimingKey,
+    Units, WordSource, WordTarget, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -125,9 +125,9 @@ impl Assembler {
             names: names.iter().map(|name| (*name).to_owned()).collect(),
             class,
             units: Units::None,
-            dearer: false,
+            use_larger_time: false,
             optional: false,
-            touched: Touched::default(),
+            accessed: AccessedDevices::default(),
         }
     }
 
@@ -223,7 +223,7 @@ impl Assembler {
                 let size = Box::new(Number::Words(size));
                 Some(is_zero(&Number::And(Box::new(divisor.clone()), size)))
             }
-            (Operation::DivideJoined { .. } | Operation::Copy, _) => meaning.error(),
+            (Operation::DivideJoined { .. } | Operation::Copy, _) => meaning.operand_error(),
             _ => None,
         };
         divisor.filter(|_| self.stops_on_error)
@@ -257,7 +257,7 @@ impl Assembler {
     /// A bit of how much time has passed, which a run from power-up does not count.
     pub(super) fn uncounted_bit(&mut self) -> Logic {
         let choice = self.builder.external_choice();
-        self.builder.program.timekeeping.uncounted.insert(choice);
+        self.builder.program.timekeeping.untracked.insert(choice);
         Logic::Bit(scanbound_ir::BitSource::Free(choice))
     }
 

@@ -7,7 +7,8 @@ use super::open::opened;
 use super::types::{INT, Ty};
 use super::value::{Value, constant};
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, WordSource, WordTarget,
+    Write,
 };
 
 /// What some controllers do.
@@ -77,7 +78,12 @@ impl Emit<'_> {
         };
         let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
         let compare = |relation, left, right| {
-            Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+            Logic::Compare(Box::new(Compare {
+                relation,
+                format: NumberFormat::Signed,
+                left,
+                right,
+            }))
         };
         let write = |value| Write::Words(vec![WordTarget::Cell(count)], value);
         let one = || Box::new(constant(1, 1));
@@ -91,8 +97,8 @@ impl Emit<'_> {
             any([all([is_word.clone().not(), signed]), other])
         };
         let unsigned = |relation, left, right| {
-            let reading = Reading::Unsigned;
-            Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+            let format = NumberFormat::Unsigned;
+            Logic::Compare(Box::new(Compare { relation, format, left, right }))
         };
         let full = || {
             either(

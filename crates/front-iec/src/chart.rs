@@ -52,7 +52,7 @@ impl Emit<'_> {
         }
         let program = self.program();
         program.invariants.extend(invariants);
-        program.charts.apart = program.invariants.len();
+        program.charts.exclusions = program.invariants.len();
         let actions = own.actions.iter().map(|action| action.on);
         program.charts.active.extend(own.steps.iter().copied().chain(actions));
         Some(tag)

@@ -9,7 +9,7 @@ use super::value::constant;
 use scanbound_front::builder::always;
 use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::chart::{Feed, Qualifier};
-use scanbound_ir::{BitSource, Cell, Compare, Logic, Number, Reading, Relation, Step, Write};
+use scanbound_ir::{BitSource, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, Write};
 
 /// What the controls of all actions of a chart do alike.
 pub(super) struct Whole {
@@ -266,7 +266,7 @@ impl Emit<'_> {
                 let words = self.words(number, 2);
                 let compare = Compare {
                     relation: Relation::LessOrEqual,
-                    reading: Reading::Signed,
+                    format: NumberFormat::Signed,
                     left: Number::Words(words),
                     right: constant(0, 2),
                 };

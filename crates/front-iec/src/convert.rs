@@ -6,7 +6,7 @@ use super::types::{DINT, Kind, Ty, elementary, holding};
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Operand as Input, Operation};
-use scanbound_ir::{BitSource, Compare, Logic, Number, Reading, Relation, WordSource};
+use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Relation, WordSource};
 
 /// What some controllers do, by the third edition of the standard.
 const LAST_BIT: &str = "a number becomes TRUE by its last bit alone";
@@ -94,8 +94,8 @@ impl Assembler {
                 let found = self.copied(found, words);
                 let is = |relation, value| {
                     let (left, right) = (Number::Words(found.clone()), constant(value, words));
-                    let reading = Reading::Signed;
-                    Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+                    let format = NumberFormat::Signed;
+                    Logic::Compare(Box::new(Compare { relation, format, left, right }))
                 };
                 let beyond = match to {
                     Kind::Whole { bits: 8, signed } => {
@@ -243,7 +243,7 @@ impl Assembler {
             (Ty::Bit, Value::Number(kind, number)) => {
                 let compare = Compare {
                     relation: Relation::NotEqual,
-                    reading: Reading::Unsigned,
+                    format: NumberFormat::Unsigned,
                     left: number,
                     right: constant(0, kind.words()),
                 };

@@ -162,7 +162,7 @@ fn emitted(
     }
     let (mut known, values) = power_up(emit);
     // What shares memory begins with what either of them declares.
-    known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+    known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));
     known.latched = merged(known.latched);
     emit.note_first_values(first, values, &shared, &mut known);
     known.inputs = merged(known.inputs);
@@ -239,7 +239,7 @@ fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
     for (range, file, line) in &emit.given_back {
         let own: Vec<Region> = range.clone().flat_map(|at| flow::written(program, at)).collect();
         let by_other = |(task, region): &(usize, Region)| {
-            *task != task_of(range.start) && own.iter().any(|one| flow::meet(*one, *region))
+            *task != task_of(range.start) && own.iter().any(|one| flow::overlap(*one, *region))
         };
         if written.iter().any(by_other) {
             let told = "what is handed over in and out is written by another task, too: it may change \
@@ -483,7 +483,7 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &BTreeMap<String,
     }
     let regions = merged(kept.iter().flat_map(|place| place.tag.regions()).collect());
     let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
-    let own = own.filter(|own| regions.iter().any(|one| flow::meet(**own, *one)));
+    let own = own.filter(|own| regions.iter().any(|one| flow::overlap(**own, *one)));
     known.latched.extend(own.copied().collect::<Vec<_>>());
     // What charts in them remember.
     for ((instance, _), tag) in &emit.charts {

@@ -20,10 +20,10 @@ impl Assembler {
         match cell {
             Some(cell) => {
                 self.readings.insert(what, cell);
-                self.program().kinds.insert(choice, ChoiceKind::Steady(cell));
+                self.program().kinds.insert(choice, ChoiceKind::StableExternal(cell));
             }
             // Without room for more bits nothing is known of it.
-            None => _ = self.program().statements.unsettled.insert(choice),
+            None => _ = self.program().statements.undefined_by_language.insert(choice),
         }
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
     }
@@ -129,7 +129,7 @@ impl Assembler {
                                 asked.range(first..first.plus(count)).copied().collect()
                             }
                             whole => {
-                                asked.iter().copied().filter(|&cell| whole.holds(cell)).collect()
+                                asked.iter().copied().filter(|&cell| whole.contains(cell)).collect()
                             }
                         };
                         within.into_iter().for_each(|cell| add(cell, (at, None)));

@@ -18,8 +18,8 @@ use scanbound_iec::parse::MERGED;
 use scanbound_iec::{same, show};
 use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation, Step,
-    WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, NumberFormat, Region, Relation,
+    Step, WordSource, WordTarget, Write,
 };
 
 /// The value that stands in a place.
@@ -550,7 +550,7 @@ impl Assembler {
             && matches!((&one, &two), (Value::Address(..), _) | (_, Value::Address(..)))
         {
             self.cost(&[row(operator, Some(WORD)), row(operator, None)], "compare");
-            let compare = Compare { relation, reading: Reading::Unsigned, left, right };
+            let compare = Compare { relation, format: NumberFormat::Unsigned, left, right };
             return Ok(Value::Bit(Logic::Compare(Box::new(compare))));
         }
         let ((one, open), (two, also)) = (parted(one), parted(two));
@@ -653,15 +653,15 @@ impl Assembler {
                 self.any_bit("a comparison of long reals or dates may come out either way"),
             ));
         }
-        let reading = match kind {
+        let format = match kind {
             Kind::Real => {
                 let choice = self.builder.choice();
-                Reading::Real(choice)
+                NumberFormat::Real(choice)
             }
-            kind if kind.is_signed() => Reading::Signed,
-            _ => Reading::Unsigned,
+            kind if kind.is_signed() => NumberFormat::Signed,
+            _ => NumberFormat::Unsigned,
         };
-        let compare = Logic::Compare(Box::new(Compare { relation, reading, left, right }));
+        let compare = Logic::Compare(Box::new(Compare { relation, format, left, right }));
         let beyond: Vec<Logic> = open.into_iter().chain(also).collect();
         Ok(Value::Bit(match beyond.is_empty() {
             true => compare,

@@ -124,9 +124,9 @@ impl Emit<'_> {
             (0..program.instructions.len()).flat_map(|at| flow::written(program, at)).collect();
         let kept = |region: Region| {
             let mut others = known.latched.iter().chain(shared);
-            !others.any(|other| flow::meet(region, *other))
+            !others.any(|other| flow::overlap(region, *other))
         };
-        let is_written = |region: Region| written.iter().any(|own| flow::meet(region, *own));
+        let is_written = |region: Region| written.iter().any(|own| flow::overlap(region, *own));
         let values: Vec<FirstValue> =
             values.into_iter().filter(|one| kept(one.region) && is_written(one.region)).collect();
         known.cleared.extend(values.iter().map(|one| one.region));
@@ -136,7 +136,7 @@ impl Emit<'_> {
                 let effect = Effect { when: When::Fired, write };
                 self.program().instructions[at].effects.push(effect);
                 known.first_scan = vec![first];
-                known.fresh = Some(BitTarget::Cell(first));
+                known.after_clear = Some(BitTarget::Cell(first));
                 continue;
             };
             for (cell, word) in (0..).map(|at| cell.plus(at)).zip(words) {

@@ -3,13 +3,13 @@
 use super::emit::Emit;
 use super::resolve::{Context, Found};
 use scanbound_base::code::Code;
-use scanbound_base::facts::{Facts, StatedCall, key, plain};
+use scanbound_base::facts::{Facts, StatedCall, key, normalized};
 use scanbound_front::builder::always;
 use scanbound_iec::ast::{Expr, Kind, Path, Statement};
 use scanbound_iec::chart::Target;
 use scanbound_iec::fault::{Fault, short};
 use scanbound_iec::{Body, Pou, Project, parse, show};
-use scanbound_ir::{Absent, Step, Write};
+use scanbound_ir::{MissingRoutine, Step, Write};
 use std::borrow::Cow;
 
 /// What stands for the value that code of another language gives to a variable.
@@ -37,13 +37,13 @@ pub(super) fn stated<'p>(project: &'p Project, facts: &Facts) -> Cow<'p, Project
 /// What facts may call a file: its whole name, and the name without its directories where no other file has it.
 pub(super) fn names(files: &[String], file: usize) -> [&str; 2] {
     let whole = files.get(file).map_or("", String::as_str);
-    [whole, scanbound_ir::place::short(whole, files.iter().map(String::as_str))]
+    [whole, scanbound_ir::location_text::short_file_name(whole, files.iter().map(String::as_str))]
 }
 
 /// What is stated of the pragma in this line.
 fn of<'f>(facts: &'f Facts, names: [&str; 2], line: u32) -> Option<(String, &'f StatedCall)> {
     names.into_iter().find_map(|file| {
-        let name = plain(&format!("{file}:{line}"));
+        let name = normalized(&format!("{file}:{line}"));
         facts.calls.get(&name).map(|call| (name, call))
     })
 }
@@ -160,7 +160,13 @@ impl Emit<'_> {
         };
         let name = name.clone();
         let entry = self.builder.add(None, Vec::new(), Step::Nothing);
-        self.program().absent.push(Absent { name, entry, time, stated: true, declared: true });
+        self.program().missing_routines.push(MissingRoutine {
+            name,
+            entry,
+            time,
+            stated: true,
+            declared: true,
+        });
         Ok(())
     }
 }

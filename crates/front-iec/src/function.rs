@@ -17,7 +17,7 @@ use scanbound_iec::ast::{Argument, Expr, Operator, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use scanbound_iec::{Pou, PouKind, Section, Variable, same, show};
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
 
 impl<'p> Emit<'p> {
     /// The result of a function or a method.
@@ -502,7 +502,11 @@ impl<'p> Emit<'p> {
                 let zero = || super::value::constant(0, kind.words());
                 let negative = Logic::Compare(Box::new(Compare {
                     relation: Relation::Less,
-                    reading: if kind.is_signed() { Reading::Signed } else { Reading::Unsigned },
+                    format: if kind.is_signed() {
+                        NumberFormat::Signed
+                    } else {
+                        NumberFormat::Unsigned
+                    },
                     left: number.clone(),
                     right: zero(),
                 }));

@@ -127,12 +127,12 @@ fn markings(chart: &Chart, memory: &Memory, basis: &Basis) -> Option<Logic> {
     }
     let reached = reach(&chart.net_of_any(), BUDGET);
     let marking = |bits: &scanbound_nets::Bits| {
-        all(memory.steps.iter().enumerate().map(|(step, &cell)| match bits.has(step) {
+        all(memory.steps.iter().enumerate().map(|(step, &cell)| match bits.contains(step) {
             true => on(cell),
             false => on(cell).not(),
         }))
     };
-    let all_of_them = reached.seen().map(marking);
+    let all_of_them = reached.visited().map(marking);
     Some(any([on(memory.started).not()].into_iter().chain(all_of_them)))
 }
 

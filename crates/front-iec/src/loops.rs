@@ -15,7 +15,7 @@ use scanbound_iec::ast::{Expr, Kind as Statements, Operator, Path, Statement};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::show;
 use scanbound_ir::{
-    Compare, Logic, Number, Reading, Relation, Step, WordSource, WordTarget, Write,
+    Compare, Logic, Number, NumberFormat, Relation, Step, WordSource, WordTarget, Write,
 };
 
 /// The most turns that are followed.
@@ -147,7 +147,7 @@ impl Emit<'_> {
         if turns.least == 0 {
             goes_back.push(Logic::Compare(Box::new(Compare {
                 relation: Relation::Greater,
-                reading: Reading::Signed,
+                format: NumberFormat::Signed,
                 left: Number::Words(vec![turns.count]),
                 right: constant(0, 1),
             })));
@@ -659,7 +659,7 @@ impl Assembler {
         if let Step::ForBegin { end: own, .. } = &mut program.instructions[begin].step {
             *own = end;
         }
-        program.counts.insert(begin, (0, 0));
+        program.stated_counts.insert(begin, (0, 0));
         program.names.insert(cell, "a turn more than is stated".to_owned());
     }
 

@@ -8,7 +8,7 @@ use super::types::{Kind, holding};
 use super::value::{Value, constant};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
 
 /// The kind in which the bits of two such numbers meet. One with a sign that is the longer one holds both as they are.
 pub(super) fn mixed(one: Kind, two: Kind) -> Option<Kind> {
@@ -48,7 +48,7 @@ pub(super) fn typed(one: Value, two: Value) -> (Value, Value) {
 pub(super) fn below_zero(kind: Kind, number: &Number) -> Logic {
     Logic::Compare(Box::new(Compare {
         relation: Relation::Less,
-        reading: Reading::Signed,
+        format: NumberFormat::Signed,
         left: number.clone(),
         right: constant(0, kind.words()),
     }))
@@ -71,9 +71,9 @@ impl Assembler {
             let differ = match relation {
                 Relation::Equal | Relation::NotEqual => {
                     // Only the bits may be the same, and then both have the highest one.
-                    let (relation, reading) = (Relation::Equal, Reading::Unsigned);
+                    let (relation, format) = (Relation::Equal, NumberFormat::Unsigned);
                     let (left, right) = (left.clone(), right.clone());
-                    let same = Compare { relation, reading, left, right };
+                    let same = Compare { relation, format, left, right };
                     Logic::All([signs, vec![Logic::Compare(Box::new(same))]].concat())
                 }
                 _ => Logic::Any(signs),

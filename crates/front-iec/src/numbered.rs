@@ -8,7 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{Argument, Expr, Literal, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::same;
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
@@ -53,7 +53,7 @@ impl Emit<'_> {
         for number in low..=high {
             let own = Compare {
                 relation: Relation::Equal,
-                reading: Reading::Signed,
+                format: NumberFormat::Signed,
                 left: Number::Words(words.clone()),
                 right: constant(number, 2),
             };

@@ -8,7 +8,7 @@ use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::{Expr, Literal, Operator};
 use scanbound_iec::same;
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, WordSource, Write,
+    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource, Write,
 };
 
 /// A value, and where it does not fit its type.
@@ -92,9 +92,9 @@ pub(super) fn beyond(
         false => (0, (1_i64 << bits) - 1),
     };
     let is = |relation, left: &Number, right: &Number| {
-        let reading = if signed { Reading::Signed } else { Reading::Unsigned };
+        let format = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
         let (left, right) = (left.clone(), right.clone());
-        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
     };
     let to = |relation, number: &Number, value: i64| {
         is(relation, number, &constant(value, kind.words()))
@@ -253,7 +253,7 @@ impl Assembler {
     /// What lets a bit be either truth value, since the language leaves it open.
     pub(super) fn unsettled(&mut self, cell: Cell) -> Write {
         let choice = self.builder.choice();
-        self.program().statements.unsettled.insert(choice);
+        self.program().statements.undefined_by_language.insert(choice);
         Write::Havoc(Region::Range { first: cell, count: 1 }, choice)
     }
 

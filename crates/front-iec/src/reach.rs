@@ -599,7 +599,7 @@ impl Emit<'_> {
                 return Ok(true);
             }
             let other = place(self.find(at, &path, line)?);
-            if other.iter().any(|one| own.iter().any(|own| flow::meet(*one, *own))) {
+            if other.iter().any(|one| own.iter().any(|own| flow::overlap(*one, *own))) {
                 return Ok(true);
             }
         }

@@ -13,7 +13,7 @@ use scanbound_iec::ast::{Expr, Literal, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Section, TypeRef, Variable, same, show};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
@@ -503,7 +503,7 @@ impl Emit<'_> {
 fn is_number(words: &[scanbound_ir::WordSource], number: i64, size: u32) -> Logic {
     Logic::Compare(Box::new(Compare {
         relation: Relation::Equal,
-        reading: if size == 1 { Reading::Unsigned } else { Reading::Signed },
+        format: if size == 1 { NumberFormat::Unsigned } else { NumberFormat::Signed },
         left: Number::Words(words.to_vec()),
         right: constant(number, size),
     }))

@@ -8,7 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{Expr, Literal, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
-use scanbound_ir::meaning::{Address, Digits, Term};
+use scanbound_ir::meaning::{Address, IntegerFormat, Term};
 use scanbound_ir::{Cell, Logic, Region, WordSource};
 
 /// Where a statement stands.
@@ -50,8 +50,8 @@ impl Element {
         let side = usize::from(!matches!(self.place.ty, Ty::Bit));
         let term = |(words, sizes): &(Vec<WordSource>, [i64; 2])| Term {
             words: words.clone(),
-            reading: Digits::Signed,
-            times: sizes[side],
+            format: IntegerFormat::Signed,
+            factor: sizes[side],
         };
         let terms = self.terms.iter().map(term).collect();
         Some(Address::within(first, count, self.base[side] + offset, terms))

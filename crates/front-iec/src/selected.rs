@@ -10,8 +10,8 @@ use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Operand as Input, Operation, Unary};
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, WordSource, WordTarget,
-    Write,
+    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource,
+    WordTarget, Write,
 };
 
 impl Assembler {
@@ -92,7 +92,7 @@ impl Assembler {
         if values.iter().all(|value| matches!(value, Value::Bit(_))) {
             let cell = self.bit_between();
             let choice = self.builder.choice();
-            self.program().statements.unsettled.insert(choice);
+            self.program().statements.undefined_by_language.insert(choice);
             let any = Write::Havoc(Region::Range { first: cell, count: 1 }, choice);
             self.write_if(none, vec![any], None);
             for (fit, value) in fits.into_iter().zip(values) {
@@ -247,15 +247,15 @@ impl Assembler {
         let Some(&WordSource::Cell(first)) = words.first() else { return };
         let count = u32::try_from(words.len()).unwrap_or(1);
         let choice = self.builder.choice();
-        self.program().statements.unsettled.insert(choice);
+        self.program().statements.undefined_by_language.insert(choice);
         let any = Write::Havoc(Region::Range { first, count }, choice);
         self.write_if(condition, vec![any], None);
     }
 }
 
 fn compared(relation: Relation, left: Number, right: Number) -> Logic {
-    let reading = Reading::Unsigned;
-    Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+    let format = NumberFormat::Unsigned;
+    Logic::Compare(Box::new(Compare { relation, format, left, right }))
 }
 
 fn cells(first: Cell, words: u32) -> Vec<WordSource> {

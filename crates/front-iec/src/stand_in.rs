@@ -5,12 +5,12 @@ use super::begin::has_reference;
 use super::emit::{Emit, Place, What};
 use super::types::lineage;
 use scanbound_base::code::Code;
-use scanbound_base::facts::{StatedCall, plain};
+use scanbound_base::facts::{StatedCall, normalized};
 use scanbound_base::location::Location;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Section, Variable, same};
-use scanbound_ir::{Absent, Region, Step, Write};
+use scanbound_ir::{MissingRoutine, Region, Step, Write};
 
 impl<'p> Emit<'p> {
     /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may hold
@@ -36,8 +36,14 @@ impl<'p> Emit<'p> {
         };
         let why = format!("what {} gives may be any value: only its time is stated", stated.name);
         self.program().approximate(entry, why);
-        let (name, time) = (plain(&stated.name), stated.time);
-        self.program().absent.push(Absent { name, entry, time, stated: true, declared: true });
+        let (name, time) = (normalized(&stated.name), stated.time);
+        self.program().missing_routines.push(MissingRoutine {
+            name,
+            entry,
+            time,
+            stated: true,
+            declared: true,
+        });
         self.builder.add(None, Vec::new(), Step::Return);
         true
     }
@@ -82,7 +88,7 @@ impl<'p> Emit<'p> {
         };
         let file = u32::try_from(pou.file).unwrap_or(u32::MAX);
         let place = Location { file, line: pou.line, step: None };
-        let known = &mut self.program().bodiless;
+        let known = &mut self.program().without_body;
         if known.iter().all(|(own, _)| *own != name) {
             known.push((name, place));
         }
@@ -110,7 +116,7 @@ impl<'p> Emit<'p> {
             if !matches!(&pou.body, Body::Code(_, statements) if statements.is_empty()) {
                 return None;
             }
-            if let Some(stated) = self.calls.get(&plain(&name)) {
+            if let Some(stated) = self.calls.get(&normalized(&name)) {
                 return Some((pou, stated.clone()));
             }
             if method.is_some() {

@@ -74,7 +74,12 @@ impl Tally {
                 };
                 let language = body.language().name();
                 tally.bodies.insert(key(body), found.bodies.len());
-                found.bodies.push(scanbound_ir::Body { name, language, is_called: false, unread });
+                found.bodies.push(scanbound_ir::Body {
+                    name,
+                    language,
+                    is_called: false,
+                    unreadable: unread,
+                });
             });
         }
         tally

@@ -6,9 +6,9 @@ use super::memory::{all, any, set};
 use super::value::constant;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
-use scanbound_ir::timed::Expiry;
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Compare, Logic, Number, Reading, Region, Relation, Step,
+    BitSource, BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, Step,
     WordSource, WordTarget, Write,
 };
 
@@ -26,7 +26,7 @@ pub(super) fn put(first: Cell, number: Number) -> Write {
 }
 
 pub(super) fn compared(relation: Relation, left: Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+    Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
 }
 
 impl Emit<'_> {
@@ -49,7 +49,7 @@ impl Emit<'_> {
         let runs_out = self.builder.external_choice();
         let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
         let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), MILLISECOND);
-        let expiry = Expiry { rest, running, setting, ..on_delay };
+        let expiry = Expiry { idle: rest, while_running: running, setting, ..on_delay };
         self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
         // A time that is 0 may be one below a millisecond.
@@ -101,7 +101,7 @@ impl Assembler {
         let time = self.words_between(2);
         let choice = self.builder.external_choice();
         // A run from power-up does not count it.
-        self.builder.program.timekeeping.uncounted.insert(choice);
+        self.builder.program.timekeeping.untracked.insert(choice);
         // A time is not below 0.
         let sign = BitTarget::WordBit(time.plus(1), 15);
         let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);

@@ -235,7 +235,7 @@ impl Assembler {
                 let instruction = &program.instructions[at];
                 if let Step::Call { target, .. } = instruction.step
                     && seen.insert(target)
-                    && let Some(end) = flow::extent(program, target)
+                    && let Some(end) = flow::routine_end(program, target)
                 {
                     open.push(target..end + 1);
                 }
@@ -253,7 +253,7 @@ impl Assembler {
             let stretch = |region: Region| match region {
                 Region::Range { first, count } => {
                     let lasts = !Assembler::is_between(first)
-                        && !own.iter().any(|own| flow::meet(*own, region));
+                        && !own.iter().any(|own| flow::overlap(*own, region));
                     lasts.then_some((first, count))
                 }
                 Region::Area(_) | Region::Everything => None,

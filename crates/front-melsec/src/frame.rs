@@ -10,7 +10,7 @@ use super::memory::Family;
 use super::operand::{HOW_TO_WRITE, Operand, Place};
 use super::resolve::{Category, Control, DecodeOptions, Item, Resolved, fault, miscounted};
 use scanbound_base::code::Code;
-use scanbound_base::facts::plain;
+use scanbound_base::facts::normalized;
 use scanbound_front::{Faults, absent};
 use scanbound_ir::Cell;
 
@@ -150,7 +150,7 @@ fn routine(program: Option<&str>, label: u32) -> String {
     // What stands behind a dot says a program's kind.
     let stem = |program: &str| program.split('.').next().unwrap_or(program).to_owned();
     let program = program.map_or(String::new(), |program| stem(program) + ":");
-    plain(&format!("{program}P{label}"))
+    normalized(&format!("{program}P{label}"))
 }
 
 /// A jump or call whose label is to be found.

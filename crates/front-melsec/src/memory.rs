@@ -270,7 +270,7 @@ fn role(name: &str) -> Role {
     match name {
         "X" => Role::Input,
         "Y" => Role::Output,
-        "edge " | "stood at " | "T ran " => Role::Hidden,
+        "edge " | "stood at " | "T ran " => Role::Internal,
         _ => Role::Memory,
     }
 }

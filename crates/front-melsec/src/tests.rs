@@ -341,7 +341,7 @@ fn loses(p: &Program, area: &str, index: u32) -> bool {
     p.instructions[1]
         .effects
         .iter()
-        .any(|effect| matches!(effect.write, Write::Havoc(region, _) if region.holds(cell)))
+        .any(|effect| matches!(effect.write, Write::Havoc(region, _) if region.contains(cell)))
 }
 
 #[test]

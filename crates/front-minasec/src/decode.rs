@@ -7,9 +7,9 @@ use super::source::Source;
 use super::word::{Kind, Opcode, WORDS, Word};
 use scanbound_base::location::Location;
 use scanbound_ir::{
-    Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Device, Effect,
-    Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step, TimingKey, Touched,
-    Units, When, Write,
+    AccessedDevices, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
+    Device, Effect, Instruction, Join, Logic, Operand, Program, Radix, Role, SourceFile, Step,
+    TimingKey, Units, When, Write,
 };
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ pub fn decode(source: &Source) -> Program {
     let mut program = Program {
         dialect: source.dialect.to_owned(),
         cpu: Some(CPU.to_owned()),
-        clocked: Some(WORDS as u64),
+        words_per_scan: Some(WORDS as u64),
         areas: AREAS
             .map(|(name, role)| Area { role, ..Area::new(name, AreaKind::Bit, Radix::Decimal) })
             .into(),
@@ -108,9 +108,9 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
             names: vec![opcode.mnemonic().to_owned()],
             class: if opcode.is_store() { "coil" } else { "contact" },
             units: Units::None,
-            dearer: false,
+            use_larger_time: false,
             optional: false,
-            touched: Touched::default(),
+            accessed: AccessedDevices::default(),
         })),
         effects,
         step,
@@ -142,7 +142,7 @@ fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
         let choice = ChoiceId(program.choices);
         program.choices += 1;
-        program.kinds.insert(choice, ChoiceKind::World);
+        program.kinds.insert(choice, ChoiceKind::External);
         program.approximate(program.instructions.len(), what);
         Logic::Bit(BitSource::Free(choice))
     };

@@ -304,9 +304,9 @@ impl Assembly {
             names,
             class,
             units: Units::None,
-            dearer,
+            use_larger_time: dearer,
             optional: false,
-            touched: named::touched(item, self.memory),
+            accessed: named::touched(item, self.memory),
         }
     }
 }

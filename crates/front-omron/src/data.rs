@@ -7,7 +7,7 @@ use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use scanbound_ir::{
-    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, Reading, Region, Relation,
+    AreaId, BitTarget, Cell, ChoiceId, Compare, Logic, Number, NumberFormat, Region, Relation,
     WordSource, WordTarget, Write,
 };
 
@@ -152,7 +152,7 @@ pub(super) fn sources(
             && asm.fast.contains(&Cell { area: AreaId(area), ..cell })
         {
             let between = asm.choice();
-            asm.out.program.timekeeping.between.insert(between, Some(cell));
+            asm.out.program.timekeeping.between_instructions.insert(between, Some(cell));
             *source = WordSource::Free(between);
         }
     }
@@ -340,12 +340,12 @@ pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
     let value = match item.meaning() {
         "test" | "test-not" => test(asm, item),
         "compare" | "compare-signed" | "compare-real" => {
-            let reading = match item.meaning() {
-                "compare" => Reading::Unsigned,
-                "compare-signed" => Reading::Signed,
-                _ => Reading::Real(asm.choice()),
+            let format = match item.meaning() {
+                "compare" => NumberFormat::Unsigned,
+                "compare-signed" => NumberFormat::Signed,
+                _ => NumberFormat::Real(asm.choice()),
             };
-            comparison(asm, item, (0, 1), wide, relation(item), reading)
+            comparison(asm, item, (0, 1), wide, relation(item), format)
         }
         _ => None,
     };
@@ -377,10 +377,10 @@ fn comparison(
     (left, right): (usize, usize),
     wide: u32,
     relation: Relation,
-    reading: Reading,
+    format: NumberFormat,
 ) -> Option<Logic> {
     let (left, right) = (number(asm, item, left, wide)?, number(asm, item, right, wide)?);
-    Some(Logic::Compare(Box::new(Compare { relation, reading, left, right })))
+    Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
 /// Whether ZCP's limits are constants in their order: otherwise it may end in an error and leave the flags.
@@ -404,7 +404,7 @@ fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         return Some(Vec::new());
     }
     let signed = item.meaning().ends_with("signed");
-    let reading = if signed { Reading::Signed } else { Reading::Unsigned };
+    let format = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
     let wide = width(item, 0);
     let numbers: Option<Vec<Number>> =
         (0..2 + usize::from(item.meaning().starts_with("flags-zone")))
@@ -413,7 +413,7 @@ fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     let numbers = numbers?;
     let holds = |relation: Relation, right: usize| {
         let (left, right) = (numbers[0].clone(), numbers[right].clone());
-        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
     };
     let zone = numbers.len() == 3;
     // For ZCP: below the lower limit, above the upper, within.

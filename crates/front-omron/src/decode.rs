@@ -590,7 +590,7 @@ impl Decoder {
                 Ok(Operand::Word(cell)) => {
                     let wide = low < -0x8000 || high > 0x7FFF;
                     let cells: Vec<Cell> = (0..1 + u32::from(wide)).map(|n| cell.plus(n)).collect();
-                    self.asm.out.program.ranges.push(StartRange {
+                    self.asm.out.program.stated_ranges.push(StartRange {
                         cells,
                         low,
                         high,

@@ -230,7 +230,7 @@ impl<'a> Emitter<'a> {
             // It may have run out since it was last run.
             let runs = Logic::cell(memory.runs(flag));
             let between = self.asm.choice();
-            self.asm.out.program.timekeeping.between.insert(between, None);
+            self.asm.out.program.timekeeping.between_instructions.insert(between, None);
             let over = Logic::Bit(BitSource::Free(between));
             value = Logic::Any(vec![value, Logic::All(vec![runs, over])]);
         }
@@ -377,7 +377,7 @@ impl<'a> Emitter<'a> {
             // The C series counts in decimal digits, and of a word at an address it is not known which it is.
             let word = operand.word().filter(|_| self.asm.memory.family != Family::C);
             if let Some(cell) = word.filter(|&cell| !self.asm.memory.is_volatile(cell)) {
-                let kind = ChoiceKind::Unsigned(WordSource::Cell(cell));
+                let kind = ChoiceKind::UnsignedIterations(WordSource::Cell(cell));
                 self.asm.out.program.kinds.insert(choice, kind);
             }
             self.asm.counted.push((self.asm.next(), operand.word()));

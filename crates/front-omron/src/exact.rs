@@ -12,8 +12,8 @@ use scanbound_ir::meaning::{
     Address, Count, Meaning, Operand as Input, Operation, Shape, Target, Term, Unary,
 };
 use scanbound_ir::{
-    AreaId, BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation,
-    WordSource, WordTarget, Write,
+    AreaId, BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region,
+    Relation, WordSource, WordTarget, Write,
 };
 
 /// What is known of an instruction whose written operands are taken as any value.
@@ -49,7 +49,7 @@ pub(super) fn writes(asm: &mut Assembly, item: &Item<'_>) -> (Vec<Write>, Outcom
     let mut flags: Vec<BitTarget> = asm.memory.flag("CY").filter(|_| carries).into_iter().collect();
     if let Some(result) = result(item).filter(|_| tells(item)) {
         let operation = Box::new(meaning.operation);
-        meaning.operation = Operation::Judged { operation, words: result.len() as u8 };
+        meaning.operation = Operation::WithFlags { operation, words: result.len() as u8 };
         for flag in ["EQ", "N"] {
             let told = asm.memory.flag(flag).filter(|_| is_told(item, flag));
             meaning.outputs.push(told.map_or(Target::Nowhere, |flag| Target::Bits(vec![flag])));
@@ -178,8 +178,8 @@ fn result(item: &Item<'_>) -> Option<Vec<Cell>> {
 fn is_zero(cells: &[Cell]) -> Logic {
     let left = Number::Words(cells.iter().copied().map(WordSource::Cell).collect());
     let right = Number::Words(vec![WordSource::Const(0); cells.len()]);
-    let (relation, reading) = (Relation::Equal, Reading::Unsigned);
-    Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+    let (relation, format) = (Relation::Equal, NumberFormat::Unsigned);
+    Logic::Compare(Box::new(Compare { relation, format, left, right }))
 }
 
 /// The exact meaning of an instruction; its flags but the carry are apart.

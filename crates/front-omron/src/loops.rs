@@ -7,7 +7,8 @@ use scanbound_ir::{Step, WordSource, flow};
 /// something of words that the program does not write.
 pub(super) fn settle(asm: &mut Assembly) {
     for (at, word) in std::mem::take(&mut asm.counted) {
-        let stated = asm.out.program.ranges.iter().find(|range| Some(range.cells[0]) == word);
+        let stated =
+            asm.out.program.stated_ranges.iter().find(|range| Some(range.cells[0]) == word);
         let Some((cell, low, high)) = stated
             .filter(|range| range.cells.len() == 1 && range.low >= 0)
             .map(|range| (range.cells[0], range.low, range.high))
@@ -16,7 +17,7 @@ pub(super) fn settle(asm: &mut Assembly) {
             })
         else {
             // A count from 32768 on is none that a signed word says.
-            asm.out.program.uncounted.insert(at);
+            asm.out.program.loops_without_count.insert(at);
             continue;
         };
         if let Step::ForBegin { count, least, most, .. } =

@@ -163,7 +163,7 @@ impl Memory {
                     Use::Flags(_) | Use::Conditions | Use::Memories => AreaKind::Bit,
                 };
                 let is_hidden = known.role == Use::Memories;
-                let role = if is_hidden { Role::Hidden } else { Role::Memory };
+                let role = if is_hidden { Role::Internal } else { Role::Memory };
                 Area { role, ..Area::new(known.name, kind, Radix::Decimal) }
             })
             .collect();
@@ -344,7 +344,14 @@ impl Memory {
             Family::Cs => Cell { area: AreaId(3), index: 500 },
         };
         let holds = Some(hold);
-        PowerUp { inputs: vec![inputs], cleared, latched, fresh, holds, ..PowerUp::default() }
+        PowerUp {
+            inputs: vec![inputs],
+            cleared,
+            latched,
+            after_clear: fresh,
+            memory_hold_word: holds,
+            ..PowerUp::default()
+        }
     }
 
     /// Whether a timer's condition was on when it was executed last. Nobody but its own instructions writes it.

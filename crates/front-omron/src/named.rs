@@ -7,7 +7,7 @@ use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
 use scanbound_front::operand_spans;
-use scanbound_ir::{Cell, Device, Region, Touched};
+use scanbound_ir::{AccessedDevices, Cell, Device, Region};
 use std::sync::Arc;
 
 /// Of a count that is not known: what is counted then is left to the instruction's units.
@@ -33,8 +33,8 @@ pub(super) fn device(operand: &Operand) -> Option<Device> {
 }
 
 /// What the operands of an instruction name.
-pub(super) fn touched(item: &Item<'_>, memory: Memory) -> Touched {
-    let mut touched = Touched::default();
+pub(super) fn touched(item: &Item<'_>, memory: Memory) -> AccessedDevices {
+    let mut touched = AccessedDevices::default();
     for (at, operand) in item.operands.iter().enumerate() {
         let slot = item.row.and_then(|row| row.operands.get(at));
         let words = match slot.map(|slot| (slot.role, slot.extent)) {

@@ -4,7 +4,7 @@ use super::decode::decode;
 use super::project;
 use super::source::RawProject;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::{Facts, HowOften};
+use scanbound_base::facts::{Facts, InterruptRate};
 use scanbound_base::time::{Picos, Times};
 use scanbound_front::Options;
 use scanbound_front::{Dialect, Input};
@@ -497,7 +497,7 @@ fn interrupt_tasks_make_what_they_share_free() {
     raw.files[0].programs.extend(other.files[0].programs.clone());
     raw.files[0].programs[1].task = super::source::Task::Interrupt(5);
     let mut facts = Facts::default();
-    facts.state_interrupt("Task 5", HowOften::Times(2));
+    facts.state_interrupt("Task 5", InterruptRate::Times(2));
     let options = Options::new(&facts);
     let program = decode(&raw, &options).and_then(passed).unwrap();
     assert_eq!((program.interrupts[0].times, program.interrupts[0].stated), (2, true));

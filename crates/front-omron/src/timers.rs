@@ -8,10 +8,10 @@ use super::resolve::Item;
 use super::source::RawInstruction;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::{always, fired};
-use scanbound_ir::timed::{Expiry, Manner, Timed};
+use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
 use scanbound_ir::{
-    AreaId, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Logic, Number, Reading, Region,
-    Relation, WordSource, Write,
+    AreaId, BitSource, BitTarget, Cell, ChoiceId, Compare, Effect, Logic, Number, NumberFormat,
+    Region, Relation, WordSource, Write,
 };
 
 /// The present value's word behind a completion flag: its area follows that of the flags.
@@ -100,7 +100,7 @@ impl Setting {
         let number = |word| Number::Words(vec![word]);
         let at_once = Logic::Compare(Box::new(Compare {
             relation: Relation::LessOrEqual,
-            reading: Reading::Unsigned,
+            format: NumberFormat::Unsigned,
             left: number(setting),
             right: number(WordSource::Free(ticks)),
         }));
@@ -284,18 +284,18 @@ fn step(item: &Item<'_>) -> Option<Picos> {
 /// Says how an emulated CPU runs the timer or counter that begins at an instruction.
 fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
     let manner = match (item.meaning(), step(item)) {
-        ("timer", Some(step)) => Manner::TimesDown(step),
-        ("timer-holding", Some(step)) => Manner::AddsUp(step),
-        ("counter", _) => Manner::CountsDown,
-        ("counter-reversible", _) => Manner::CountsBothWays,
+        ("timer", Some(step)) => TimerKind::DownTimer(step),
+        ("timer-holding", Some(step)) => TimerKind::RetentiveTimer(step),
+        ("counter", _) => TimerKind::DownCounter,
+        ("counter-reversible", _) => TimerKind::RingCounter,
         _ => return,
     };
     // Where an index or another address says where the setting stands, the timer is not followed.
     let plain = matches!(item.operands.get(1), Some(Operand::Constant(..) | Operand::Word(_)));
     let setting = if plain { data::sources(asm, item, 1, 1) } else { None };
     let Some(&[setting]) = setting.as_deref() else { return };
-    let timed = Timed {
-        manner,
+    let timed = TimerOrCounter {
+        kind: manner,
         flag,
         present: present(flag),
         setting,
@@ -303,7 +303,7 @@ fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branche
         inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
         parts: at + 1..asm.next(),
     };
-    asm.out.program.timekeeping.coils.insert(at, timed);
+    asm.out.program.timekeeping.instructions.insert(at, timed);
 }
 
 fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell, setting: &Setting) {

@@ -6,10 +6,10 @@ use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_ir::cell_budget::CellBudget;
 use scanbound_ir::meaning::Meaning;
-use scanbound_ir::timed::Expiry;
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    Absent, Approximated, BitSource, ChoiceId, ChoiceKind, Effect, Instruction, Interrupt, Logic,
-    Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
+    Approximated, BitSource, ChoiceId, ChoiceKind, Effect, Instruction, Interrupt, Logic,
+    MissingRoutine, Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
 };
 
 /// What the facts file states about a routine that is missing from the files.
@@ -76,7 +76,7 @@ impl Builder {
             step,
         });
         if !fits {
-            self.program.approximate(at, Approximated::NoRoom);
+            self.program.approximate(at, Approximated::BlocksTooLarge);
         }
         at
     }
@@ -116,7 +116,7 @@ impl Builder {
         self.program.instructions.extend(parts);
         let what = "the routine is missing: what it may write gets any value";
         self.program.approximate(entry, what);
-        self.program.absent.push(Absent {
+        self.program.missing_routines.push(MissingRoutine {
             name: name.to_owned(),
             entry,
             time,
@@ -139,7 +139,7 @@ impl Builder {
     /// A new choice that something outside the program determines, such as an input or a module.
     pub fn external_choice(&mut self) -> ChoiceId {
         let choice = self.choice();
-        self.program.kinds.insert(choice, ChoiceKind::World);
+        self.program.kinds.insert(choice, ChoiceKind::External);
         choice
     }
 
@@ -169,7 +169,7 @@ impl Builder {
 
     /// As [`Builder::define`]. In addition, the symbolic execution follows this meaning, whatever it reads.
     pub fn define_followed(&mut self, choice: ChoiceId, meaning: Meaning) {
-        self.program.followed.insert(choice);
+        self.program.always_followed.insert(choice);
         self.define(choice, meaning);
     }
 
@@ -219,6 +219,6 @@ mod tests {
         let (own, outside) = (builder.choice(), builder.external_choice());
         assert_ne!(own, outside);
         let kinds = &builder.program.kinds;
-        assert!(!kinds.contains_key(&own) && kinds[&outside] == ChoiceKind::World);
+        assert!(!kinds.contains_key(&own) && kinds[&outside] == ChoiceKind::External);
     }
 }

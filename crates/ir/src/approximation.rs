@@ -1,66 +1,66 @@
-//! What was over-approximated, and the words for it.
+//! The reasons for over-approximation, and their texts.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// Something that is over-approximated: modelled with more behaviour than the PLC has.
+/// A place where the model allows more behaviour than the PLC has.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Approximation {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// What was done.
+    /// The reason.
     pub what: Approximated,
 }
 
-/// What was done where something is over-approximated. Its text is one sentence.
+/// Why an instruction is over-approximated. The `Display` text is one sentence.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Approximated {
-    /// Something that only its dialect has, in the front's words.
+    /// A reason of one dialect, in the front's words.
     Dialect(Arc<str>),
-    /// A count stands in a word of which nothing is known.
+    /// A count is read from a word whose value is unknown.
     UnknownCount {
-        /// The word, as the source has it.
+        /// The word as the source writes it.
         word: Arc<str>,
-        /// The most that is taken.
+        /// The largest count that is assumed.
         most: i64,
-        /// Whether a stated range of the word would help.
+        /// Whether a stated range of the word would lower the count.
         can_be_stated: bool,
     },
-    /// Blocks of cells take too much to follow them.
-    NoRoom,
-    /// An interrupt may write what is read.
+    /// Block operations have more cells than the limit (see [`crate::cell_budget`]).
+    BlocksTooLarge,
+    /// An interrupt routine may write what this instruction reads.
     Interrupted,
-    /// An interrupt routine reads.
+    /// The instruction is in an interrupt routine, so everything that it reads is unknown.
     ReadByInterrupt,
-    /// An interrupt routine is charged so often, and not followed.
+    /// An interrupt routine is charged this many times and not followed.
     InterruptSummary(u32),
-    /// A loop's count says nothing, or it is too long to be followed: it is charged so often, and not followed.
+    /// A loop is charged this many times and not followed, because its count is unknown or too large.
     LoopSummary(u32),
-    /// The same where loops in loops are too long together.
+    /// A loop is charged this many times and not followed, because nested loops have too many iterations together.
     NestedSummary(u32),
     /// A routine is called too often to be followed.
     RoutineSummary,
-    /// Nothing of a program is followed.
-    WholeSummary(Unfollowed),
-    /// A loop's count takes too much to follow.
+    /// No part of a program is followed.
+    WholeSummary(SummaryReason),
+    /// Following the count of a loop would make the model too large.
     CostlyCount,
-    /// What an instruction reads takes too much to follow.
+    /// Following what the instruction reads would make the model too large.
     CostlyRead,
 }
 
-/// Why nothing of a program is followed.
+/// Why no part of a program is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Unfollowed {
+pub enum SummaryReason {
     /// It executes too many instructions.
-    TooMany,
-    /// Its values take too much.
-    TooDear,
-    /// The time was over.
-    NoTime,
+    TooManyInstructions,
+    /// The model of its values would be too large.
+    ValuesTooComplex,
+    /// The time limit was reached.
+    TimeLimit,
 }
 
 impl Approximated {
-    /// Whether it is a loop's that is not followed.
+    /// Whether the reason is a loop that is not followed.
     #[must_use]
     pub fn is_loop_summary(&self) -> bool {
         matches!(self, Approximated::LoopSummary(_) | Approximated::NestedSummary(_))
@@ -84,51 +84,56 @@ impl fmt::Display for Approximated {
         let told = match self {
             Approximated::Dialect(told) => told,
             Approximated::UnknownCount { word, most, can_be_stated } => {
-                write!(f, "the count {word} is not known: taken as up to {most}")?;
-                if *can_be_stated { "; state its range to lower this" } else { "" }
+                write!(f, "the count in {word} is unknown: {most} is assumed")?;
+                if *can_be_stated { "; state its range to lower the bound" } else { "" }
             }
-            Approximated::NoRoom => {
-                "the program's blocks take too much to follow them all: what this writes is taken as any value"
+            Approximated::BlocksTooLarge => {
+                "the program's block operations have too many cells: everything that this instruction writes may have any value"
             }
             Approximated::Interrupted => {
-                "an interrupt may write what is read here: taken as any value"
+                "an interrupt routine may write what this instruction reads: it may have any value"
             }
             Approximated::ReadByInterrupt => {
-                "an interrupt may come at any moment: all that it reads is taken as any value"
+                "an interrupt may occur at any moment: everything that its routine reads may have any value"
             }
             Approximated::InterruptSummary(times) => {
-                return write!(f, "the interrupt routine is charged {times} times at its dearest");
+                return write!(
+                    f,
+                    "the interrupt routine is charged {times} times, every instruction at its larger time"
+                );
             }
             Approximated::LoopSummary(times) => {
                 return write!(
                     f,
-                    "the loop is charged {times} times at its dearest, and what it writes is taken as any value"
+                    "the loop is charged {times} times, every instruction at its larger time, and everything that it writes may have any value"
                 );
             }
             Approximated::NestedSummary(times) => {
-                f.write_str(
-                    "followed iteration by iteration the scan has too many instructions: ",
-                )?;
+                f.write_str("with every iteration the scan would have too many instructions: ")?;
                 return Approximated::LoopSummary(*times).fmt(f);
             }
             Approximated::RoutineSummary => {
-                "the routine and all that it calls run more often than can be followed: each call of it is charged at its dearest, and what it writes is taken as any value"
+                "this routine and the routines that it calls run too often to follow each run: each call is charged with every instruction at its larger time, and everything that it writes may have any value"
             }
             Approximated::WholeSummary(why) => {
                 f.write_str(match why {
-                    Unfollowed::TooMany => "loops and calls multiply to more than can be followed",
-                    Unfollowed::TooDear => {
-                        "the values that the program works out take too much to follow"
+                    SummaryReason::TooManyInstructions => {
+                        "loops and calls lead to too many executions"
                     }
-                    Unfollowed::NoTime => "the time was over before the scan was followed",
+                    SummaryReason::ValuesTooComplex => {
+                        "the program's computed values are too complex"
+                    }
+                    SummaryReason::TimeLimit => {
+                        "the time limit was reached before the scan was analysed"
+                    }
                 })?;
-                ": all that can run from here is charged at its dearer time, whatever excludes it"
+                ": everything that can run from here on is charged at its larger time, without mutual exclusion"
             }
             Approximated::CostlyCount => {
-                "the count takes too much to follow: any number of iterations that the loop allows is taken"
+                "the computation of this count is too complex: any number of iterations within the loop's limits is possible"
             }
             Approximated::CostlyRead => {
-                "what is read here takes too much to follow: taken as any value"
+                "the computation of what this instruction reads is too complex: it may have any value"
             }
         };
         f.write_str(told)
@@ -144,8 +149,8 @@ mod tests {
         let count = |can_be_stated| {
             Approximated::UnknownCount { word: "D5".into(), most: 9, can_be_stated }.to_string()
         };
-        assert_eq!(count(false), "the count D5 is not known: taken as up to 9");
-        assert_eq!(count(true), count(false) + "; state its range to lower this");
+        assert_eq!(count(false), "the count in D5 is unknown: 9 is assumed");
+        assert_eq!(count(true), count(false) + "; state its range to lower the bound");
     }
 
     #[test]

@@ -1,17 +1,17 @@
-//! The areas of memory, and what people call the devices in them.
+//! Memory areas, and the devices in them.
 
 use super::Cell;
 
-/// What an area holds.
+/// The size of an area's cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum AreaKind {
-    /// One bit a cell.
+    /// One bit for each cell.
     Bit,
-    /// Sixteen bits a cell.
+    /// Sixteen bits for each cell.
     Word,
 }
 
-/// How an area's indices are written.
+/// The notation of an area's indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Radix {
     /// Base 10.
@@ -22,65 +22,66 @@ pub enum Radix {
     Octal,
 }
 
-/// What an area is for, as far as the stages behind ask.
+/// The use of an area, as far as later stages need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
-    /// What a program keeps, or what the machine keeps for it.
+    /// Memory of the program or of the CPU.
     Memory,
-    /// Points that come in from terminals, one a cell.
+    /// Input points on terminals, one for each cell.
     Input,
-    /// Points that go out to terminals, one a cell.
+    /// Output points on terminals, one for each cell.
     Output,
-    /// What a front makes for itself, such as what an instruction remembers: no device that anybody knows.
-    Hidden,
+    /// Internal memory that the front adds, such as the previous condition of an edge instruction. Users do not know
+    /// these cells.
+    Internal,
 }
 
-/// A named area of memory, such as all `D` registers.
+/// A named memory area, such as all `D` registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Area {
-    /// The letters in front of the index, as users write them.
+    /// The letters before the index, as users write them.
     pub name: String,
-    /// Other letters by which timing tables may name the same cells.
+    /// Other letters that timing tables may use for the same cells.
     pub aliases: &'static [&'static str],
-    /// What it is for.
+    /// Its use.
     pub role: Role,
     /// Bits or words.
     pub kind: AreaKind,
-    /// How indices are written.
+    /// The notation of its indices.
     pub radix: Radix,
 }
 
 impl Area {
-    /// An area of memory.
+    /// An area with role `Memory` and without aliases.
     pub fn new(name: impl Into<String>, kind: AreaKind, radix: Radix) -> Area {
         Area { name: name.into(), aliases: &[], role: Role::Memory, kind, radix }
     }
 }
 
-/// What people call a device: a cell, or a bit of a word.
+/// A device: a cell, or a bit of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Device {
-    /// The cell; of a device that has several, the one that is read by its plain name.
+    /// The cell. If the device has several (such as a timer), the one that its plain name reads.
     pub cell: Cell,
-    /// The bit of that word.
+    /// The bit number, for a bit of a word.
     pub bit: Option<u8>,
 }
 
 /// An operand that names a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Operand {
-    /// Where it stands in the instruction's text: from this byte on.
+    /// The byte offset in the instruction's text at which it begins.
     pub start: u32,
-    /// Up to this byte.
+    /// The byte offset at which it ends.
     pub end: u32,
-    /// The device, the first of several; where an index is added to it, the one for index 0.
+    /// The device, or the first of several. For an indexed operand, the device at index 0.
     pub device: Device,
 }
 
 impl Operand {
-    /// As the source has it; `text` is its instruction's.
+    /// The operand's text; `text` is the text of its instruction.
     #[must_use]
-    pub fn written(self, text: &str) -> &str {
+    pub fn source_text(self, text: &str) -> &str {
         text.get(self.start as usize..self.end as usize).unwrap_or_default()
     }
 }

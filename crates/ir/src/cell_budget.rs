@@ -1,33 +1,33 @@
-//! A limit on how many cells a program lists one by one, for blocks that are written and for how results are worked out:
-//! a few lines of source can write millions. The limit is far above what a plant's program needs. Beyond it, blocks are
-//! havocked as regions, and how their values are worked out is not kept.
+//! A limit on the number of cells that a program lists individually, for block writes and for the operands of
+//! operations: a few lines of source can write millions of cells. The limit is far above what real programs need.
+//! Beyond it, block writes become havocs of regions, and the operations of exact choices are not kept.
 
 use super::flow::written_by;
 use super::meaning::{Meaning, Operand, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
-/// The most cells that a program may list.
+/// The largest number of cells that a program may list.
 const MOST: usize = 2_000_000;
-/// An instruction with no more cells than this may list them always.
+/// An instruction with at most this many cells is always exempt from the limit.
 const FEW: usize = 16;
-/// What a `Meaning` takes besides its cells, counted in cells.
+/// The fixed size of a [`Meaning`], expressed in cells.
 const KNOWN: usize = 12;
 
-/// How many cells a program has listed so far.
+/// The number of cells that a program has listed so far.
 #[derive(Debug, Default)]
 pub struct CellBudget {
     cells: usize,
 }
 
 impl CellBudget {
-    /// Whether there is room for so many cells.
+    /// Whether this many more cells fit within the limit.
     #[must_use]
     pub fn has_room(&self, cells: usize) -> bool {
         cells <= FEW || self.cells + cells <= MOST
     }
 
-    /// Leaves an instruction's effects as they are if there is room for them, else havocs all that they write. Whether
-    /// they were left.
+    /// Keeps an instruction's effects unchanged if they fit within the limit; else replaces them by a havoc of
+    /// everything that they write. Returns whether they were kept.
     pub fn effects(
         &mut self,
         effects: &mut Vec<Effect>,
@@ -42,7 +42,7 @@ impl CellBudget {
             return true;
         }
         let mut wide: Vec<Effect> = Vec::new();
-        // Neighbouring writes become one havoc; havocs that were there stay, since an operation is known by its choice.
+        // Adjacent writes become one havoc. Existing havocs are kept, because their choice identifies the operation.
         let mut ours = false;
         for effect in std::mem::take(effects) {
             if let Write::Havoc(..) = effect.write {
@@ -68,7 +68,7 @@ impl CellBudget {
         false
     }
 
-    /// Whether there is room to keep how results are worked out; if so, it is taken.
+    /// Whether a meaning fits within the limit. If so, it is counted.
     pub fn meaning(&mut self, meaning: &Meaning) -> bool {
         let inputs = meaning.inputs.iter().map(|input| match input {
             Operand::Words(words) => words.len(),
@@ -91,7 +91,7 @@ impl CellBudget {
     }
 }
 
-/// How many cells a write names, those that it reads included.
+/// The number of cells that a write lists, including those that it reads.
 fn cells(write: &Write) -> usize {
     match write {
         Write::Bit(..) => 2,
@@ -111,7 +111,7 @@ fn words(number: &Number) -> usize {
     }
 }
 
-/// Joins a region to one that it lies in, or is next to.
+/// Merges a region into another that contains it or is adjacent to it. Returns whether it did.
 fn joined(before: &mut Region, more: Region) -> bool {
     let (Region::Range { first, count }, Region::Range { first: other, count: many }) =
         (&mut *before, more)

@@ -1,12 +1,12 @@
-//! What charts among a program's routines tell.
+//! What is known from sequential function charts.
 
 use super::Cell;
 
-/// What charts tell of the state in which a scan starts.
+/// What the charts say about the state at the start of a scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Charts {
-    /// So many of the first invariants say which of their states exclude each other.
-    pub apart: usize,
+    /// The first this many invariants of the program say which steps and actions exclude each other.
+    pub exclusions: usize,
     /// The bits that say which steps are active and which actions are on.
     pub active: Vec<Cell>,
 }

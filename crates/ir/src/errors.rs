@@ -1,16 +1,19 @@
-//! When an operation takes no such operands as it is given: an operation error on most CPUs.
+//! The conditions under which an operation's operands are invalid, which most CPUs report as an operation error.
 
-use super::meaning::{Address, Count, Digits, Meaning, Operand, Operation, Shape, Target, Unary};
-use super::{Compare, Logic, Number, Reading, Relation, WordSource};
+use super::meaning::{
+    Address, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Unary,
+};
+use super::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
 
-/// The bits of a digit in BCD.
+/// The bits of one BCD digit.
 const DIGIT: u16 = 0xF;
 
 impl Meaning {
-    /// When the operation does not take its operands: a divisor of 0, digits that are none in BCD, limits that cross, a result
-    /// that has no form, an address beyond its area. `None` if it takes all, as far as a condition says.
+    /// The condition under which the operands are invalid: a divisor of 0, invalid BCD digits, a lower limit above the
+    /// upper limit, a result that cannot be represented, an address outside its area. `None` if no such case can be
+    /// expressed as a condition.
     #[must_use]
-    pub fn error(&self) -> Option<Logic> {
+    pub fn operand_error(&self) -> Option<Logic> {
         let of_operands = of_operation(&self.operation, &self.inputs);
         let reads = self.inputs.iter().filter_map(|input| match input {
             Operand::Run(address, shape, count) => outside(address, *shape, length(count)),
@@ -23,7 +26,7 @@ impl Meaning {
         any(of_operands.into_iter().chain(reads).chain(writes))
     }
 
-    /// How many elements are written at least.
+    /// The least number of elements that are written.
     fn written(&self) -> u32 {
         let fill = match (&self.operation, &self.inputs[..]) {
             (Operation::Repeat, [Operand::Number(value), Operand::Words(times)]) => {
@@ -49,13 +52,13 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
     let number = |at: usize| inputs.get(at).and_then(number_of);
     match operation {
         Operation::Divide { .. } | Operation::DivideJoined { .. } => Some(is_zero(&number(1)?)),
-        Operation::Judged { operation, .. } => of_operation(operation, inputs),
+        Operation::WithFlags { operation, .. } => of_operation(operation, inputs),
         Operation::DecimalSum { .. } | Operation::DecimalMultiply => {
-            any([number(0), number(1)].into_iter().flatten().filter_map(|one| is_no_bcd(&one)))
+            any([number(0), number(1)].into_iter().flatten().filter_map(|one| is_invalid_bcd(&one)))
         }
         Operation::DecimalDivide => {
             let numbers = [number(0), number(1)];
-            let digits = numbers.iter().flatten().filter_map(is_no_bcd);
+            let digits = numbers.iter().flatten().filter_map(is_invalid_bcd);
             any(digits.chain(number(1).as_ref().map(is_zero)))
         }
         Operation::Each(Unary::ToBcd) => {
@@ -67,7 +70,7 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
             };
             Some(is_outside(&value, 0, most))
         }
-        Operation::Each(Unary::FromBcd) => is_no_bcd(&number(0)?),
+        Operation::Each(Unary::FromBcd) => is_invalid_bcd(&number(0)?),
         Operation::Each(Unary::ToGray | Unary::FromGray) => Some(is_below(&number(0)?, 0)),
         Operation::EachWord(unary @ (Unary::ToBcd | Unary::FromBcd)) => {
             let Operand::Words(words) = inputs.first()? else { return None };
@@ -83,7 +86,7 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
             _ => None,
         },
         Operation::Limit | Operation::Band | Operation::Zone => {
-            Some(compare(Relation::Greater, Reading::Signed, &number(0)?, number(1)?))
+            Some(compare(Relation::Greater, NumberFormat::Signed, &number(0)?, number(1)?))
         }
         Operation::Resize(1) => match words_of(&number(0)?)?.len() {
             2 => Some(is_outside(&number(0)?, i16::MIN.into(), i16::MAX.into())),
@@ -93,7 +96,7 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
     }
 }
 
-/// The number that an operand is.
+/// The operand as a number, if it has that form.
 fn number_of(operand: &Operand) -> Option<Number> {
     match operand {
         Operand::Number(number) => Some(number.clone()),
@@ -102,7 +105,7 @@ fn number_of(operand: &Operand) -> Option<Number> {
     }
 }
 
-/// The words of a number that is nothing else.
+/// The words, if the number is not an expression.
 fn words_of(number: &Number) -> Option<&[WordSource]> {
     match number {
         Number::Words(words) => Some(words),
@@ -110,7 +113,7 @@ fn words_of(number: &Number) -> Option<&[WordSource]> {
     }
 }
 
-/// How many words a number has.
+/// The number of words.
 fn size(number: &Number) -> usize {
     match number {
         Number::Words(words) => words.len(),
@@ -130,54 +133,54 @@ fn any(all: impl IntoIterator<Item = Logic>) -> Option<Logic> {
     }
 }
 
-fn compare(relation: Relation, reading: Reading, left: &Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, reading, left: left.clone(), right }))
+fn compare(relation: Relation, format: NumberFormat, left: &Number, right: Number) -> Logic {
+    Logic::Compare(Box::new(Compare { relation, format: format, left: left.clone(), right }))
 }
 
-/// A constant of so many words.
+/// A constant of this many words.
 fn constant(value: i64, words: usize) -> Number {
     Number::Words(
         (0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect(),
     )
 }
 
-/// Whether a number is 0.
+/// The condition that the number is 0.
 #[must_use]
 pub fn is_zero(number: &Number) -> Logic {
-    compare(Relation::Equal, Reading::Signed, number, constant(0, size(number)))
+    compare(Relation::Equal, NumberFormat::Signed, number, constant(0, size(number)))
 }
 
-/// Whether a signed number is below another.
+/// The condition that the signed number is less than `low`.
 #[must_use]
 pub fn is_below(number: &Number, low: i64) -> Logic {
-    compare(Relation::Less, Reading::Signed, number, constant(low, size(number)))
+    compare(Relation::Less, NumberFormat::Signed, number, constant(low, size(number)))
 }
 
-/// Whether a signed number is above another.
+/// The condition that the signed number is greater than `high`.
 #[must_use]
 pub fn is_above(number: &Number, high: i64) -> Logic {
-    compare(Relation::Greater, Reading::Signed, number, constant(high, size(number)))
+    compare(Relation::Greater, NumberFormat::Signed, number, constant(high, size(number)))
 }
 
-/// Whether a signed number lies outside a range.
+/// The condition that the signed number is outside `low..=high`.
 #[must_use]
 pub fn is_outside(number: &Number, low: i64, high: i64) -> Logic {
     Logic::Any(vec![is_below(number, low), is_above(number, high)])
 }
 
-/// Whether a digit of a number in BCD is above 9; `None` where that is not asked of its words.
+/// The condition that a digit of the BCD number is above 9; `None` if the number is an expression.
 #[must_use]
-pub fn is_no_bcd(number: &Number) -> Option<Logic> {
+pub fn is_invalid_bcd(number: &Number) -> Option<Logic> {
     let digit = |word: WordSource, place: u16| {
         let part = |value: u16| Box::new(Number::Words(vec![WordSource::Const(value << place)]));
         let digit = Number::And(Box::new(Number::Words(vec![word])), part(DIGIT));
-        compare(Relation::Greater, Reading::Unsigned, &digit, *part(9))
+        compare(Relation::Greater, NumberFormat::Unsigned, &digit, *part(9))
     };
     let words = words_of(number)?.iter();
     any(words.flat_map(|&word| [0, 4, 8, 12].map(|place| digit(word, place))))
 }
 
-/// How many words a list has at least.
+/// The least number of words of a list.
 fn length(count: &Count) -> u32 {
     match count {
         Count::Exactly(count) => *count,
@@ -186,34 +189,36 @@ fn length(count: &Count) -> u32 {
     }
 }
 
-/// Whether a list of so many words lies outside of all that has an address; `None` where no condition says.
+/// The condition that a list of at least `words` words at this address extends outside the area; `None` if this cannot
+/// be expressed.
 fn outside(address: &Address, shape: Shape, words: u32) -> Option<Logic> {
     let cells = match shape {
         Shape::Cells => words,
         Shape::WordBits(first) => (u32::from(first) + words.max(1) - 1) / 16 + 1,
         Shape::Packed(last) => 16 * words.saturating_sub(1) + u32::from(last),
     };
-    let low = address.stretches.iter().map(|one| one.from).min()?;
-    let end = address.stretches.iter().map(|one| one.from + i64::from(one.count)).max()?;
+    let low = address.ranges.iter().map(|one| one.from).min()?;
+    let end = address.ranges.iter().map(|one| one.from + i64::from(one.count)).max()?;
     let (low, high) = (low - address.base, end - i64::from(cells) - address.base);
     let [term] = &address.terms[..] else {
         let is_inside = (low..=high).contains(&0);
         return (address.terms.is_empty() && !is_inside).then_some(Logic::Const(true));
     };
-    if term.times < 1 || term.words.len() > 2 {
+    if term.factor < 1 || term.words.len() > 2 {
         return None;
     }
     let bits = 16 * term.words.len();
-    let (reading, least, most) = match term.reading {
-        Digits::Signed => (Reading::Signed, -(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1),
-        Digits::Unsigned => (Reading::Unsigned, 0, (1_i64 << bits) - 1),
-        Digits::Bcd => return None,
+    let (format, least, most) = match term.format {
+        IntegerFormat::Signed => {
+            (NumberFormat::Signed, -(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1)
+        }
+        IntegerFormat::Unsigned => (NumberFormat::Unsigned, 0, (1_i64 << bits) - 1),
+        IntegerFormat::Bcd => return None,
     };
-    let low = low.div_euclid(term.times) + i64::from(low.rem_euclid(term.times) > 0);
-    let high = high.div_euclid(term.times);
+    let low = low.div_euclid(term.factor) + i64::from(low.rem_euclid(term.factor) > 0);
+    let high = high.div_euclid(term.factor);
     let value = Number::Words(term.words.clone());
-    let is =
-        |relation, limit| compare(relation, reading, &value, constant(limit, term.words.len()));
+    let is = |relation, limit| compare(relation, format, &value, constant(limit, term.words.len()));
     let below = (low > least).then(|| match low > most {
         true => Logic::Const(true),
         false => is(Relation::Less, low),
@@ -245,8 +250,8 @@ mod tests {
         let fixed = |base| Address::within(CELL, 100, base, Vec::new());
         assert_eq!(outside(&fixed(80), Shape::Cells, 20), None);
         assert_eq!(outside(&fixed(81), Shape::Cells, 20), Some(Logic::Const(true)));
-        // Elements of three words: the number 33 is the last that begins within, 32 the last that ends there.
-        let wide = Term { times: 3, ..Term::signed(word) };
+        // Elements of three words in 99: element 32 is the last that fits.
+        let wide = Term { factor: 3, ..Term::signed(word) };
         let wide = Address::within(CELL, 99, 0, vec![wide]);
         assert_eq!(outside(&wide, Shape::Cells, 3), want(0, 32));
     }
@@ -255,7 +260,7 @@ mod tests {
     fn what_takes_all_operands_is_no_error() {
         let one = |operation| {
             let inputs = vec![Operand::Words(vec![WordSource::Cell(CELL)])];
-            Meaning { operation, inputs, outputs: Vec::new() }.error()
+            Meaning { operation, inputs, outputs: Vec::new() }.operand_error()
         };
         assert_eq!(one(Operation::Each(Unary::SwapBytes)), None);
         assert_eq!(one(Operation::Copy), None);

@@ -1,40 +1,40 @@
-//! Where control can go in a program: loops, jumps, calls, a routine's extent.
+//! Control flow of a program: loops, jumps, calls, the extent of routines.
 
 use crate::{BitTarget, Cell, Program, Region, Step, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a step leads to, for every instruction where it does.
-fn leads(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
+/// The target of each instruction whose step has one according to `to`, as pairs of instruction and target.
+fn targets(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
     let steps = program.instructions.iter().enumerate();
     steps.filter_map(|(at, instruction)| Some((at, to(&instruction.step)?))).collect()
 }
 
-/// All loops, as the indices of their beginning and end, outer before inner.
+/// All loops as pairs of first and last instruction; outer loops come before inner ones.
 pub fn loops(program: &Program) -> Vec<(usize, usize)> {
-    leads(program, |step| match step {
+    targets(program, |step| match step {
         Step::ForBegin { end, .. } => Some(*end),
         _ => None,
     })
 }
 
-/// All jumps, as the indices of the jump and its target.
+/// All jumps as pairs of jump and target.
 pub fn jumps(program: &Program) -> Vec<(usize, usize)> {
-    leads(program, |step| match step {
+    targets(program, |step| match step {
         Step::Jump { target, .. } => Some(*target),
         _ => None,
     })
 }
 
-/// All calls, as the indices of the call and its routine.
+/// All calls as pairs of call and routine.
 pub fn calls(program: &Program) -> Vec<(usize, usize)> {
-    leads(program, |step| match step {
+    targets(program, |step| match step {
         Step::Call { target, .. } => Some(*target),
         _ => None,
     })
 }
 
-/// The last instruction of a routine: its first return that no jump within it leads past.
-pub fn extent(program: &Program, entry: usize) -> Option<usize> {
+/// The last instruction of a routine: the first return that no jump within the routine passes over.
+pub fn routine_end(program: &Program, entry: usize) -> Option<usize> {
     let returns = |from: usize| {
         program.instructions[from..]
             .iter()
@@ -54,13 +54,13 @@ pub fn extent(program: &Program, entry: usize) -> Option<usize> {
     Some(end)
 }
 
-/// By routine the calls within it: where each stands, and the routine that is called. `None` if a routine does not end.
+/// For each routine the calls in it, as pairs of call and called routine. `None` if a routine has no end.
 fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize, usize)>>> {
-    // In the order of the program.
+    // In program order.
     let calls = calls(program);
     let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
     let within = |&entry: &usize| {
-        let end = extent(program, entry)?;
+        let end = routine_end(program, entry)?;
         let first = calls.partition_point(|&(at, _)| at < entry);
         let behind = calls.partition_point(|&(at, _)| at <= end);
         Some((entry, calls[first..behind].to_vec()))
@@ -68,7 +68,7 @@ fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize
     entries.iter().map(within).collect()
 }
 
-/// A call that leads back to the routine in which it stands, if there is one.
+/// A call that leads back to the routine that contains it, if there is one.
 pub fn recursion(program: &Program) -> Option<usize> {
     let edges = calls_within_routines(program)?;
     let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
@@ -81,11 +81,11 @@ pub fn recursion(program: &Program) -> Option<usize> {
     edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
 }
 
-/// A call at which more than `most` calls stand in each other, if there is one. Programs with recursion are not
-/// asked.
+/// A call that is nested more than `most` calls deep, if there is one. The program must not be recursive.
 pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
     let within = calls_within_routines(program)?;
-    // Routines reached by so many calls, round by round; those beyond the last round lie too deep.
+    // Round by round, the routines that are reached by one more nested call. Routines still reached after the last
+    // round are nested too deeply.
     let mut reached: BTreeSet<usize> = within.keys().copied().collect();
     for round in 1..=most {
         let next: Vec<(usize, usize)> =
@@ -98,8 +98,8 @@ pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
     None
 }
 
-/// How many instructions run between two, both included, at most, loops unrolled and calls followed.
-/// Programs with recursion are not asked.
+/// The largest number of instructions executed from `from` to `to` (inclusive), with loops unrolled and calls followed.
+/// The program must not be recursive.
 pub fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
     let mut known = BTreeMap::new();
     unrolled_between(program, from, to, &mut known)
@@ -123,7 +123,7 @@ fn unrolled_between(
             }
             Step::Summary(summary) => at = summary.end,
             &Step::Call { target, .. } => {
-                let size = match (known.get(&target), extent(program, target)) {
+                let size = match (known.get(&target), routine_end(program, target)) {
                     (Some(&size), _) => size,
                     (None, Some(end)) => unrolled_between(program, target, end, known),
                     (None, None) => 0,
@@ -170,14 +170,14 @@ pub fn written_by(write: &Write) -> Vec<Region> {
 
 /// Whether two regions have cells in common.
 #[must_use]
-pub fn meet(one: Region, other: Region) -> bool {
+pub fn overlap(one: Region, other: Region) -> bool {
     match (one, other) {
         (Region::Everything, _) | (_, Region::Everything) => true,
         (Region::Area(area), Region::Area(other)) => area == other,
         (Region::Area(area), Region::Range { first, .. })
         | (Region::Range { first, .. }, Region::Area(area)) => area == first.area,
         (Region::Range { first, .. }, Region::Range { first: second, .. }) => {
-            first.area == second.area && (one.holds(second) || other.holds(first))
+            first.area == second.area && (one.contains(second) || other.contains(first))
         }
     }
 }
@@ -186,5 +186,5 @@ pub fn meet(one: Region, other: Region) -> bool {
 #[must_use]
 pub fn is_written(program: &Program, cell: Cell) -> bool {
     let written = (0..program.instructions.len()).flat_map(|at| written(program, at));
-    written.into_iter().any(|region| region.holds(cell))
+    written.into_iter().any(|region| region.contains(cell))
 }

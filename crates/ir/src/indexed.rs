@@ -1,25 +1,26 @@
-//! What is written at a device that has an index, or as far as a word counts.
+//! The cells that an instruction writes through an index, or up to a count.
 
 use super::{Cell, Region, WordSource};
 
-/// The cells that an instruction writes whose device has an index, or of which a word counts how many there are.
+/// Describes the cells that an instruction writes if its device is indexed, or if a word gives their number.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Indexed {
+pub struct IndexedWrite {
     /// The first cell if the index is 0.
     pub first: Cell,
-    /// The index, each way in which it may be read: a signed number, its least word first. Which holds is not known.
-    pub readings: Vec<Vec<WordSource>>,
-    /// How many cells are written from there on.
+    /// The possible interpretations of the index, each a signed number, low word first. It is unknown which one the CPU
+    /// uses.
+    pub indices: Vec<Vec<WordSource>>,
+    /// The number of cells that are written.
     pub length: Length,
-    /// What the user stated of the index: the least and the largest.
+    /// The least and the largest index that the user stated.
     pub stated: Option<(i64, i64)>,
-    /// Between which cells, both included, those lie that are written, as `passes::values` found; empty where it did not.
-    pub found: Vec<(u32, u32)>,
+    /// The ranges of cells (first and last index in the area) that `passes::values` found; empty if it found none.
+    pub proved: Vec<(u32, u32)>,
 }
 
-impl Indexed {
-    /// Whether a region lies in the area of these cells. Another that is written with them is none of theirs, and none that
-    /// is written with the same choice lies there besides.
+impl IndexedWrite {
+    /// Whether a region is in the same area as these cells. Regions in other areas that the instruction writes with the
+    /// same choice are not part of the indexed write.
     #[must_use]
     pub fn shares_area(&self, region: Region) -> bool {
         match region {
@@ -29,14 +30,14 @@ impl Indexed {
         }
     }
 
-    /// The cells of this area from one number to another, both included.
+    /// The region of this area from cell `least` to cell `largest`, inclusive.
     #[must_use]
-    pub fn stretch(&self, (least, largest): (u32, u32)) -> Region {
+    pub fn range(&self, (least, largest): (u32, u32)) -> Region {
         let first = Cell { index: least, ..self.first };
         Region::Range { first, count: largest - least + 1 }
     }
 
-    /// Whether a region is what these cells are some of: their area, or all from the first on.
+    /// Whether a region is the over-approximation of these cells: their whole area, or all cells from the first on.
     #[must_use]
     pub fn may_reach(&self, region: Region) -> bool {
         match region {
@@ -46,8 +47,8 @@ impl Indexed {
         }
     }
 
-    /// Whether a region is what these cells are some of and nothing narrows it: all that the index's bits can say, if no
-    /// more.
+    /// Whether a region is the over-approximation of these cells, and the range of the index is not limited by anything
+    /// except its number of bits.
     #[must_use]
     pub fn is_unknown_in(&self, region: Region) -> bool {
         let is_all = match region {
@@ -60,13 +61,13 @@ impl Indexed {
     }
 }
 
-/// How many cells an instruction writes.
+/// The number of cells that an instruction writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Length {
-    /// A known number.
+    /// A constant.
     Exactly(u32),
-    /// A number for each that a word counts.
+    /// The value of a word times a constant.
     Counted(WordSource, u32),
-    /// It is not known.
+    /// Unknown.
     Unknown,
 }

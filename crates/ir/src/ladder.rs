@@ -1,4 +1,5 @@
-//! Rungs as they are drawn: from the instruction list back to contacts in series and in parallel, and what they drive.
+//! Ladder diagrams: reconstructs from the instruction list the contacts in series and in parallel of each rung, and
+//! what they drive.
 
 use super::{Instruction, Join, Logic, Program, Step};
 use scanbound_base::location::Location;
@@ -6,34 +7,34 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// One rung.
+/// A rung.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rung {
-    /// Its number, from 1 through all files.
+    /// Its number, counted from 1 through all files.
     pub number: u32,
-    /// The file, an index.
+    /// The index of its file.
     pub file: u32,
-    /// What stands in it, as the source has it, in its order.
+    /// Its instructions in source order.
     pub elements: Vec<Element>,
-    /// Its paths from the left, each behind those that it starts from.
+    /// Its paths from the left rail; each path comes after the path at whose end it starts.
     pub paths: Vec<Path>,
 }
 
 /// An instruction of the source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {
-    /// Where it stands.
+    /// Its position.
     pub at: Location,
     /// Its text.
     pub text: Arc<str>,
-    /// How it is drawn.
+    /// The symbol to draw.
     pub symbol: Symbol,
-    /// Its parts in the program, indices into `Program::instructions`.
+    /// The parts of the instruction in the program, indices into `Program::instructions`.
     pub parts: Range<usize>,
 }
 
 impl Element {
-    /// What stands at its symbol: a contact's or a coil's device, else all of its text.
+    /// The text at the symbol: the device of a contact or coil, else the whole instruction.
     #[must_use]
     pub fn label(&self) -> &str {
         match self.symbol {
@@ -43,50 +44,51 @@ impl Element {
     }
 }
 
-/// How an instruction is drawn.
+/// The symbol of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symbol {
-    /// A contact that conducts when its device is on.
+    /// A normally open contact: conducts while its device is on.
     Contact,
-    /// A contact that conducts when its device is off.
+    /// A normally closed contact: conducts while its device is off.
     Negated,
-    /// A condition of another kind: an edge, a comparison, a change of the result.
+    /// Another condition: an edge, a comparison, or a change of the result.
     Condition,
     /// A coil.
     Coil,
-    /// A coil that switches its device on to stay.
+    /// A set coil (latch).
     Set,
-    /// A coil that switches its device off.
+    /// A reset coil (unlatch).
     Reset,
-    /// An instruction in a box.
+    /// A box with the instruction's text.
     Box,
-    /// Nothing: it only says how the others are connected.
+    /// Not drawn: the instruction only connects others.
     Link,
 }
 
-/// A stretch of a rung from a point on: conditions, and what is driven behind them. The end of a path is a point, too.
+/// A section of a rung between two branching points: conditions, then the elements that they drive. The end of a path
+/// is a branching point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Path {
-    /// The path at whose end it starts; else the left rail.
+    /// The path at whose end this one starts; `None` for the left rail.
     pub from: Option<usize>,
     /// Its conditions.
     pub conditions: Drawing,
-    /// What is driven at its end, indices into [`Rung::elements`].
+    /// The elements that are driven at its end, indices into [`Rung::elements`].
     pub driven: Vec<usize>,
 }
 
 /// How conditions are connected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Drawing {
-    /// One of them, an index into [`Rung::elements`].
+    /// One condition, an index into [`Rung::elements`].
     One(usize),
-    /// From left to right; without any a wire.
+    /// Connected in series, from left to right; a plain wire if empty.
     Series(Vec<Drawing>),
-    /// One above the other.
+    /// Connected in parallel.
     Parallel(Vec<Drawing>),
 }
 
-/// All rungs of a program, in the order of the source.
+/// All rungs of a program in source order.
 #[must_use]
 pub fn rungs(program: &Program) -> Vec<Rung> {
     let mut rungs = Vec::new();
@@ -122,14 +124,14 @@ fn rung(program: &Program, instructions: Range<usize>) -> Rung {
     Rung { number: first.block, file: first.place.file, elements, paths: drawer.paths }
 }
 
-/// A result of the list on its way: conditions behind a point.
+/// An entry of the result stack: the conditions after a branching point.
 #[derive(Default)]
 struct Result {
     from: Option<usize>,
     conditions: Vec<Drawing>,
 }
 
-/// Draws a rung as its instructions come.
+/// Builds the drawing of a rung instruction by instruction.
 #[derive(Default)]
 struct Drawer {
     stack: Vec<Result>,
@@ -138,13 +140,13 @@ struct Drawer {
 }
 
 impl Drawer {
-    /// Draws the parts of an instruction, which is the rung's element of this number.
+    /// Draws the parts of one instruction, which is element number `element` of the rung.
     fn take(&mut self, parts: &[Instruction], element: usize) -> Symbol {
         let mut symbol = None;
         for part in parts {
             let own = match &part.step {
                 Step::Logic { join, value } => {
-                    // What an instruction asks in several parts is one condition.
+                    // An instruction with several condition parts is drawn as one condition.
                     if !matches!(
                         symbol,
                         Some(Symbol::Contact | Symbol::Negated | Symbol::Condition)
@@ -225,7 +227,7 @@ impl Drawer {
         }
     }
 
-    /// All conditions of a result from the left rail on: what stands before a point is drawn once more.
+    /// All conditions of a result from the left rail on; those before a branching point are repeated.
     fn whole(&self, result: Result) -> Vec<Drawing> {
         let mut paths = Vec::new();
         let mut from = result.from;
@@ -246,7 +248,7 @@ impl Drawer {
         self.stack.push(Result { from: None, conditions });
     }
 
-    /// The point that the result has come to, as a path's end.
+    /// Ends the path of the current result at a branching point, and returns this path.
     fn point(&mut self) -> Option<usize> {
         let top = self.stack.last_mut()?;
         if !top.conditions.is_empty() {
@@ -257,7 +259,7 @@ impl Drawer {
         top.from
     }
 
-    /// Drives an element by the result, and by those below it where it has several inputs.
+    /// Connects an element to the current result, and to the results below it on the stack if it has several inputs.
     fn drive(&mut self, element: usize) {
         while self.stack.len() > 1 {
             let below = self.stack.remove(0);
@@ -277,7 +279,7 @@ impl Drawer {
         self.paths[point].driven.push(element);
     }
 
-    /// Draws what drives nothing.
+    /// Draws the conditions that drive nothing.
     fn finish(&mut self) {
         for Result { from, conditions } in std::mem::take(&mut self.stack) {
             if !conditions.is_empty() {
@@ -312,7 +314,7 @@ fn parallel(first: Drawing, second: Drawing) -> Drawing {
     Drawing::Parallel(all)
 }
 
-/// What a condition looks like. `LDP X0` asks for a bit and more, and is no plain contact.
+/// The symbol of a condition. `LDP X0` tests more than a bit, so it is not a plain contact.
 fn contact(value: &Logic, text: &str) -> Symbol {
     match value {
         _ if text.split(' ').count() != 2 => Symbol::Condition,
@@ -322,7 +324,7 @@ fn contact(value: &Logic, text: &str) -> Symbol {
     }
 }
 
-/// What an instruction looks like that is driven.
+/// The symbol of an element that is driven.
 fn driven(text: &str) -> Symbol {
     let mut words = text.split(' ');
     let mnemonic = words.next().unwrap_or_default().trim_start_matches('@');

@@ -1,34 +1,37 @@
-//! A PLC program as the analysis sees it: instructions over named cells, with exact meaning and no dialect.
+//! The intermediate representation of a PLC program: instructions on named cells, with exact semantics and without
+//! dialects.
 //!
-//! Dialects end here. A dialect turns its mnemonics into the few steps below; the symbolic execution
-//! (`scan`) and the concrete interpreter (`replay`) both follow this page to the letter and share no code.
+//! Each front translates its mnemonics into the few steps defined below. The symbolic execution (`scan`) and the
+//! concrete interpreter (`replay`) both implement this definition exactly, and share no code.
 //!
-//! # Meaning of one scan
+//! # Semantics of one scan
 //!
-//! State: the cells (bits, 16-bit words), a stack of results, numbered save slots, a stack of open master control
-//! regions. Every cell starts the scan with an arbitrary value that `ranges` and `invariants` allow. `mains` run in
-//! order, each from its first to its last instruction; then every interrupt routine runs as often as it
-//! states. For each instruction that is reached:
+//! State: the cells (bits and 16-bit words), a stack of results, numbered save slots, and a stack of open master
+//! control regions. At the start of a scan each cell has any value that `stated_ranges` and `invariants` allow. The
+//! routines in `mains` run in order, each from its first to its last instruction. Then every interrupt routine runs the
+//! number of times that is stated for it. For each instruction that control reaches:
 //!
-//! 1. The *condition* is worked out: the top of the stack (true if the stack is empty), and, for the
-//!    steps that act (all but `Logic`, the stack steps and `ForBegin`/`ForEnd`), every master control region's condition.
-//! 2. The step's expressions (`value`, `fires`) are evaluated in the state before the instruction.
-//!    `Logic::Condition` is the condition of 1.
-//! 3. The instruction's effects are carried out in order, each seeing the effects before it;
-//!    `When::Fired` effects only if `fires` was true (for `Logic` steps: only if `value` was true).
-//! 4. The step itself is carried out: the stack changes, or control goes elsewhere.
+//! 1. The *condition* is computed: the top of the stack (true if the stack is empty). For steps that act (all but
+//!    `Logic`, the stack steps and `ForBegin`/`ForEnd`) the condition of every open master control region is combined
+//!    with it by AND.
+//! 2. The step's expressions (`value`, `fires`) are evaluated in the state before the instruction. `Logic::Condition`
+//!    is the condition of point 1.
+//! 3. The instruction's effects are executed in order; each sees the effects before it. `When::Fired` effects are
+//!    executed only if `fires` was true (for `Logic` steps: only if `value` was true).
+//! 4. The step itself is executed: the stack changes, or control is transferred.
 //!
-//! A `Logic` step fires if its `value` is true; a step with neither `fires` nor `value` fires whenever it is
-//! reached. Stack, slots and master control regions are empty at the start of each main routine and of each run of an
-//! interrupt routine; what is asked of an empty stack or slot is true. `End` in a called routine ends the main
-//! routine all the same; in an interrupt's run, `End` and `Stop` end that run.
+//! A `Logic` step fires if its `value` is true; a step with neither `fires` nor `value` fires whenever it is reached.
+//! Stack, slots and master control regions are empty at the start of each main routine and of each run of an interrupt
+//! routine. An empty stack or slot reads as true. `End` in a called routine ends the main routine too; in a run of an
+//! interrupt routine, `End` and `Stop` end that run.
 //!
-//! An instruction that is reached costs its on-time if it fires, else its off-time. An instruction that is
-//! not reached costs nothing. What a program cannot tell is a nondeterministic value, a *choice* for short: a
-//! `Free` source has, in one call context (its [`Frame`]s of calls, loop iterations and interrupts), any one
-//! value; two sources with the same id in the same context have the same value.
+//! An instruction that is reached costs its on-time if it fires, else its off-time. An instruction that is not
+//! reached costs nothing. A value that the program does not determine is a nondeterministic value, a *choice* for
+//! short: a `Free` source has any one value in each call context (the [`Frame`]s of calls, loop iterations and
+//! interrupts). Two sources with the same id in the same context have the same value.
 //!
-//! That is what the upper bound is found on. Where a choice's value comes from on a PLC, [`meaning`] says.
+//! The upper bound is computed with these semantics. The module [`meaning`] says where the value of a choice comes
+//! from on a real PLC.
 
 mod approximation;
 mod area;
@@ -38,35 +41,35 @@ pub mod errors;
 pub mod flow;
 mod indexed;
 pub mod ladder;
+pub mod location_text;
 pub mod meaning;
-pub mod place;
 mod reads;
+mod resolutions;
 mod routines;
 mod scan_control;
-mod settled;
 mod start;
 mod statements;
 pub mod tags;
 mod task;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
-pub mod timed;
+pub mod timers;
 mod timing;
 
-pub use approximation::{Approximated, Approximation, Unfollowed};
+pub use approximation::{Approximated, Approximation, SummaryReason};
 pub use area::{Area, AreaKind, Device, Operand, Radix, Role};
 pub use charts::Charts;
-pub use indexed::{Indexed, Length};
+pub use indexed::{IndexedWrite, Length};
 pub use meaning::ChoiceKind;
 pub use reads::{Source, SourceMut};
-pub use routines::{Absent, Interrupt};
+pub use resolutions::{Resolution, Resolutions};
+pub use routines::{Interrupt, MissingRoutine};
 pub use scan_control::{ScanControl, Setting, Switch};
-pub use settled::{Settled, Settling};
-pub use start::{Apart, PowerUp, StartRange, TrustedRange, range_or_values};
+pub use start::{ExclusiveBits, PowerUp, StartRange, TrustedRange, range_or_values};
 pub use statements::{Body, Statement, Statements};
 pub use tags::{Tag, Tags, Type};
 pub use task::Task;
-pub use timing::{Counted, TimingKey, Touched, Units};
+pub use timing::{AccessedDevices, Counted, TimingKey, Units};
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
@@ -76,73 +79,74 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Which area of memory, an index into `Program::areas`.
+/// A memory area, an index into `Program::areas`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AreaId(pub u16);
 
-/// One cell of memory: a bit or a 16-bit word.
+/// A memory cell: a bit or a 16-bit word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell {
-    /// Its area.
+    /// The area.
     pub area: AreaId,
-    /// Its place there.
+    /// The index in the area.
     pub index: u32,
 }
 
 impl Cell {
-    /// The cell `n` places further on.
+    /// The cell `n` cells later in the same area.
     #[must_use]
     pub fn plus(self, n: u32) -> Cell {
         Cell { area: self.area, index: self.index + n }
     }
 }
 
-/// A nondeterministic value: a place in the program whose value is not known. See the page's head.
+/// The identifier of a nondeterministic value: a place in the program whose value is unknown. See the crate
+/// documentation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ChoiceId(pub u32);
 
-/// Where a bit is read.
+/// A source of one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitSource {
     /// A constant.
     Const(bool),
-    /// A bit cell.
+    /// The value of a bit cell.
     Cell(Cell),
-    /// Bit 0 (least) to 15 of a word cell.
+    /// Bit 0 (least significant) to 15 of a word cell.
     WordBit(Cell, u8),
     /// A nondeterministic value: bit 0 of the choice.
     Free(ChoiceId),
 }
 
-/// Where sixteen bits are read.
+/// A source of sixteen bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordSource {
     /// A constant.
     Const(u16),
     /// A word cell.
     Cell(Cell),
-    /// `count` (1 to 16) bit cells from `first` on, `first` the least; the bits above are 0.
+    /// `count` (1 to 16) bit cells from `first` on, `first` being the least significant bit; the upper bits are 0.
     Bits {
-        /// The least bit.
+        /// The least significant bit.
         first: Cell,
-        /// How many.
+        /// The number of bits.
         count: u8,
     },
-    /// Any value.
+    /// A nondeterministic value.
     Free(ChoiceId),
 }
 
-/// Where a bit is written.
+/// The destination of one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitTarget {
-    /// A bit cell.
+    /// The value of a bit cell.
     Cell(Cell),
-    /// A bit of a word cell; the other bits stay.
+    /// A bit of a word cell; the other bits keep their values.
     WordBit(Cell, u8),
 }
 
 impl BitTarget {
-    /// The cell that holds it.
+    /// The cell that contains the bit.
     #[must_use]
     pub fn cell(self) -> Cell {
         match self {
@@ -150,7 +154,7 @@ impl BitTarget {
         }
     }
 
-    /// Where it is read.
+    /// The source that reads this bit.
     #[must_use]
     pub fn source(self) -> BitSource {
         match self {
@@ -160,27 +164,27 @@ impl BitTarget {
     }
 }
 
-/// Where sixteen bits are written.
+/// The destination of sixteen bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordTarget {
     /// A word cell.
     Cell(Cell),
-    /// The low `count` bits go to `count` (1 to 16) bit cells from `first` on.
+    /// The low `count` (1 to 16) bits go to the bit cells from `first` on; the upper bits are lost.
     Bits {
-        /// Where the least bit goes.
+        /// The destination of the least significant bit.
         first: Cell,
-        /// How many.
+        /// The number of bits.
         count: u8,
     },
-    /// Nowhere that matters.
+    /// The value is not stored.
     Discard,
 }
 
-/// A number of one or more words, least word first. Both sides of an operation have equally many words,
-/// results wrap around.
+/// An expression for a number of one or more words, low word first. Both operands of an operation have the same number
+/// of words. Results wrap around.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Number {
-    /// The words themselves.
+    /// A number that consists of these words.
     Words(Vec<WordSource>),
     /// Sum.
     Add(Box<Number>, Box<Number>),
@@ -211,32 +215,32 @@ pub enum Relation {
     GreaterOrEqual,
 }
 
-/// As what numbers are compared.
+/// How the words of a comparison are interpreted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Reading {
-    /// Two's complement of all words together.
+pub enum NumberFormat {
+    /// One signed number (two's complement).
     Signed,
-    /// Unsigned of all words together.
+    /// One unsigned number.
     Unsigned,
-    /// IEEE 754 single (two words). If either side is not a normal number or plain +0 (that is: -0, a
-    /// denormal, an infinity, not a number), the comparison's result is bit 0 of the choice.
+    /// IEEE 754 single precision (two words). If either side is neither a normal number nor +0 (that is: -0, denormal,
+    /// infinite, or not a number), the result of the comparison is bit 0 of the choice.
     Real(ChoiceId),
 }
 
-/// A comparison of two numbers of equally many words.
+/// A comparison of two numbers with the same number of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Compare {
-    /// The relation asked for.
+    /// The comparison operator.
     pub relation: Relation,
-    /// Signed, unsigned or real.
-    pub reading: Reading,
+    /// How the words are interpreted.
+    pub format: NumberFormat,
     /// Left side.
     pub left: Number,
     /// Right side.
     pub right: Number,
 }
 
-/// A truth value worked out from the state.
+/// A Boolean expression over the state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Logic {
     /// The condition of this instruction.
@@ -247,9 +251,9 @@ pub enum Logic {
     Bit(BitSource),
     /// Negation.
     Not(Box<Logic>),
-    /// True if all are (true if none is given).
+    /// True if all operands are true (true if there are none).
     All(Vec<Logic>),
-    /// True if one is (false if none is given).
+    /// True if at least one operand is true (false if there are none).
     Any(Vec<Logic>),
     /// A comparison.
     Compare(Box<Compare>),
@@ -263,21 +267,21 @@ impl Logic {
         Logic::Not(Box::new(self))
     }
 
-    /// A bit cell.
+    /// The value of a bit cell.
     #[must_use]
     pub fn cell(cell: Cell) -> Logic {
         Logic::Bit(BitSource::Cell(cell))
     }
 }
 
-/// Some cells, for writes whose target or value is not known.
+/// A set of cells, for writes whose target or value is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Region {
     /// `count` cells from `first` on.
     Range {
-        /// The first.
+        /// The first cell.
         first: Cell,
-        /// How many.
+        /// The number of cells.
         count: u32,
     },
     /// A whole area.
@@ -287,9 +291,9 @@ pub enum Region {
 }
 
 impl Region {
-    /// Whether the region holds the cell.
+    /// Whether the region contains the cell.
     #[must_use]
-    pub fn holds(self, cell: Cell) -> bool {
+    pub fn contains(self, cell: Cell) -> bool {
         match self {
             Region::Range { first, count } => {
                 cell.area == first.area
@@ -301,9 +305,9 @@ impl Region {
         }
     }
 
-    /// What lies in this region of some stretches of cells of its area.
+    /// The intersection with each of these regions, which lie in the same area.
     #[must_use]
-    pub fn parts(self, stretches: &[Region]) -> Vec<Region> {
+    pub fn intersections(self, stretches: &[Region]) -> Vec<Region> {
         let Region::Range { first: own, count: most } = self else { return stretches.to_vec() };
         let part = |stretch: &Region| {
             let Region::Range { first, count } = *stretch else { return Some(self) };
@@ -320,16 +324,16 @@ impl Region {
 /// A change of the state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Write {
-    /// A bit takes a value.
+    /// Writes a value to a bit.
     Bit(BitTarget, Logic),
-    /// Words take a number's words; all are read before any is written. As many targets as words.
+    /// Writes the words of a number to as many targets. All sources are read before any target is written.
     Words(Vec<WordTarget>, Number),
-    /// Every cell of the region takes any value: the choice, for each cell on its own (a bit cell takes
+    /// Havoc: every cell of the region gets any value, given by the choice for each cell separately (a bit cell gets
     /// bit 0).
     Havoc(Region, ChoiceId),
 }
 
-/// When an effect happens, once its instruction is reached.
+/// Under which condition an effect of a reached instruction is executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
     /// Whenever the instruction is reached.
@@ -338,155 +342,158 @@ pub enum When {
     Fired,
 }
 
-/// A write and when it happens.
+/// A write with its condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Effect {
-    /// When.
+    /// The condition.
     pub when: When,
-    /// What.
+    /// The write.
     pub write: Write,
 }
 
-/// How a result joins the stack.
+/// How a result is combined with the stack of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Join {
-    /// Empties the stack and pushes: the first contact of a rung.
+    /// Clears the stack and pushes: the first contact of a rung.
     Start,
-    /// Pushes: a contact that begins a further branch.
+    /// Pushes: a contact that begins another branch.
     Load,
-    /// Top of the stack becomes top and value.
+    /// ANDs the top of the stack with the value.
     And,
-    /// Top of the stack becomes top or value.
+    /// ORs the top of the stack with the value.
     Or,
-    /// Top of the stack becomes the value (pushes if the stack is empty).
+    /// Replaces the top of the stack by the value (pushes if the stack is empty).
     Replace,
 }
 
 /// What an instruction does besides its effects.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// A contact, or a change of the result.
+    /// A contact, or another change of the result.
     Logic {
-        /// How it joins the stack.
+        /// How the value is combined with the stack.
         join: Join,
-        /// Its value.
+        /// The value.
         value: Logic,
     },
-    /// Pops two, pushes their conjunction.
+    /// Pops two results and pushes their conjunction.
     AndBlock,
-    /// Pops two, pushes their disjunction.
+    /// Pops two results and pushes their disjunction.
     OrBlock,
     /// Saves the top of the stack (true if it is empty) in a slot.
     Save(u32),
-    /// The top of the stack becomes the slot's value (pushes if the stack is empty).
+    /// Replaces the top of the stack by the slot's value (pushes if the stack is empty).
     Fetch(u32),
-    /// A coil or an application instruction: all it does stands in the effects.
+    /// A coil or an application instruction, which changes the state only by its effects.
     Act {
-        /// When it counts as on.
+        /// When it fires and costs its on-time.
         fires: Logic,
     },
-    /// Goes to a later instruction of the same routine if it fires. Never into or out of a master control region, never
-    /// into a loop; out of a loop ends that loop.
+    /// If it fires, control jumps to a later instruction of the same routine: never into or out of a master control
+    /// region, and never into a loop. A jump out of a loop ends the loop.
     Jump {
-        /// When.
+        /// When it jumps.
         fires: Logic,
-        /// The instruction gone to.
+        /// The instruction to which it jumps.
         target: usize,
     },
-    /// Runs from `target` to a `Return` if it fires, then goes on. The called routine has its own stack,
-    /// slots and master control regions, empty at first.
+    /// If it fires, calls the routine at `target`, which runs to a `Return`; then control continues here. The routine
+    /// has a stack, slots and master control regions of its own, initially empty.
     Call {
-        /// When.
+        /// When it calls.
         fires: Logic,
-        /// First instruction of the routine.
+        /// The first instruction of the routine.
         target: usize,
     },
-    /// Ends the routine that was called, or the interrupt routine.
+    /// Returns from a called routine, or ends the interrupt routine.
     Return,
     /// Ends the main routine of this file.
     End,
-    /// If it fires, the scan ends here; nothing further is reached, in no file (but interrupt routines).
+    /// If it fires, the scan ends: nothing else is executed in any file, except interrupt routines.
     Stop {
-        /// When.
+        /// When it ends the scan.
         fires: Logic,
     },
-    /// A loop without a bound: control has come round to where it was, and nothing that the loop asks for has changed, or
-    /// nothing is known that ends it. A scan that gets here has no bound. It is followed no further, as if it ended.
+    /// An unbounded loop: control has returned to an earlier point and nothing that the loop tests has changed, or no
+    /// end of the loop is known. A scan that reaches this has no bound. The analysis continues after it as if the loop
+    /// ended.
     Unbounded {
-        /// Where the loop begins; it ends where control came from.
+        /// The first instruction of the loop; its last one is the instruction from which control came.
         from: usize,
-        /// Whether it goes on for ever; else only no count of its turns is known.
+        /// `true` if the loop certainly never ends; `false` if only the number of its iterations is unknown.
         certain: bool,
     },
-    /// Runs the instructions up to its `ForEnd` so many times: the count as a signed number, but at
-    /// least `least` and at most `most`. Read once. `ForBegin` itself is reached once, its `ForEnd` once an iteration.
+    /// Executes the instructions up to its `ForEnd` as often as the count says: a signed number, read once, and limited
+    /// to `least..=most`. `ForBegin` itself is reached once, its `ForEnd` once for each iteration.
     ForBegin {
         /// The count.
         count: WordSource,
-        /// Fewer iterations are not made.
+        /// The least number of iterations.
         least: u32,
-        /// More iterations are not made.
+        /// The largest number of iterations.
         most: u32,
-        /// The matching `ForEnd`.
+        /// The index of the matching `ForEnd`.
         end: usize,
     },
     /// Ends an iteration.
     ForEnd,
-    /// A loop of which no sensible number of iterations is known, summarised: every instruction listed is
-    /// charged so often at its dearer time, then the regions are havocked (under `choice`), then each exit whose
-    /// choice's bit 0 is true is taken (the first such), else control goes behind `end`. No result is left on the
-    /// stack or in a slot.
+    /// A summary of a loop whose number of iterations is unknown or too large. Every instruction listed is charged the
+    /// given number of times at the larger of its two times; then the regions are havocked (with `choice`); then the
+    /// first exit whose choice has bit 0 set is taken, or control continues after `end`. Stack and slots are empty
+    /// afterwards.
     Summary(Box<Summary>),
-    /// Opens a master control region: until it ends, its condition (whether this fired) holds off what stands in it.
+    /// Opens a master control region. Until it is closed, its condition (whether this step fired) is part of the
+    /// condition of every step that acts.
     MasterControlBegin {
-        /// Its nesting level.
+        /// The nesting level.
         level: u32,
-        /// Its condition.
+        /// The condition of the region.
         fires: Logic,
     },
-    /// Closes every open master control region of this level or a higher one.
+    /// Closes every open master control region of this level or higher.
     MasterControlEnd {
         /// The level.
         level: u32,
     },
-    /// Nothing: a label, a page break, no operation.
+    /// No operation: a label, a page break, NOP.
     Nothing,
 }
 
-/// What is summarised. It stands apart: few steps are one, and all are as large as the largest.
+/// The contents of a loop summary. Boxed in [`Step`], because it is large and rare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// The matching `ForEnd`; what stands between is not run.
+    /// The matching `ForEnd`; the instructions up to it are not executed.
     pub end: usize,
-    /// Instruction and how often it is charged.
+    /// Instructions, and how often each is charged.
     pub charges: Vec<(usize, u64)>,
-    /// What the loop may have written.
+    /// The regions that the loop may write.
     pub havocs: Vec<Region>,
-    /// The choice of the values.
+    /// The choice for the values written.
     pub choice: ChoiceId,
-    /// Exits other than its end.
+    /// Exits other than the normal end of the loop, each with the choice that takes it.
     pub exits: Vec<(ChoiceId, Exit)>,
-    /// For a loop, what its `ForBegin` said: the count, the least and the most iterations. A real run goes by these.
+    /// For a loop, the operands of its `ForBegin`: the count, the least and the largest number of iterations. Real runs
+    /// use these.
     pub iterations: Option<(WordSource, u32, u32)>,
 }
 
-/// An exit of what is summarised.
+/// An exit from a summarised loop or routine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
-    /// To a later instruction of the same routine, as a jump.
+    /// Jumps to a later instruction of the same routine.
     To(usize),
-    /// As `Step::Return`.
+    /// Like `Step::Return`.
     Return,
-    /// As `Step::End`.
+    /// Like `Step::End`.
     End,
-    /// As a `Step::Stop` that fires.
+    /// Like a `Step::Stop` that fires.
     Stop,
 }
 
 impl Step {
-    /// Whether master control regions that are off hold it off.
+    /// Whether the step is disabled while a master control region is off.
     #[must_use]
-    pub fn acts(&self) -> bool {
+    pub fn depends_on_master_control(&self) -> bool {
         match self {
             Step::Logic { .. }
             | Step::AndBlock
@@ -509,7 +516,7 @@ impl Step {
         }
     }
 
-    /// What decides whether the step fires; `None` if it fires whenever it is reached.
+    /// The expression that says whether the step fires; `None` if it fires whenever it is reached.
     #[must_use]
     pub fn fires(&self) -> Option<&Logic> {
         match self {
@@ -535,147 +542,150 @@ impl Step {
     }
 }
 
-/// One instruction.
+/// An instruction, or a part of one, in the order of execution.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instruction {
-    /// Where it stands.
+    /// Its position in the source.
     pub place: Location,
-    /// Its rung, from 1 through all files.
+    /// The number of its rung, counted from 1 through all files.
     pub block: u32,
-    /// As the source has it, operands apart by one blank. The parts of an instruction share it.
+    /// The source text, with one blank between operands. The parts of an instruction share it.
     pub text: Arc<str>,
-    /// The operands that name devices, in the order of the text. The parts of an instruction share them.
+    /// The operands that name devices, in text order. The parts of an instruction share them.
     pub operands: Arc<[Operand]>,
-    /// How it is priced; `None` for a part of an instruction that is priced elsewhere.
+    /// How to find its time; `None` for a part of an instruction whose time is charged at another part.
     pub timing: Option<Box<TimingKey>>,
-    /// What it changes.
+    /// What it writes, in order.
     pub effects: Vec<Effect>,
-    /// What it does.
+    /// What else it does.
     pub step: Step,
 }
 
 impl Instruction {
-    /// The words that say how many units it handles.
+    /// The words that give its number of units, if it is variable.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         self.timing.as_ref()?.counted()
     }
 }
 
-/// One source file.
+/// A source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
     /// Its name as the user gave it.
     pub name: String,
     /// Its instructions, a range of `Program::instructions`.
     pub instructions: std::ops::Range<usize>,
-    /// How many instructions the source has (an instruction may take more than one of ours).
+    /// The number of instructions in the source. One source instruction may become several here.
     pub count: usize,
 }
 
-/// A whole project: its files' programs run one after another in each scan.
+/// A project. The programs of its files run one after another in each scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Program {
-    /// The dialect's name, for the report.
+    /// The name of the dialect, for reports.
     pub dialect: String,
-    /// The CPU that the source names, if it does.
+    /// The CPU that the source names, if any.
     pub cpu: Option<String>,
-    /// The files.
+    /// The source files.
     pub files: Vec<SourceFile>,
-    /// The places among these of files of subroutines alone, which do not run by themselves.
+    /// Indices into `files` of files with subroutines only, which do not run by themselves.
     pub standby: Vec<usize>,
     /// The memory areas.
     pub areas: Vec<Area>,
-    /// All instructions of all files.
+    /// The instructions of all files.
     pub instructions: Vec<Instruction>,
-    /// The main routines, ranges of instructions, in the order in which they run.
+    /// The main routines, ranges of instructions, in execution order.
     pub mains: Vec<std::ops::Range<usize>>,
     /// The interrupt routines.
     pub interrupts: Vec<Interrupt>,
-    /// The tasks that the project has by name, the one whose scan this is first; the others are interrupts of the same names.
+    /// The named tasks of the project. The first is the task whose scan is bounded; the others are also interrupts with
+    /// the same names.
     pub tasks: Vec<Task>,
-    /// The `ForBegin`s of loops of which nothing says how many iterations they make. They are summarised, however few
-    /// instructions they have.
-    pub uncounted: BTreeSet<usize>,
-    /// Instructions at which fewer iterations or units are counted than their words could say, as `passes::values` found.
-    pub narrowed: BTreeSet<usize>,
-    /// Instructions that may be an operation error, and when they are: worked out in the state before the instruction, where
-    /// it fires or is a contact. The CPU does not go on from one, so no such scan is a lower bound; upper bounds have such scans, too.
+    /// The `ForBegin`s of loops whose number of iterations is unknown. Such loops are always summarised.
+    pub loops_without_count: BTreeSet<usize>,
+    /// Instructions whose iterations or units have a smaller upper limit than their words could hold, as
+    /// `passes::values` found.
+    pub limited_counts: BTreeSet<usize>,
+    /// Instructions that may cause an operation error, and under which condition; the condition is evaluated in the
+    /// state before the instruction, if it fires or is a contact. The CPU stops at such an error, so a scan with one is
+    /// not a lower bound. The upper bound includes such scans.
     pub errors: BTreeMap<usize, Logic>,
-    /// The routines that are not there, one for each call.
-    pub absent: Vec<Absent>,
-    /// Units without a body that are called, and of which nothing is stated: they were taken to do nothing.
-    pub bodiless: Vec<(String, Location)>,
-    /// How many rungs there are.
+    /// Calls of routines whose source is missing, one entry for each call.
+    pub missing_routines: Vec<MissingRoutine>,
+    /// Units that are called but have no body and no stated facts. The analysis assumes that they do nothing.
+    pub without_body: Vec<(String, Location)>,
+    /// The number of rungs.
     pub blocks: u32,
-    /// How many nondeterministic values there are: ids are below this.
+    /// The number of choices; every `ChoiceId` is below it.
     pub choices: u32,
-    /// What is known of nondeterministic values; of one that is not named here nothing is.
+    /// Where the values of choices come from. Nothing is known of a choice without an entry.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
-    /// Exact choices that the bound follows whatever they read; others only where that is known.
-    pub followed: BTreeSet<ChoiceId>,
-    /// What registers of the CPU some choices read, which it sets by itself: their area and number.
+    /// Exact choices whose operation the upper bound always follows. The operations of others are followed only if
+    /// their operands are known.
+    pub always_followed: BTreeSet<ChoiceId>,
+    /// Choices that read CPU registers which the CPU itself sets: the name of the area and the register number.
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
-    /// What an emulated CPU's timers and counters do.
-    pub timekeeping: timed::Timekeeping,
-    /// For choices with which a whole area is havocked since an index says where to write: which cells that can be.
-    pub indexed: BTreeMap<ChoiceId, Indexed>,
-    /// How the CPU comes up.
+    /// Timers and counters, for emulated CPUs and runs of successive scans.
+    pub timekeeping: timers::Timekeeping,
+    /// For choices that havoc a whole area because the write is indexed: the cells that may be written.
+    pub indexed: BTreeMap<ChoiceId, IndexedWrite>,
+    /// The state after power-up.
     pub power_up: PowerUp,
-    /// What it does to the time that a scan may take.
+    /// How the program changes the limits of its scan time.
     pub scan_control: ScanControl,
-    /// What may change at any moment: a read of it gives any value (`passes::interrupts`), and no exact choice is worked
-    /// out from it.
+    /// Cells that may change at any moment: every read gives any value (`passes::interrupts`), and no exact choice is
+    /// computed from them.
     pub volatile: Vec<Region>,
-    /// What is over-approximated.
+    /// All over-approximated places.
     pub approximations: Vec<Approximation>,
-    /// Names of cells that have none of their own, such as what an instruction remembers.
+    /// Names of cells without a device name, such as the memory of an edge instruction.
     pub names: BTreeMap<Cell, String>,
-    /// Data that is not flat, and what its cells are called.
+    /// Structured data, and the names of its cells.
     pub tags: Tags,
-    /// What people call devices.
+    /// The comments of devices.
     pub comments: BTreeMap<Device, String>,
-    /// How many words each scan runs, one a clock, on a machine that works so.
-    pub clocked: Option<u64>,
-    /// The shortest timer, where a timer that a scan starts is taken not to run out in it.
+    /// For a machine that executes one word at each clock: the number of words in each scan.
+    pub words_per_scan: Option<u64>,
+    /// The shortest timer, if the analysis assumes that a timer does not expire in the scan that starts it.
     pub shortest_timer: Option<Picos>,
-    /// Whether a scan is best told by its path from place to place.
+    /// Whether reports show a scan as a path from place to place.
     pub shows_path: bool,
-    /// Input points and output points that the program uses, where its dialect counted them.
+    /// The number of input points and output points that the program uses, if the dialect counts them.
     pub points: Option<[u32; 2]>,
-    /// Cells that a network or a special unit refreshes where one is fitted, and what they are, in words.
+    /// Cells that a network or a special unit refreshes if one is fitted, with a description.
     pub networks: Vec<(Region, String)>,
-    /// Cells that others than the program write between scans, as the user states, or as modules deliver later what an
-    /// instruction asked for.
+    /// Cells that something other than the program writes between scans, as the user states, or because a module
+    /// delivers later what an instruction requested.
     pub external: Vec<Region>,
-    /// Cells that nobody but the program writes, as the user states; what is also in `external` is not.
+    /// Cells that only the program writes, as the user states. Cells that are also in `external` are excluded.
     pub internal: Vec<Region>,
-    /// The first instruction that reaches into a network's station by itself, an index into `instructions`.
-    pub direct_links: Option<usize>,
-    /// Ranges the user stated.
-    pub ranges: Vec<StartRange>,
-    /// Words with a stated range into which the program writes, and nothing outside of that range, if a scan starts as stated.
-    pub kept: BTreeSet<Cell>,
-    /// Ranges that the program keeps to, where it is trusted with its words; constraints on the scan's start like those that
-    /// are stated.
-    pub trusted: Vec<TrustedRange>,
-    /// Bits that the program keeps apart, where it is trusted with them; `invariants` say the same.
-    pub apart: Vec<Apart>,
-    /// What the user stated of the count at an instruction, wherever it is executed: the iterations of a loop, signed, or the
-    /// units that [`Counted`] words say, unsigned. The least and the largest.
-    pub counts: BTreeMap<usize, (i64, i64)>,
-    /// What holds in the state in which every scan starts; no choice and no condition occurs in it.
+    /// The first instruction that accesses a network station directly, an index into `instructions`.
+    pub first_direct_access: Option<usize>,
+    /// Ranges that the user stated.
+    pub stated_ranges: Vec<StartRange>,
+    /// Words with a stated range for which this is proved: in every scan that starts within the stated ranges, the
+    /// program writes only values within the range.
+    pub proved_ranges: BTreeSet<Cell>,
+    /// Ranges that the program itself ensures, if trusted. They constrain the start of a scan as stated ranges do.
+    pub trusted_ranges: Vec<TrustedRange>,
+    /// Bits that the program itself keeps mutually exclusive, if trusted. `invariants` contains the same statements.
+    pub mutually_exclusive: Vec<ExclusiveBits>,
+    /// By instruction: the least and the largest count that the user stated, valid for each execution. The count is the
+    /// iterations of a loop (signed), or the units that [`Counted`] words give (unsigned).
+    pub stated_counts: BTreeMap<usize, (i64, i64)>,
+    /// Statements that hold in the start state of every scan. They contain no choices and no `Logic::Condition`.
     pub invariants: Vec<Logic>,
-    /// Those of them that the user stated: each that two bits are not on together.
-    pub exclusive: Range<usize>,
-    /// What charts among its routines tell.
+    /// The part of `invariants` that the user stated; each says that two bits are not on together.
+    pub stated_exclusions: Range<usize>,
+    /// What is known from sequential function charts among the routines.
     pub charts: Charts,
-    /// The statements that the instructions came from.
+    /// The source statements from which the instructions were generated.
     pub statements: Statements,
 }
 
 impl Program {
-    /// Lists what is over-approximated at an instruction. Many are for the same reason, whose text they share.
+    /// Records that an instruction is over-approximated. Entries with the same reason share its text.
     pub fn approximate(&mut self, instruction: usize, what: impl Into<Approximated>) {
         let what = what.into();
         let alike = self.approximations.iter().rev().take(4).find(|one| one.what == what);
@@ -683,7 +693,7 @@ impl Program {
         self.approximations.push(Approximation { instruction, what });
     }
 
-    /// A fault at an instruction, with its place and its text.
+    /// An error at an instruction, with its position and text.
     #[must_use]
     pub fn fault(
         &self,
@@ -693,18 +703,18 @@ impl Program {
         help: impl Into<String>,
     ) -> Diagnostic {
         let Location { file, line, step } = at.place;
-        // Programs made by hand may have no files.
+        // Programs built by tests may have no files.
         let file = self.files.get(file as usize).map_or("", |file| file.name.as_str());
         Diagnostic::line(code, file, line, &*at.text, message, help).at_step(step)
     }
 
-    /// The area in which a cell lies.
+    /// The area with this id.
     #[must_use]
     pub fn area(&self, id: AreaId) -> &Area {
         &self.areas[usize::from(id.0)]
     }
 
-    /// A bit's name: its cell's, or that of its word and its number there (`M5`, `D100.A`).
+    /// The name of a bit: the cell's name, or the word's name with the bit number (`M5`, `D100.A`).
     #[must_use]
     pub fn bit_name(&self, bit: BitTarget) -> String {
         match bit {
@@ -731,34 +741,34 @@ impl Program {
     }
 }
 
-/// One iteration of a loop, one call, or one run of an interrupt on the path to an instruction. Frames together are its
-/// call context.
+/// One iteration of a loop, one call, or one run of an interrupt routine, on the path to an instruction. A list of
+/// frames is a call context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Frame {
-    /// The `Call` or `ForBegin`, or the entry of an interrupt routine.
+    /// The index of the `Call` or `ForBegin`, or of the first instruction of the interrupt routine.
     pub at: usize,
-    /// The loop's iteration or the interrupt's occurrence, from 0; 0 for a call.
+    /// The iteration of the loop or the run of the interrupt routine, from 0; 0 for a call.
     pub iteration: u32,
 }
 
-/// What a choice was made for: the frames, the choice, and the cell where a region was havocked.
+/// Identifies one nondeterministic value: the choice, the call context, and the cell of a havocked region.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ChoiceKey {
-    /// Outermost first; empty in the main routine outside loops.
+    /// The call context, outermost frame first; empty in the main routine outside loops.
     pub frames: Vec<Frame>,
-    /// Which.
+    /// The choice.
     pub choice: ChoiceId,
-    /// The cell, for `Write::Havoc` and `Step::Summary`'s havocked regions.
+    /// The cell, for regions havocked by `Write::Havoc` or `Step::Summary`.
     pub cell: Option<Cell>,
 }
 
-/// One scan, told by everything in it that is free. What is missing is 0.
+/// One scan, determined by the values of everything nondeterministic in it. Missing values are 0.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Witness {
-    /// Values at the start of the scan; bits are 0 or 1.
+    /// The cells' values at the start of the scan; a bit is 0 or 1.
     pub start: BTreeMap<Cell, u16>,
-    /// The choices.
+    /// The values of the choices.
     pub choices: BTreeMap<ChoiceKey, u16>,
-    /// What the analysis settled that found the scan.
-    pub settled: Arc<Settled>,
+    /// How the analysis that found the scan resolved choices.
+    pub resolutions: Arc<Resolutions>,
 }

@@ -1,26 +1,27 @@
-//! What a PLC does where an effect or a source says "any value": the kinds of choices, operations on operands, and what
-//! was learned by carrying them out.
+//! How a real PLC determines the values that effects and sources leave nondeterministic: types of choices, operations
+//! on operands, and what executing them has shown.
 //!
-//! The analysis follows every choice as any value at all, which is never too little. A lower bound has to be a scan
-//! that a PLC can make, so the interpreter also makes *real runs*, in which a choice's value comes from its kind:
+//! The analysis lets every choice have any value, which never makes the bound too low. A lower bound, however, must
+//! be a scan that a PLC can really execute. For it the interpreter makes *real runs*, in which the type of a choice
+//! gives its value:
 //!
-//! - [`ChoiceKind::World`]: the outside may give any value: inputs that are read directly, what modules and networks
-//!   deliver, how far timers have run, the moment of an interrupt.
-//! - [`ChoiceKind::Exact`]: the value, or what is written, is worked out by an operation on operands.
-//! - none (`Program::kinds` does not name the choice): it is not known here. A scan whose path or cost depends on such a
-//!   value is followed no further.
+//! - [`ChoiceKind::External`]: an external value; it may be anything. Inputs that are read directly, data from modules
+//! and networks, how far timers have run, the moment of an interrupt.
+//! - [`ChoiceKind::Exact`]: an operation computes the value, or what is written, from operands.
+//! - no entry in `Program::kinds`: the value is unknown. A real run stops where its path or cost depends on such a
+//!   value.
 //!
 //! # Exact choices
 //!
-//! A choice that is *read* (`BitSource::Free`, `WordSource::Free`) takes the first word of the operation's first result;
-//! its `outputs` are empty. A choice that is *havocked to* (`Write::Havoc`) writes the operation's results to the
-//! `outputs`, one operand a result, and nothing else, in the place of the instruction's first effect with this choice;
-//! its other effects with the same choice are part of the same writing. All inputs are read before anything is written,
-//! in the state that the effects before have left. Everything written must lie in the regions of these effects, else
-//! that is an internal error: the effects are what the upper bound rests on.
+//! If the choice is *read* (`BitSource::Free`, `WordSource::Free`), its value is the first word of the operation's
+//! first result; `outputs` is empty. If the choice is *havocked* (`Write::Havoc`), the operation writes its results to
+//! the `outputs`, one result to each, and nothing else. It does so at the instruction's first effect with this choice;
+//! the other effects with the same choice belong to the same write. All inputs are read before anything is written, in
+//! the state after the preceding effects. All targets must lie in the regions of these effects. Otherwise this is an
+//! internal error, because the upper bound relies on the effects.
 //!
-//! Where an operation has no result that a manual settles (a digit that is none in BCD, a division by zero, a count
-//! beyond what is allowed, a place beyond the area) it is `None`: the effects' any value stands, and is not known.
+//! If the manuals do not define the result (an invalid BCD digit, a division by zero, a count beyond the limit, an
+//! address outside the area), the operation gives `None`: the value stays nondeterministic and is unknown.
 
 use super::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
@@ -29,297 +30,301 @@ use super::{
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// Where a choice's value comes from in a real run. See the page's head.
+/// How the value of a choice is determined in a real run. See the module documentation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ChoiceKind {
-    /// The outside may give any value.
-    World,
-    /// An operation gives it.
+    /// An external value; any value is possible.
+    External,
+    /// The result of an operation.
     Exact(Box<Meaning>),
-    /// A bit that the outside gives and does not change within a scan: what this cell holds when the scan starts. (The
-    /// analysis follows it as any value at each place where it is read.)
-    Steady(Cell),
-    /// A timer's or counter's present value: the setting if its contact is on, else the value that the outside gives if
-    /// that is below the setting, else 0.
-    Present {
+    /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
+    /// analysis lets it have any value at each read.)
+    StableExternal(Cell),
+    /// The present value of a timer or counter: the setting if its contact is on; else the external value if that is
+    /// below the setting; else 0.
+    PresentValue {
         /// The contact.
         contact: Cell,
         /// The setting.
         setting: u16,
     },
-    /// How many units of time one scan can take, as a word: a timer whose setting is larger cannot be over in the scan that
-    /// starts it. The analysis takes any value until the bound of a scan is known; a real run takes 0.
+    /// The largest number of time units that pass in one scan, as a word: a timer with a larger setting cannot expire
+    /// in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses 0.
     ScanTicks {
-        /// The unit.
+        /// The time unit.
         unit: Picos,
-        /// Whether the word is decimal digits.
+        /// Whether the word is in BCD.
         is_decimal: bool,
     },
-    /// How many iterations a loop makes, only for the count of a `ForBegin`: the word's value, signed. Where that is
-    /// below 1, manuals do not say whether it makes one or none: the choice's bit 0 decides. A lower bound takes the
-    /// cheaper of the two. The analysis follows this kind, too.
+    /// The number of iterations of a loop, only for the count of a `ForBegin`: the word's value, signed. For values
+    /// below 1, manuals do not say whether the loop makes one iteration or none; bit 0 of the choice decides, and a
+    /// lower bound uses the cheaper case. The analysis follows choices of this type too.
     Iterations(WordSource),
-    /// How many iterations a loop makes, only for the count of a `ForBegin`: the word's value, unsigned. The analysis
-    /// follows this kind, too.
-    Unsigned(WordSource),
+    /// The number of iterations of a loop, only for the count of a `ForBegin`: the word's value, unsigned. The analysis
+    /// follows choices of this type too.
+    UnsignedIterations(WordSource),
 }
 
 /// An operation with its operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Meaning {
-    /// What is worked out.
+    /// The operation.
     pub operation: Operation,
-    /// From what, each a list of words.
+    /// Its operands, each a list of words.
     pub inputs: Vec<Operand>,
-    /// Where the results go, one a result; empty for a choice that is read.
+    /// The targets, one for each result; empty for a choice that is read.
     pub outputs: Vec<Target>,
 }
 
-/// Where an operation reads a list of words.
+/// An operand of an operation: a list of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operand {
-    /// These words.
+    /// The values of these words.
     Words(Vec<WordSource>),
-    /// These bits, each a word of 0 or 1.
+    /// The values of these bits, each as a word of 0 or 1.
     Bits(Vec<BitSource>),
-    /// A number's words.
+    /// The words of an expression.
     Number(Number),
-    /// A truth value as 0 or 1; the condition is that of the instruction.
+    /// A Boolean expression as 0 or 1. `Logic::Condition` in it is the condition of the instruction.
     Truth(Logic),
-    /// A number of words from an address on.
+    /// This many words, read from this address on.
     Run(Address, Shape, Count),
 }
 
-/// Where an operation's result goes.
+/// Where a result of an operation is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
-    /// These words, as many as the result has.
+    /// To these words; their number is that of the result.
     Words(Vec<WordTarget>),
-    /// These bits, as many as the result has words: bit 0 of each.
+    /// To these bits, bit 0 of each word of the result.
     Bits(Vec<BitTarget>),
-    /// From an address on, as many as the result has.
+    /// To consecutive addresses from this one on, as many as the result has words.
     Run(Address, Shape),
-    /// Nowhere that matters.
+    /// The result is not stored.
     Nowhere,
 }
 
-/// What stands at an address, for each word of a list.
+/// How a list of words is stored at an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// A cell: a word, or a bit as 0 or 1.
+    /// One cell for each: a word, or a bit as 0 or 1.
     Cells,
-    /// A bit of words as 0 or 1, from this bit (0 to 15) of the address's word on.
+    /// Consecutive bits of words, each as 0 or 1, from this bit (0 to 15) of the addressed word on.
     WordBits(u8),
-    /// Bit cells, sixteen a word, the first the least; of the last word so many (1 to 16), its other bits are 0 when
-    /// read and lost when written.
+    /// Sixteen bit cells for each word, least significant bit first. The last word has only this many bits (1 to 16);
+    /// its other bits are read as 0 and lost when written.
     Packed(u8),
 }
 
-/// A cell whose number is worked out.
+/// A computed address: `base` plus the sum of `terms`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address {
-    /// What is added up.
+    /// The constant part.
     pub base: i64,
-    /// To this.
+    /// The variable parts.
     pub terms: Vec<Term>,
-    /// Which cells have which addresses. What lies outside, the cells of a run behind the first included, is not known.
-    pub stretches: Vec<Stretch>,
+    /// Which cells have which addresses. An access that is not completely inside them is unknown.
+    pub ranges: Vec<AddressRange>,
 }
 
-/// A number read from words, times a factor.
+/// An integer read from words, times a factor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Term {
-    /// One or two words, the least first.
+    /// One or two words, low word first.
     pub words: Vec<WordSource>,
-    /// How they are read.
-    pub reading: Digits,
+    /// How the words are interpreted.
+    pub format: IntegerFormat,
     /// The factor.
-    pub times: i64,
+    pub factor: i64,
 }
 
-/// How words are read as a number.
+/// How words are interpreted as an integer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Digits {
+pub enum IntegerFormat {
     /// Two's complement.
     Signed,
-    /// Binary.
+    /// Unsigned binary.
     Unsigned,
-    /// Four digits a word; where one is above 9, the number is not known.
+    /// BCD, four digits a word; unknown if a digit is above 9.
     Bcd,
 }
 
 /// Consecutive cells with consecutive addresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
-    /// The first one's address.
+pub struct AddressRange {
+    /// The address of the first cell.
     pub from: i64,
-    /// How many.
+    /// The number of cells.
     pub count: u32,
-    /// The first.
+    /// The first cell.
     pub first: Cell,
 }
 
-/// How many words a list has.
+/// The number of words of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Count {
-    /// A known number.
+    /// A constant.
     Exactly(u32),
-    /// As many as the term says; not known outside these limits.
+    /// The value of the term; unknown if it is outside these limits.
     Of {
-        /// The number.
+        /// The term.
         term: Term,
-        /// The least that is settled.
+        /// The lower limit.
         least: u32,
-        /// The most.
+        /// The upper limit.
         most: u32,
     },
-    /// Up to and with the first word that has a byte of 0 (the low byte comes first), at most so many.
+    /// Up to and including the first word that contains a zero byte (the low byte comes first), and at most this many.
     Text(u32),
 }
 
-/// A function of lists of words to lists of words. Numbers of several words have the least word first.
+/// A function from lists of words to lists of words. Numbers of several words have their low word first. Its result is
+/// unknown (`None`) in the cases named.
 ///
-/// No operation knows a dialect; what differs between dialects is a parameter or another operation. How each is carried
-/// out stands in `replay/operation.rs` and `replay/lists.rs` alone.
+/// Operations know no dialect. Where dialects differ, an operation has a parameter, or there are two operations. Only
+/// `replay/operation.rs` and `replay/lists.rs` implement them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operation {
-    /// Each input as it is, to the output of its place.
+    /// Copies each input to the output with the same index.
     Copy,
-    /// The first input's words changed by a function that needs nothing else; one result.
+    /// Applies a function to the number in the first input. One result.
     Each(Unary),
-    /// Bits of the first input, all its words as one number, rotated by the second input's first word; with a third,
-    /// through that bit, the carry. Results: the number, then the carry: the last bit rotated out (unchanged for 0
-    /// places). Not known for more places than bits.
+    /// Rotates the bits of the first input, taken as one number, by the first word of the second input. With a third
+    /// input, the carry, the rotation goes through the carry bit. Results: the number; the carry, that is the last bit
+    /// rotated out (unchanged for 0 places). Unknown if the places exceed the number of bits.
     Rotate {
-        /// Towards the highest bit.
+        /// Rotates towards the most significant bit.
         left: bool,
-        /// Whether the carry is one of the bits that go round.
+        /// Whether the carry is part of the rotation.
         through: bool,
     },
-    /// Bits of the first input moved by so many places as the second input's first word says; zeros come in, or the
-    /// highest bit where `signed` and to the right. Results: the number, then the last bit moved out (unchanged, the
-    /// third input, for 0 places). Not known for more places than bits.
+    /// Shifts the bits of the first input by the number of places in the first word of the second input. Zeros come in,
+    /// or copies of the most significant bit for a signed shift to the right. Results: the number; the last bit shifted
+    /// out (for 0 places the third input, unchanged). Unknown if the places exceed the number of bits.
     Shift {
-        /// Towards the highest bit.
+        /// Shifts towards the most significant bit.
         left: bool,
-        /// The highest bit comes in.
+        /// Whether copies of the most significant bit come in.
         signed: bool,
     },
-    /// How many bits of the first input are set, in the first result's words: as many as the parameter says.
+    /// Counts the bits of the first input that are set. The result has this many words.
     CountBits(u8),
-    /// The bit whose number the first input's low bits (so many as the second input says, 1 to 8) give is 1, all
-    /// others of two to that power 0: a list of bits.
+    /// Decoder: sets the bit whose number is in the low bits of the first input, and clears all others. The second
+    /// input says how many low bits (1 to 8) are used; the result is a list of 2 to this power bits.
     Decode,
-    /// The number of the highest bit that is set among the first input's bits, a list of bits; not known if none is.
+    /// Encoder: the number of the highest set bit in the first input, a list of bits. Unknown if no bit is set.
     Encode,
-    /// Product of two numbers of equally many words, signed; twice as many words.
+    /// Multiplies two numbers with the same number of words. The result has twice as many words.
     Multiply {
         /// Two's complement.
         signed: bool,
     },
-    /// Quotient and remainder of two numbers of equally many words, towards zero: two results. Not known for a divisor
-    /// of 0 and where the quotient does not fit.
+    /// Quotient (rounded towards zero) and remainder of two numbers with the same number of words, as two results.
+    /// Unknown if the divisor is 0 or the quotient does not fit.
     Divide {
         /// Two's complement.
         signed: bool,
     },
-    /// Sum or difference of two numbers of equally many words, the third input, a carry or borrow, with it (none: 0).
-    /// Results: the number, then the carry or borrow out of it, both binary.
+    /// Sum or difference of two binary numbers with the same number of words, with the third input as carry or borrow
+    /// (0 if missing). Results: the number; the carry or borrow.
     Sum {
-        /// The second is taken from the first.
+        /// Subtracts the second number from the first.
         subtract: bool,
     },
-    /// The carry or borrow of [`Operation::Sum`] alone.
+    /// Only the carry or borrow of [`Operation::Sum`].
     Carry {
-        /// The second is taken from the first.
+        /// Subtracts the second number from the first.
         subtract: bool,
     },
-    /// The same of numbers in binary coded decimal; a difference below 0 is that to the next power of ten.
+    /// [`Operation::Sum`] for BCD numbers. A negative difference is given as its complement to a power of ten.
     DecimalSum {
-        /// The second is taken from the first.
+        /// Subtracts the second number from the first.
         subtract: bool,
     },
-    /// Product of two numbers of equally many words in binary coded decimal; twice as many words.
+    /// Multiplies two BCD numbers with the same number of words. The result has twice as many words.
     DecimalMultiply,
-    /// Quotient and remainder of two numbers in binary coded decimal, in one result: the remainder behind. Not known
-    /// for a divisor of 0.
+    /// Quotient and remainder of two BCD numbers in one result, the remainder after the quotient. Unknown if the
+    /// divisor is 0.
     DecimalDivide,
-    /// The words of both results of [`Operation::Divide`] in one: the remainder behind.
+    /// [`Operation::Divide`] with both numbers in one result, the remainder after the quotient.
     DivideJoined {
         /// Two's complement.
         signed: bool,
     },
-    /// The results of an operation, and behind them two bits of so many words of the first one from its least on: whether
-    /// all are 0, and the highest bit.
-    Judged {
+    /// The results of an operation, followed by two flags about the low words of the first result: whether all are 0,
+    /// and the most significant bit.
+    WithFlags {
         /// The operation.
         operation: Box<Operation>,
-        /// How many words.
+        /// How many low words the flags are about.
         words: u8,
     },
-    /// The first input's words, each changed by a function as a number of its own.
+    /// Applies a function to each word of the first input separately.
     EachWord(Unary),
-    /// The third input's number, kept between those of the first and the second, signed. Not known where the first is
-    /// larger than the second; so with the next.
+    /// Limits the third input to the range from the first input to the second, signed. Unknown if the first is larger
+    /// than the second, as in the two operations that follow.
     Limit,
-    /// By how much the third input's number lies outside those of the first and the second, signed; not known where
-    /// that does not fit.
+    /// Dead band: by how much the third input is outside the range from the first input to the second, signed. Unknown
+    /// if this does not fit.
     Band,
-    /// The third input's number and, signed, the first's if it is below 0, the second's if above; not known where the
-    /// sum does not fit.
+    /// Zone control: adds the first input to the third if the third is negative, and the second input if it is
+    /// positive, signed. Unknown if the sum does not fit.
     Zone,
-    /// The first input's number in so many words, signed; not known where it does not fit.
+    /// The first input, signed, in this many words. Unknown if it does not fit.
     Resize(u8),
-    /// The first input's words, so many times as the second input's first word says, 1 to 32767.
+    /// The words of the first input, repeated as often as the first word of the second input says (1 to 32767).
     Repeat,
-    /// The sum of the first input's numbers of so many words each, signed, in twice as many.
+    /// The sum of the signed numbers in the first input, each of this many words. The result has twice as many words.
     Total(u8),
-    /// Their mean, in so many words; not known where it is no whole number.
+    /// The mean of the signed numbers in the first input, each of this many words, in as many words. Unknown if it is not an integer.
     Mean(u8),
-    /// Which of the first input's numbers of so many words, signed, is the greatest or the least: its value, the place
-    /// of the first such from 1 on, how many there are. One result.
+    /// The maximum or minimum of the signed numbers in the first input. One result: the value, the position (from 1) of
+    /// its first occurrence, the number of occurrences.
     Extreme {
-        /// Words of each.
+        /// The words of each number.
         words: u8,
-        /// The greatest.
+        /// Maximum (`true`) or minimum.
         greatest: bool,
     },
-    /// Where the first input's number stands in the second's list of as long ones: the first place from 1 on, 0 if
-    /// nowhere, and how often.
+    /// Searches the second input, a list, for the number in the first input. Results: the position (from 1) of the
+    /// first occurrence, or 0; the number of occurrences.
     Find {
-        /// The list may be taken for a sorted one: then it is not known which place is found, and how many.
+        /// Whether the PLC may search by bisection. If so, position and number are unknown if there are several
+        /// occurrences.
         halving: bool,
     },
-    /// Groups of so many bits (4 or 8) of the first input's words, the lowest first, each as a word: as many as the
-    /// second input's first word says.
+    /// Splits the words of the first input into groups of this many bits (4 or 8), lowest group first, and gives each
+    /// as a word. The first word of the second input is the number of groups.
     Split(u8),
-    /// The lowest so many bits (4 or 8) of the first input's words, one group behind the other, zeros above.
+    /// Joins the lowest bits (4 or 8) of the words of the first input to consecutive groups; the remaining bits are 0.
     Join(u8),
-    /// The first input's bit whose number is the second's first word, modulo the bits that there are.
+    /// The bit of the first input whose number is the first word of the second input, modulo the number of bits.
     PickBit,
-    /// The first input with that bit set or cleared.
+    /// The first input, with the bit whose number is the first word of the second input set (`true`) or cleared.
     PutBit(bool),
-    /// A signed number as an IEEE 754 single; not known where it is rounded.
+    /// Converts a signed number to IEEE 754 single precision. Unknown if it must be rounded.
     ToReal,
-    /// An IEEE 754 single as a signed number of so many words; not known where it is not whole or does not fit.
+    /// Converts an IEEE 754 single to a signed number of this many words. Unknown if it is not an integer or does not
+    /// fit.
     FromReal(u8),
-    /// Two IEEE 754 singles; not known where one is not normal or +0, nor is the result, or it is rounded.
+    /// Computes with two IEEE 754 singles. Unknown if an operand or the result is neither normal nor +0, or if the
+    /// result must be rounded.
     Real(Arithmetic),
-    /// Hours, minutes and seconds of a day as seconds, two words; not known where there is no such time.
+    /// Converts hours, minutes and seconds to seconds in two words. Unknown if the time does not exist.
     ToSeconds,
-    /// The opposite.
+    /// Converts seconds to hours, minutes and seconds.
     FromSeconds,
-    /// What a running timer stands at, of which the inputs are: whether it is through, its value before, its setting,
-    /// and the outside's number: that number, kept between what it was and what is below the setting. Not known where it
-    /// is through, for settings below 1, and beyond the setting.
+    /// The present value of a running timer. Inputs: whether it has expired, its previous value, its setting, an
+    /// external number. The result is the external number, limited to the range from the previous value to just below
+    /// the setting. Unknown if the timer has expired, for settings below 1, and for values beyond the setting.
     Elapsed,
-    /// What a counter stands at whose input is on, of which the inputs are: whether its input was on, whether it was
-    /// through, its value before, its setting. One more if the input came on. Not known for settings below 1, and
-    /// beyond the setting.
+    /// The present value of a counter whose count input is on. Inputs: whether the count input was on before, whether
+    /// the count was reached, its previous value, its setting. One more if the input was off before. Unknown for
+    /// settings below 1 and for values beyond the setting.
     Counted,
 }
 
-/// What is done with two real numbers.
+/// An arithmetic operation on two real numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arithmetic {
     /// Sum.
@@ -328,38 +333,40 @@ pub enum Arithmetic {
     Sub,
     /// Product.
     Multiply,
-    /// First by second.
+    /// First divided by second.
     Divide,
 }
 
 /// A function of one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unary {
-    /// Binary to binary coded decimal, four digits a word; not known beyond 9999 or 99999999, and below 0.
+    /// Binary to BCD, four digits a word. Unknown for negative numbers and numbers above 9999 or 99999999.
     ToBcd,
-    /// Binary coded decimal to binary; not known where a digit is above 9.
+    /// BCD to binary. Unknown if a digit is above 9.
     FromBcd,
-    /// The bytes of each word change places.
+    /// Swaps the two bytes of each word.
     SwapBytes,
-    /// All bits in the opposite order.
+    /// Reverses the order of all bits.
     Reverse,
-    /// The number's two's complement negative.
+    /// The two's complement negative.
     Negate,
-    /// Binary to Gray code; not known below 0.
+    /// Binary to Gray code. Unknown for negative numbers.
     ToGray,
-    /// Gray code to binary; not known below 0.
+    /// Gray code to binary. Unknown for negative numbers.
     FromGray,
 }
 
 impl ChoiceKind {
-    /// Shows every word that is read for the choice.
+    /// Calls `see` with every word that the operation reads, except those read at computed addresses.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
-            ChoiceKind::World
-            | ChoiceKind::Steady(_)
-            | ChoiceKind::Present { .. }
+            ChoiceKind::External
+            | ChoiceKind::StableExternal(_)
+            | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. } => return,
-            ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word) => return see(*word),
+            ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => {
+                return see(*word);
+            }
             ChoiceKind::Exact(meaning) => meaning,
         };
         let mut words = |words: &[WordSource]| words.iter().for_each(|&word| see(word));
@@ -394,7 +401,7 @@ impl ChoiceKind {
 }
 
 impl Meaning {
-    /// Shows all cells that it may read, those at addresses included.
+    /// Calls `see` with all cells that the operation may read, including those at computed addresses.
     pub fn each_read(&self, see: &mut dyn FnMut(Region)) {
         let mut source = |source: Source| source.region().into_iter().for_each(&mut *see);
         for input in &self.inputs {
@@ -411,14 +418,14 @@ impl Meaning {
             _ => None,
         });
         for address in addresses {
-            let stretch = |one: &Stretch| Region::Range { first: one.first, count: one.count };
-            address.stretches.iter().map(stretch).for_each(&mut *see);
+            let stretch = |one: &AddressRange| Region::Range { first: one.first, count: one.count };
+            address.ranges.iter().map(stretch).for_each(&mut *see);
         }
         let words = ChoiceKind::Exact(Box::new(self.clone()));
         words.each_word(&mut |word| Source::Word(word).region().into_iter().for_each(&mut *see));
     }
 
-    /// What a choice that is read is the value of: this operand's first word.
+    /// The meaning of a choice that is read: the first word of this operand.
     #[must_use]
     pub fn of(input: Operand) -> Meaning {
         Meaning { operation: Operation::Copy, inputs: vec![input], outputs: Vec::new() }
@@ -426,10 +433,11 @@ impl Meaning {
 }
 
 impl Address {
-    /// The cells of one area that begin with this one as number 0, at a number that is the sum of these terms.
+    /// An address in `count` consecutive cells. The cell `first` has number 0; the address is the number `base` plus
+    /// the sum of the terms.
     #[must_use]
     pub fn within(first: Cell, count: u32, base: i64, terms: Vec<Term>) -> Address {
-        Address { base, terms, stretches: vec![Stretch { from: 0, count, first }] }
+        Address { base, terms, ranges: vec![AddressRange { from: 0, count, first }] }
     }
 }
 
@@ -437,47 +445,47 @@ impl Term {
     /// A word as a signed number.
     #[must_use]
     pub fn signed(word: WordSource) -> Term {
-        Term { words: vec![word], reading: Digits::Signed, times: 1 }
+        Term { words: vec![word], format: IntegerFormat::Signed, factor: 1 }
     }
 
-    /// A word as it is.
+    /// A word as an unsigned number.
     #[must_use]
     pub fn unsigned(word: WordSource) -> Term {
-        Term { words: vec![word], reading: Digits::Unsigned, times: 1 }
+        Term { words: vec![word], format: IntegerFormat::Unsigned, factor: 1 }
     }
 }
 
-/// Something that an exact choice was worked out from at one moment.
+/// A value that was read while an exact choice was computed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Read {
-    /// These bits of a cell had this value.
+    /// A cell, a mask of bits, and the value of these bits.
     Cell(Cell, u16, u16),
-    /// A choice had this value.
+    /// A choice with its value.
     Choice(ChoiceKey, u16),
-    /// The instruction's condition was this.
+    /// The condition of the instruction.
     Condition(bool),
 }
 
-/// What came of it.
+/// The observed result of an exact choice.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Learned {
-    /// The choice that was read has this value.
+pub enum Outcome {
+    /// The value of a choice that is read.
     Value(u16),
-    /// These bits of these cells take this value, and nothing else is written.
+    /// What was written: for each cell a mask of bits and their value. Nothing else is written.
     Writes(Vec<(Cell, u16, u16)>),
 }
 
-/// One thing that was learned about a choice at a moment: if all this is read, that comes of it.
+/// One observation of a choice in a call context: if all reads have these values, this is the result.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fact {
-    /// What is read.
+pub struct Observation {
+    /// The values read.
     pub reads: Vec<Read>,
-    /// What comes of it.
-    pub learned: Learned,
+    /// The result.
+    pub outcome: Outcome,
 }
 
-/// What was learned about choices, by the moment: the call context and the choice.
-pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Fact>>;
+/// The observations, by call context and choice.
+pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Observation>>;
 
 impl std::fmt::Display for super::Relation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

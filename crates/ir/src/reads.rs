@@ -1,18 +1,18 @@
-//! Every place at which an instruction reads: to look at, or to put something else there.
+//! Visits every place from which an instruction reads, to inspect or to replace it.
 
 use super::{BitSource, Instruction, Logic, Number, Region, Step, Units, WordSource, Write};
 
-/// Where an instruction reads a bit or a word.
+/// What an instruction reads: a bit or a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// A bit.
     Bit(BitSource),
-    /// Sixteen bits.
+    /// A word.
     Word(WordSource),
 }
 
 impl Source {
-    /// The cells that it is read from, if it is.
+    /// The cells that are read; `None` for constants and nondeterministic values.
     #[must_use]
     pub fn region(self) -> Option<Region> {
         let cells = |first, count| Some(Region::Range { first, count });
@@ -25,18 +25,18 @@ impl Source {
     }
 }
 
-/// The same, to be replaced.
+/// Like [`Source`], but replaceable.
 #[derive(Debug, PartialEq, Eq)]
 pub enum SourceMut<'a> {
     /// A bit.
     Bit(&'a mut BitSource),
-    /// Sixteen bits.
+    /// A word.
     Word(&'a mut WordSource),
 }
 
 impl Instruction {
-    /// Shows every source of the step and of the effects, and what counts iterations and units. The choices that
-    /// are not sources, those of real comparisons, havocked regions and loop summaries, are not shown.
+    /// Calls `see` with every source of the step, of the effects, of the loop count and of the unit count. It omits
+    /// choices that are not sources: those of real comparisons, havocked regions and loop summaries.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
             logic(fires, see);
@@ -61,7 +61,7 @@ impl Instruction {
         }
     }
 
-    /// Gives out every source that [`Instruction::each_read`] shows, in the same order.
+    /// Calls `change` with every source that [`Instruction::each_read`] visits, in the same order.
     pub fn each_read_mut(&mut self, change: &mut dyn FnMut(SourceMut<'_>)) {
         match &mut self.step {
             Step::Logic { value, .. } => logic_mut(value, change),
@@ -101,12 +101,12 @@ impl Instruction {
 }
 
 impl Logic {
-    /// Shows every source.
+    /// Calls `see` with every source of the expression.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         logic(self, see);
     }
 
-    /// Gives out every source.
+    /// Calls `change` with every source of the expression.
     pub fn each_read_mut(&mut self, change: &mut dyn FnMut(SourceMut<'_>)) {
         logic_mut(self, change);
     }

@@ -1,32 +1,33 @@
-//! Routines beside the scan's own: those that interrupt it, and those that are not in the project.
+//! Interrupt routines, and called routines whose source is missing.
 
 use scanbound_base::time::Picos;
 
 /// A routine that may interrupt the scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interrupt {
-    /// Its label.
+    /// The label at which it begins.
     pub name: String,
-    /// Its first instruction.
+    /// The index of its first instruction.
     pub entry: usize,
-    /// How often it is counted in a scan.
+    /// How many runs of it are counted in one scan.
     pub times: u32,
-    /// Whether the user stated that number.
+    /// Whether the user stated this number.
     pub stated: bool,
 }
 
-/// A routine that a call asks for and that is not in the project. What is known of it stands behind the programs, and is
+/// A routine that is called but whose source is not in the project. A substitute routine at the end of the program is
 /// called in its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Absent {
-    /// Its name, as [`scanbound_base::facts::plain`] has names.
+pub struct MissingRoutine {
+    /// The name, normalised by [`scanbound_base::facts::plain`].
     pub name: String,
-    /// The instruction that takes its time and writes what it may write.
+    /// The instruction of the substitute, which takes the routine's time and writes what the routine may write.
     pub entry: usize,
-    /// What it takes.
+    /// The time of one execution.
     pub time: Picos,
-    /// Whether the user stated that; else nothing is known of it, and what is found with it is no bound.
+    /// Whether the user stated the time. If not, nothing is known of the routine, and the result is not a bound.
     pub stated: bool,
-    /// Whether its declaration is there: it writes what it is handed and what it holds itself, whatever else is stated.
+    /// Whether its declaration is present. If so, it writes its parameters and its own variables, whatever else is
+    /// stated.
     pub declared: bool,
 }

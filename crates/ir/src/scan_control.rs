@@ -1,41 +1,44 @@
-//! What a program does to the time that its own scan may take: it restarts the watchdog, sets it, or sets a constant scan time.
+//! What a program does to the limits of its own scan time: it restarts the watchdog, sets the watchdog time, or sets a
+//! constant scan time.
 
 use scanbound_base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a program does to the time that its own scan may take. Instructions are indices into `Program::instructions`.
+/// How the program changes the limits of its scan time. Instructions are indices into `Program::instructions`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ScanControl {
-    /// What restarts the watchdog when it fires.
+    /// Instructions that restart the watchdog when they fire.
     pub restarts: BTreeSet<usize>,
-    /// What sets the watchdog's time when it fires, for this scan behind a restart and for all that follow.
+    /// Instructions that set the watchdog time when they fire, and the time. It applies to this scan after a restart,
+    /// and to all later scans.
     pub watchdog: BTreeMap<usize, Setting>,
-    /// What makes the watchdog's time longer in the scan in which it fires, each time.
+    /// Instructions that extend the watchdog time of the current scan each time they fire, and the least and the
+    /// largest extension.
     pub extensions: BTreeMap<usize, (Picos, Picos)>,
-    /// What sets the constant scan time when it fires.
+    /// Instructions that set the constant scan time when they fire, and the time.
     pub constant: BTreeMap<usize, Setting>,
-    /// What switches the constant scan on or off.
+    /// Instructions that switch the constant scan on or off.
     pub switches: BTreeMap<usize, Switch>,
-    /// The device that holds the watchdog's time, that of the constant scan time, and the relay that switches it on; empty
-    /// where the CPU has none.
+    /// Three devices: the register of the watchdog time, the register of the constant scan time, and the relay that
+    /// enables the constant scan. Empty if the CPU has none.
     pub devices: [&'static str; 3],
-    /// What the CPU's parameters call a least time for each scan, where they may set one.
+    /// The name of the CPU parameter that sets a minimum scan time, if the CPU has one.
     pub by_parameters: Option<&'static str>,
 }
 
-/// What a register is set to.
+/// The time to which a register is set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Setting {
-    /// A time from the first to the second.
+    /// A time from the first to the second value.
     Range(Picos, Picos),
-    /// What this device holds, of which nothing is known.
+    /// The value of this device, which is unknown.
     Device(String),
-    /// What this instruction computes, or leads elsewhere.
+    /// The result of this instruction, which is unknown.
     Computed(String),
 }
 
 impl Setting {
-    /// The least and the largest time, where these are known.
+    /// The least and the largest time, if known.
     #[must_use]
     pub fn range(&self) -> Option<(Picos, Picos)> {
         match self {
@@ -45,22 +48,22 @@ impl Setting {
     }
 }
 
-/// What an instruction does to the relay that switches a constant scan on.
+/// How an instruction changes the relay that enables a constant scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Switch {
-    /// It takes the instruction's condition.
+    /// The relay is set to the instruction's condition.
     Condition,
-    /// It is set when the instruction fires.
+    /// The relay is set when the instruction fires.
     On,
-    /// It is cleared when the instruction fires.
+    /// The relay is reset when the instruction fires.
     Off,
-    /// It may take any value.
+    /// The relay may get any value.
     Unknown,
 }
 
 impl ScanControl {
-    /// Whether an execution counts as having fired of which it is not known whether it did: what makes the watchdog
-    /// last longer may have, what else it asks for has not surely.
+    /// Whether an execution counts as fired if this is not known for certain. `value` is what the scan found. Restarts
+    /// and extensions of the watchdog may have fired, so they count as fired. Settings and switches count as not fired.
     #[must_use]
     pub fn may_have_fired(&self, instruction: usize, value: bool) -> bool {
         let sets = self.watchdog.contains_key(&instruction)
@@ -77,11 +80,11 @@ impl ScanControl {
         !self.restarts.is_empty() || !self.watchdog.is_empty() || !self.extensions.is_empty()
     }
 
-    /// Whether the constant scan may be switched on.
+    /// Whether the program may enable the constant scan.
     #[must_use]
     pub fn may_be_constant(&self) -> bool {
         match self.switches.is_empty() {
-            // Somebody else switches it on for which it is set.
+            // The relay is not switched by the program: something else enables the constant scan that the program sets.
             true => self.constant.values().any(|setting| setting.range().is_some()),
             false => self.switches.values().any(|switch| *switch != Switch::Off),
         }

@@ -1,4 +1,4 @@
-//! Bodies and statements of the source, and which instructions they became.
+//! Bodies and statements of the source, and the instructions into which they were translated.
 
 use super::ChoiceId;
 use scanbound_base::location::Location;
@@ -6,48 +6,50 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Something with a body of its own: a unit, an action, a method, an action block.
+/// A body of code: a program unit, an action, a method, or an action block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// The short name of the language in which it is written.
+    /// The abbreviation of its language.
     pub language: &'static str,
-    /// Whether a scan can come to it.
+    /// Whether a scan can reach it.
     pub is_called: bool,
-    /// Why it could not be read, if it could not.
-    pub unread: Option<String>,
+    /// Why it could not be read, if so.
+    pub unreadable: Option<String>,
 }
 
-/// A statement of a body. What stands within another's is counted by itself.
+/// A statement of a body. Nested statements are counted separately.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
     /// Its body, an index into `Statements::bodies`.
     pub body: usize,
-    /// Where it stands.
+    /// Its position.
     pub place: Location,
     /// Its first line.
     pub text: Arc<str>,
-    /// For how many it stands: an action's control, for all blocks that name the action; else 1.
+    /// How many source statements it represents: for the control of an action, the number of blocks that name the
+    /// action; else 1.
     pub count: u32,
 }
 
-/// The bodies and statements of a project, where its front tells them.
+/// The bodies and statements of a project, if its front provides them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Statements {
-    /// All bodies, those that nothing calls, too.
+    /// All bodies, including those that nothing calls.
     pub bodies: Vec<Body>,
-    /// The statements of those that are called.
+    /// The statements of the bodies that are called.
     pub all: Vec<Statement>,
-    /// Which instructions a statement became, once for each instance; it stands before those that stand within it.
+    /// For each instance of a statement, its instructions and its index in `all`. An outer statement comes before the
+    /// statements nested in it.
     pub ranges: Vec<(Range<usize>, usize)>,
-    /// What takes any value only where the language leaves open what it is, besides exact choices where these are not
-    /// settled.
-    pub unsettled: BTreeSet<ChoiceId>,
+    /// Choices that exist only because the language leaves a result undefined. Exact choices whose operation is unknown
+    /// are not included.
+    pub undefined_by_language: BTreeSet<ChoiceId>,
 }
 
 impl Statements {
-    /// For each instruction the innermost statement that it belongs to.
+    /// For each instruction, the innermost statement to which it belongs.
     #[must_use]
     pub fn by_instruction(&self, instructions: usize) -> Vec<Option<usize>> {
         let mut found = vec![None; instructions];

@@ -1,42 +1,42 @@
-//! Data that is not flat: tags of simple types, arrays, structures and instances of function blocks, laid out over cells.
+//! Structured data: how tags of simple types, arrays, structures and function block instances are laid out in cells.
 //!
-//! A program's memory is areas of bits and of words, and stays so: a tag takes cells of one area of bits and of one of
-//! words. In each the cells of its parts stand behind each other, so that an array whose index is not known, or an
-//! instance of which anything may have changed, is one [`Region`] an area. A bit of a word (`Speed.3`) is
-//! `BitSource::WordBit` as of any word.
+//! A program's memory consists of areas of bits and areas of words. A tag occupies cells of one bit area and of one
+//! word area. In each area the cells of its parts are consecutive, so an array with an unknown index, or an instance
+//! that may have changed anywhere, is one [`Region`] in each area. A bit of a word (`Speed.3`) is `BitSource::WordBit`,
+//! as for any word.
 
 use super::{AreaId, Cell, Region};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What a tag holds.
+/// The type of a tag.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Type {
-    /// A truth value: one bit cell.
+    /// A Boolean: one bit cell.
     Bit,
-    /// A number, a time or a text of so many words, the least first.
+    /// A number, a time or a text of this many words, low word first.
     Words(u32),
-    /// Elements of one type, numbered from `first` on. One of several dimensions is an array of arrays.
+    /// An array with indices from `first` on. An array of several dimensions is an array of arrays.
     Array {
-        /// The first one's number.
+        /// The lowest index.
         first: i64,
-        /// How many.
+        /// The number of elements.
         count: u32,
-        /// What each holds.
+        /// The element type.
         of: Arc<Type>,
     },
-    /// Named parts: a structure, or an instance of a function block with all that it keeps from scan to scan.
+    /// Named members: a structure, or a function block instance with everything that it keeps from scan to scan.
     Parts(Arc<Parts>),
 }
 
-/// Named parts, and where each lies.
+/// Named members with their offsets.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parts {
-    /// Names, types, and how many bit cells and word cells stand before each.
+    /// Name and type of each member, and how many bit cells and word cells precede it.
     all: Vec<(String, Type, [u32; 2])>,
-    /// The number of the first part of each name.
+    /// The index of the first member of each name.
     by_name: BTreeMap<String, usize>,
-    /// How many cells all of them take; `None` if these are more than can be numbered.
+    /// The number of bit cells and word cells of all members; `None` if the numbers overflow.
     size: Option<[u32; 2]>,
 }
 
@@ -54,7 +54,7 @@ impl FromIterator<(String, Type)> for Parts {
 }
 
 impl Type {
-    /// How many bit cells and word cells it takes; `None` if these are more than can be numbered.
+    /// The number of bit cells and word cells of a value of this type; `None` if the numbers overflow.
     #[must_use]
     pub fn size(&self) -> Option<[u32; 2]> {
         match self {
@@ -73,19 +73,19 @@ fn added([bits, words]: [u32; 2], [more, further]: [u32; 2]) -> Option<[u32; 2]>
     Some([bits.checked_add(more)?, words.checked_add(further)?])
 }
 
-/// A tag, or a part of one, and where it lies.
+/// A tag or a part of one, with its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tag {
-    /// What it holds.
+    /// Its type.
     pub of: Type,
-    /// The areas of its bits and of its words.
+    /// The area of its bits, and the area of its words.
     areas: [AreaId; 2],
-    /// Its first cells there.
+    /// The index of its first cell in each of the two areas.
     at: [u32; 2],
 }
 
 impl Tag {
-    /// The part of this name.
+    /// The member with this name.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
@@ -93,7 +93,7 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// The element of this number.
+    /// The element with this index.
     #[must_use]
     pub fn element(&self, number: i64) -> Option<Tag> {
         let Type::Array { first, count, of } = &self.of else { return None };
@@ -104,7 +104,7 @@ impl Tag {
         Some(Tag { of: (**of).clone(), at, ..*self })
     }
 
-    /// The bit, or the first of the words, where it is one value.
+    /// For a value of a simple type: its bit, or the first of its words.
     #[must_use]
     pub fn cell(&self) -> Option<Cell> {
         let side = match self.of {
@@ -131,14 +131,14 @@ impl Tag {
 /// The tags of a program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tags {
-    /// Names and tags by the first cells of their bits and of their words.
+    /// Names and tags by the first bit cell and the first word cell of each.
     starts: BTreeMap<Cell, (Arc<str>, Tag)>,
-    /// The first cell of each area that no tag has.
+    /// The first unused cell of each area.
     free: BTreeMap<AreaId, u32>,
 }
 
 impl Tags {
-    /// Lays out a tag in an area of bits and one of words, behind what these have; `None` if there is no room.
+    /// Adds a tag after the existing ones in an area of bits and an area of words. `None` if an area is full.
     pub fn add(&mut self, areas: [AreaId; 2], name: &str, of: Type) -> Option<Tag> {
         let size = of.size()?;
         let at = areas.map(|area| self.free.get(&area).copied().unwrap_or(0));
@@ -153,7 +153,7 @@ impl Tags {
         Some(tag)
     }
 
-    /// What users call a cell of a tag: `Axes[3].Speed`, of words behind the first of a value with their number.
+    /// The name of a cell of a tag, such as `Axes[3].Speed`. Words of a value after its first get a number.
     #[must_use]
     pub fn name(&self, cell: Cell) -> Option<String> {
         let (first, (name, tag)) = self.starts.range(..=cell).next_back()?;
@@ -164,7 +164,7 @@ impl Tags {
     }
 }
 
-/// What users call the cell at an offset from the first of a type's.
+/// The name of the cell at this offset within a value of type `of`, whose own name is `name`.
 fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
     match of {
         Type::Bit | Type::Words(_) if offset == 0 => Some(name),
@@ -175,7 +175,7 @@ fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
             named(format!("{name}[{number}]"), of, side, offset % size)
         }
         Type::Parts(parts) => {
-            // Parts that take nothing there stand at the same place as the one behind them.
+            // A member without cells in this area has the same offset as the member after it.
             let behind = parts.all.partition_point(|(.., before)| before[side] <= offset);
             let mut before = parts.all[..behind].iter().rev();
             let (part, of, before) =
@@ -192,7 +192,7 @@ mod tests {
 
     const AREAS: [AreaId; 2] = [AreaId(0), AreaId(1)];
 
-    /// A timer's instance, and two axes of a structure with an array in it.
+    /// A test program with a timer instance, and two axes of a structure that contains an array.
     fn program() -> (Program, Tag, Tag) {
         let part = |name: &str, of| (name.to_owned(), of);
         let parts = |all: Vec<(String, Type)>| Type::Parts(Arc::new(all.into_iter().collect()));

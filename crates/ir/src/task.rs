@@ -1,29 +1,29 @@
-//! Tasks, of which one may interrupt another.
+//! Tasks, some of which may interrupt others.
 
 use super::{Interrupt, Program};
 use scanbound_base::time::Picos;
 
-/// A task that calls programs: again and again, or when something happens.
+/// A task that runs programs cyclically or at an event.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Task {
     /// Its name.
     pub name: String,
-    /// How long after its beginning it begins again, where it is cyclic.
+    /// The interval of a cyclic task.
     pub interval: Option<Picos>,
-    /// Its priority: 0 is the highest.
+    /// Its priority; 0 is the highest.
     pub priority: Option<i64>,
-    /// The programs that it calls, in their order.
+    /// The programs that it runs, in order.
     pub programs: Vec<String>,
 }
 
 impl Task {
-    /// Whether it interrupts another; where a priority is not known, it may.
+    /// Whether this task may interrupt another. If a priority is unknown, it may.
     #[must_use]
     pub fn interrupts(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own < others)
     }
 
-    /// Whether another that is ready at the same time may have to wait for it.
+    /// Whether a task that is ready at the same time may have to wait for this one. If a priority is unknown, it may.
     #[must_use]
     pub fn delays(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own <= others)
@@ -31,7 +31,8 @@ impl Task {
 }
 
 impl Program {
-    /// The interrupt routines of which nobody states how often they come; tasks of no higher priority do not interrupt a scan.
+    /// The interrupt routines for which the user states no rate. Tasks whose priority is too low to interrupt the scan
+    /// are omitted.
     pub fn unstated_interrupts(&self) -> impl Iterator<Item = &Interrupt> {
         let is_task = |one: &Interrupt| self.tasks.iter().find(|task| task.name == one.name);
         let comes = move |one: &&Interrupt| {

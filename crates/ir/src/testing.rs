@@ -1,9 +1,9 @@
-//! Programs made by hand, for unit tests.
+//! Programs built by hand for unit tests.
 
 use super::{Effect, Instruction, Program, Step};
 use scanbound_base::location::Location;
 
-/// An instruction that is its step and nothing else: in rung 1 on line 1, without text, without a price.
+/// An instruction with only a step: in rung 1 on line 1, without text and without a time.
 pub fn instruction(step: Step) -> Instruction {
     Instruction {
         place: Location { file: 0, line: 1, step: None },
@@ -16,7 +16,7 @@ pub fn instruction(step: Step) -> Instruction {
     }
 }
 
-/// The same with effects.
+/// An instruction with a step and effects: in rung 1 on line 1, without text and without a time.
 pub fn with_effects(step: Step, effects: Vec<Effect>) -> Instruction {
     Instruction { effects, ..instruction(step) }
 }

@@ -1,72 +1,74 @@
-//! What an instruction's time hangs on: its name, how many units it handles, and what its operands name.
+//! What the time of an instruction depends on: its name, its number of units, and the devices of its operands.
 
 use super::{Frame, Region, WordSource};
 
-/// How many units (words, digits, characters ...) an instruction handles, for times per unit.
+/// The number of units (words, digits, characters ...) that an instruction processes, for times per unit.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Units {
-    /// The instruction has no count.
+    /// The instruction's time does not depend on a number of units.
     None,
-    /// A known number.
+    /// A constant number.
     Exactly(u64),
-    /// Not known: at most so many.
+    /// An unknown number, at most this.
     AtMost(u64),
-    /// As many as words say when the instruction is reached.
+    /// The number is read from words when the instruction is reached.
     Counted(Counted),
 }
 
-/// A number of units that stands in words. It is read in the state before the instruction; from iteration
-/// [`Counted::ITERATIONS`] of a loop on, counted from 0, the most units are taken instead: a loop would ask for its count's
-/// bits in every iteration.
+/// A number of units that is read from words, in the state before the instruction. From iteration
+/// [`Counted::ITERATIONS`] of a loop on (counted from 0) the largest number is used instead, because the model would
+/// otherwise need the bits of the count in every iteration.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Counted {
-    /// The count, an unsigned number, its least word first.
+    /// The count, an unsigned number, low word first.
     pub words: Vec<WordSource>,
-    /// How many units are handled for each that is counted.
+    /// The number of units for each one counted.
     pub each: u64,
-    /// A larger count handles no more than this one.
+    /// The largest count; the instruction processes no more than this.
     pub most: u64,
-    /// The PLC is known to carry the instruction out with every count up to this one. With a larger count it may refuse
-    /// (what it handles would lie beyond its memory), so a scan that needs one is no lower bound.
+    /// The largest count with which the PLC certainly executes the instruction. With a larger one it may report an
+    /// error, because what it processes would lie outside its memory. A scan with such a count is not used as a lower
+    /// bound.
     pub executes_up_to: u64,
 }
 
 impl Counted {
-    /// The number of iterations of a loop in which the words are asked.
+    /// In a loop, the words are read only in this many iterations.
     pub const ITERATIONS: u32 = 16;
 
-    /// Whether the words are asked in a call context.
+    /// Whether the words are read in this call context.
     #[must_use]
-    pub fn is_asked(frames: &[Frame]) -> bool {
+    pub fn is_read(frames: &[Frame]) -> bool {
         frames.iter().all(|frame| frame.iteration < Counted::ITERATIONS)
     }
 
-    /// The most units that it can say.
+    /// The largest number of units.
     #[must_use]
     pub fn most_units(&self) -> u64 {
         self.most.saturating_mul(self.each)
     }
 }
 
-/// By what an instruction's time is looked up in a timing table.
+/// How the time of an instruction is found in a timing table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimingKey {
-    /// Row names to try, the most specific first (`OUT:T`, `OUT`).
+    /// Names of table rows to try, most specific first (`OUT:T`, `OUT`).
     pub names: Vec<String>,
-    /// The `@class` row to fall back on, without the `@`.
+    /// The `@class` row to use if no name matches, without the `@`.
     pub class: &'static str,
-    /// The count for times per unit.
+    /// The number of units, for times per unit.
     pub units: Units,
-    /// Both times are the dearer of the row's two: a contact, whose condition tables define differently.
-    pub dearer: bool,
-    /// Costs nothing where the table does not know it (labels).
+    /// Whether on-time and off-time are both the larger of the row's two times. This is so for contacts, for which
+    /// tables define the condition differently.
+    pub use_larger_time: bool,
+    /// Whether the instruction costs nothing if the table has no row for it (labels).
     pub optional: bool,
-    /// What its operands name, for times by area.
-    pub touched: Touched,
+    /// The devices of its operands, for times that depend on the memory area.
+    pub accessed: AccessedDevices,
 }
 
 impl TimingKey {
-    /// The words that say how many units it handles.
+    /// The words that give the number of units, if it is variable.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         match &self.units {
@@ -76,12 +78,12 @@ impl TimingKey {
     }
 }
 
-/// Cells and bits of words that an instruction's operands name, whether or not its meaning shows them: what is taken
-/// as any value costs no less. Empty where a dialect leaves it to the meaning.
+/// The cells and bits of words that an instruction's operands name, even if its effects do not show them: an
+/// over-approximated instruction accesses the same devices. Empty if the dialect leaves it to the effects.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Touched {
-    /// The cells, each mention a region.
+pub struct AccessedDevices {
+    /// One region for each operand that names cells.
     pub regions: Vec<Region>,
-    /// How many bits of words.
+    /// The number of operands that are bits of words.
     pub word_bits: u64,
 }

@@ -173,7 +173,7 @@ impl<'a> Table<'a> {
     fn find(&self, wanted: &str) -> Result<usize, Vec<Diagnostic>> {
         let same = |head: &str| head.trim().eq_ignore_ascii_case(wanted.trim());
         let whole = self.heads.iter().position(|head| same(head));
-        let words = || self.heads.iter().position(|head| same(&Unit::words_of_head(head)));
+        let words = || self.heads.iter().position(|head| same(&Unit::words_of_heading(head)));
         // An analog channel's head names its unit: `CH1(V)`.
         let bare = |head: &String| same(head.split(['(', '[']).next().unwrap_or_default());
         let bare = || self.heads.iter().position(bare);
@@ -312,8 +312,8 @@ impl<'a> Table<'a> {
         }
         let words: &[&str] = if pulses { &STAMP_WORDS } else { &SCAN_WORDS };
         let is_likely = |head: &&String| {
-            let own = Unit::words_of_head(head);
-            (Unit::of_head(head).is_some() || pulses)
+            let own = Unit::words_of_heading(head);
+            (Unit::of_heading(head).is_some() || pulses)
                 && words.iter().any(|word| if pulses { own == *word } else { own.contains(word) })
         };
         let found: Vec<usize> = self
@@ -460,7 +460,7 @@ impl<'a> Table<'a> {
     fn clock(&self, selection: &Selection<'_>) -> Result<RowClock, Vec<Diagnostic>> {
         let stamps = |column: usize| {
             let head = &self.heads[column];
-            let words = Unit::words_of_head(head);
+            let words = Unit::words_of_heading(head);
             unit_of(head).is_some() && (STAMP_WORDS.contains(&words.as_str()) || words.is_empty())
         };
         let rate = self.sigrok.as_ref().and_then(|sigrok| sigrok.rate);
@@ -562,7 +562,7 @@ impl RowClock {
 
 fn unit_of(head: &str) -> Option<Unit> {
     let long = LONG_UNITS.iter().find(|(long, _)| head.trim().eq_ignore_ascii_case(long));
-    long.and_then(|(_, short)| Unit::from_name(short)).or_else(|| Unit::of_head(head))
+    long.and_then(|(_, short)| Unit::from_name(short)).or_else(|| Unit::of_heading(head))
 }
 
 fn is_long_unit(head: &str) -> bool {

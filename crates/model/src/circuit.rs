@@ -1,4 +1,4 @@
-//! A Boolean circuit of and-gates and negated edges over atoms, with equal gates shared.
+//! A Boolean circuit (an and-inverter graph over atoms) in which equal gates are shared.
 
 use super::shared::Shared;
 
@@ -6,45 +6,45 @@ use super::shared::Shared;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VarId(pub u32);
 
-/// A value for every free variable, by `VarId`: bits 0 or 1.
+/// A value for every free variable, by `VarId`; a bit is 0 or 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment(pub Vec<u16>);
 
-/// A gate's output or its negation: twice the node's index, plus one if negated.
+/// A literal: a node or its negation. The value is twice the node's index, plus one if negated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Lit(pub u32);
 
 impl Lit {
-    /// Always true.
+    /// The constant true.
     pub const TRUE: Lit = Lit(0);
-    /// Never true.
+    /// The constant false.
     pub const FALSE: Lit = Lit(1);
 
-    /// A node's output.
+    /// The literal of a node without negation.
     #[must_use]
     pub fn positive(node: usize) -> Lit {
         Lit(u32::try_from(node << 1).expect("nodes are numbered in 31 bits"))
     }
 
-    /// The node.
+    /// The index of its node.
     #[must_use]
     pub fn node(self) -> usize {
         (self.0 >> 1) as usize
     }
 
-    /// Whether the node's output is negated.
+    /// Whether the node is negated.
     #[must_use]
     pub fn is_negated(self) -> bool {
         self.0 & 1 == 1
     }
 
-    /// True or false whatever the assignment.
+    /// Whether this is one of the constants.
     #[must_use]
     pub fn is_constant(self) -> bool {
         self.0 < 2
     }
 
-    /// A constant.
+    /// A constant literal.
     #[must_use]
     pub fn constant(value: bool) -> Lit {
         if value { Lit::TRUE } else { Lit::FALSE }
@@ -58,19 +58,19 @@ impl std::ops::Not for Lit {
     }
 }
 
-/// A question to a free variable.
+/// A test of a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Atom {
     /// The bit is 1.
     Bit(VarId),
-    /// The word, unsigned, is at least this (1 to 65535).
+    /// The word, unsigned, is at least this value (1 to 65535).
     AtLeast(VarId, u16),
     /// This bit (0 to 15) of the word is 1.
     WordBit(VarId, u8),
 }
 
 impl Atom {
-    /// The variable asked.
+    /// The variable that is tested.
     #[must_use]
     pub fn variable(self) -> VarId {
         match self {
@@ -79,14 +79,14 @@ impl Atom {
     }
 }
 
-/// A node of the circuit. Inputs of a gate have smaller indices than the gate.
+/// A node of the circuit. The inputs of a gate have smaller indices than the gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Node {
-    /// Node 0, true.
+    /// Node 0, the constant true.
     True,
-    /// A leaf.
+    /// An atom.
     Atom(Atom),
-    /// Both are true; the left literal is the smaller.
+    /// A conjunction; the left literal is the smaller one.
     And(Lit, Lit),
 }
 
@@ -104,7 +104,7 @@ impl Default for Circuit {
     }
 }
 
-/// The truth value of every node under an assignment.
+/// The value of every node under an assignment.
 pub struct Values(Vec<bool>);
 
 impl Values {
@@ -116,7 +116,7 @@ impl Values {
 }
 
 impl Circuit {
-    /// All nodes, inputs before gates.
+    /// All nodes; inputs come before gates.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         self.nodes.all()
@@ -128,7 +128,7 @@ impl Circuit {
         self.nodes.all()[lit.node()]
     }
 
-    /// The leaf of an atom.
+    /// The literal of an atom.
     pub fn atom(&mut self, atom: Atom) -> Lit {
         if let Atom::AtLeast(_, 0) = atom {
             return Lit::TRUE;
@@ -136,7 +136,7 @@ impl Circuit {
         self.intern(Node::Atom(atom))
     }
 
-    /// Conjunction, simplified one level deep.
+    /// Conjunction, with local simplification.
     pub fn and(&mut self, a: Lit, b: Lit) -> Lit {
         if a == Lit::FALSE || b == Lit::FALSE || a == !b {
             return Lit::FALSE;
@@ -147,7 +147,7 @@ impl Circuit {
         if b == Lit::TRUE {
             return a;
         }
-        // Absorption and contradiction one level down: a and (a and c), a and (!a and c), a and !(a and c).
+        // Absorption and contradiction with one level of inputs: a and (a and c), a and (!a and c), a and !(a and c).
         for (x, y) in [(a, b), (b, a)] {
             if let Node::And(p, q) = self.node(y) {
                 match (y.is_negated(), x == p || x == q, x == !p || x == !q) {
@@ -162,7 +162,8 @@ impl Circuit {
                 }
             }
         }
-        // Neither (p and q) nor (p and !q): not p. So paths that part and meet again are the path before.
+        // !(p and q) and !(p and !q) is !p. So the guard after two paths have joined is the guard before they
+        // separated.
         if let (true, true, Node::And(p, q), Node::And(r, s)) =
             (a.is_negated(), b.is_negated(), self.node(a), self.node(b))
         {
@@ -175,7 +176,7 @@ impl Circuit {
         self.order_and(a, b)
     }
 
-    /// Two thresholds of one word: the stronger implies the weaker.
+    /// Conjunction of two thresholds of one word, of which one may imply the other.
     fn order_and(&mut self, a: Lit, b: Lit) -> Lit {
         if let (Node::Atom(Atom::AtLeast(v, s)), Node::Atom(Atom::AtLeast(w, t))) =
             (self.node(a), self.node(b))
@@ -197,7 +198,7 @@ impl Circuit {
         !self.and(!a, !b)
     }
 
-    /// `then` if `condition`, else `other`.
+    /// If-then-else: `then` if `condition`, else `other`.
     pub fn ite(&mut self, condition: Lit, then: Lit, other: Lit) -> Lit {
         match (condition, then, other) {
             (Lit::TRUE, ..) => then,
@@ -216,17 +217,17 @@ impl Circuit {
         self.ite(a, !b, b)
     }
 
-    /// Conjunction of all.
+    /// The conjunction of all literals.
     pub fn all(&mut self, lits: impl IntoIterator<Item = Lit>) -> Lit {
         lits.into_iter().fold(Lit::TRUE, |a, b| self.and(a, b))
     }
 
-    /// Disjunction of all.
+    /// The disjunction of all literals.
     pub fn any(&mut self, lits: impl IntoIterator<Item = Lit>) -> Lit {
         lits.into_iter().fold(Lit::FALSE, |a, b| self.or(a, b))
     }
 
-    /// The value of every node under an assignment, which has a value for every variable asked.
+    /// The value of every node under an assignment, which must have a value for every variable that is tested.
     #[must_use]
     pub fn evaluate(&self, assignment: &Assignment) -> Values {
         let mut values: Vec<bool> = Vec::with_capacity(self.nodes().len());
@@ -250,7 +251,7 @@ impl Circuit {
         Values(values)
     }
 
-    /// Gives the atoms' variables other numbers, each its own.
+    /// Renumbers the variables of the atoms. Different variables must get different numbers.
     pub fn renumber(&mut self, number: impl Fn(VarId) -> VarId) {
         self.nodes.change(|node| {
             if let Node::Atom(Atom::Bit(v) | Atom::AtLeast(v, _) | Atom::WordBit(v, _)) = node {
@@ -297,7 +298,7 @@ mod tests {
 
     #[test]
     fn simplification_keeps_the_truth_table() {
-        // Every function built from three bits by two random-looking layers agrees with direct evaluation.
+        // Functions of three bits, built in two layers, agree with direct evaluation.
         let mut c = Circuit::default();
         let bits: Vec<Lit> = (0..3).map(|v| bit(&mut c, v)).collect();
         for &p in &bits {

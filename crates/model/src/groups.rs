@@ -1,4 +1,4 @@
-//! Slices a scan's charges into groups that share no free variable, and reads witnesses off assignments.
+//! Divides the charges of a scan into groups that share no free variable, and converts assignments into witnesses.
 
 use crate::{Assignment, Atom, Group, Lit, Node, Origin, ScanModel, VarId};
 use petgraph::unionfind::UnionFind;
@@ -7,11 +7,11 @@ use scanbound_ir::{ChoiceKey, Witness};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The groups, the largest first by what their charges cost at the dearer of their times. Constant charges are
-/// in none. Reports and exports number them in this order.
+/// The groups, sorted by the sum of their charges' larger times, largest first. Charges with a constant cost are in no
+/// group. Reports and exports number the groups in this order.
 ///
-/// Two charges are in one group if their guards share a variable, directly or through other guards or
-/// through a constraint. That is the slicing of the paper: the groups' maxima add up.
+/// Two charges are in one group if their guards share a variable, directly, through other guards, or through a
+/// constraint. This is the slicing of the paper: the maxima of the groups add up to the maximum of the scan.
 #[must_use]
 pub fn groups(model: &ScanModel) -> Vec<Group> {
     let mut sets = Sets::of(model);
@@ -36,15 +36,16 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
             groups[group].variables.push(variable);
         }
     }
-    let naive =
-        |group: &Group| group.charges.iter().map(|&c| model.charges[c].dearer()).sum::<Picos>();
+    let naive = |group: &Group| {
+        group.charges.iter().map(|&c| model.charges[c].largest_cost()).sum::<Picos>()
+    };
     groups.sort_by_cached_key(|group| (Reverse(naive(group)), group.charges[0]));
     groups
 }
 
-/// The constraints on which no charge depends, as one group without charges: a scan must keep these, too.
+/// The constraints on which no charge depends, as one group without charges. A scan must satisfy these too.
 #[must_use]
-pub fn unpriced(model: &ScanModel, groups: &[Group]) -> Option<Group> {
+pub fn unused_constraints(model: &ScanModel, groups: &[Group]) -> Option<Group> {
     let mut kept = vec![false; model.constraints.len()];
     groups
         .iter()
@@ -72,7 +73,7 @@ pub fn unpriced(model: &ScanModel, groups: &[Group]) -> Option<Group> {
     Some(Group { charges: Vec::new(), variables: variables.into_iter().collect(), constraints })
 }
 
-/// The nodes that guards and constraints depend on, joined where they depend on each other.
+/// A union-find structure of circuit nodes: nodes that guards or constraints connect are in one set.
 struct Sets {
     joined: UnionFind<usize>,
     variables: BTreeMap<VarId, u32>,
@@ -123,12 +124,12 @@ impl Sets {
     }
 }
 
-/// The scan that an assignment tells, for the given variables.
+/// The scan that corresponds to an assignment of these variables.
 #[must_use]
 pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
     let values = model.circuit.evaluate(assignment);
-    let happened = model.havocs.where_holds(|lit| values.get(lit));
-    let mut witness = Witness { settled: model.settled.clone(), ..Witness::default() };
+    let happened = model.havocs.executed(|lit| values.get(lit));
+    let mut witness = Witness { resolutions: model.resolutions.clone(), ..Witness::default() };
     for (variable, &value) in model.variables.iter().zip(&assignment.0) {
         match &variable.origin {
             Origin::Start(cell) => {

@@ -1,42 +1,42 @@
-//! Writes of any value, in order of execution, and which of them concern a cell.
+//! The havocs of a scan in order of execution, and which of them concern a cell.
 //!
-//! There are thousands in a large project, and tens of thousands of cells that are read behind them. So the writes to an
-//! area are numbered in their order, and a tree of blocks of 1, 2, 4, 8 ... of them stands over these numbers: each block
-//! knows which cells any of its writes concerns at most, and which all of them do.
+//! A large project has thousands of havocs, and reads tens of thousands of cells after them. Therefore the havocs of
+//! each area are numbered in order, with a tree of blocks of 1, 2, 4, 8 ... consecutive havocs. Each block knows the
+//! cells that at least one of its havocs may concern, and the cells that all of them concern.
 
 use super::Lit;
 use scanbound_ir::{AreaId, Cell, ChoiceId, Frame, Region};
 
-/// A write of any value to a region: a moment from which on cells hold what no one can tell.
+/// A havoc of a region: after it, its cells have unknown values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Havoc {
-    /// What it may write.
+    /// The cells that it may write.
     pub region: Region,
-    /// Whether it happened.
-    pub happened: Lit,
-    /// The call context: calls and loop iterations on the path there.
+    /// Whether it was executed.
+    pub executed: Lit,
+    /// The call context: calls, loop iterations and interrupts on the path to it.
     pub frames: Vec<Frame>,
-    /// Under which choice.
+    /// The choice of the values.
     pub choice: ChoiceId,
 }
 
-/// Cells of an area that follow each other, by their indices; none if the first is behind the last.
+/// Consecutive cells of an area, by their first and last index; empty if the first is larger than the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Stretch {
+struct CellRange {
     first: u32,
     last: u32,
 }
 
-impl Stretch {
-    const NONE: Stretch = Stretch { first: u32::MAX, last: 0 };
+impl CellRange {
+    const NONE: CellRange = CellRange { first: u32::MAX, last: 0 };
 
-    fn of(region: Region) -> Stretch {
+    fn of(region: Region) -> CellRange {
         match region {
-            Region::Range { count: 0, .. } => Stretch::NONE,
+            Region::Range { count: 0, .. } => CellRange::NONE,
             Region::Range { first, count } => {
-                Stretch { first: first.index, last: first.index.saturating_add(count - 1) }
+                CellRange { first: first.index, last: first.index.saturating_add(count - 1) }
             }
-            Region::Area(_) | Region::Everything => Stretch { first: 0, last: u32::MAX },
+            Region::Area(_) | Region::Everything => CellRange { first: 0, last: u32::MAX },
         }
     }
 
@@ -45,24 +45,24 @@ impl Stretch {
     }
 }
 
-/// What a block of writes to one area says of cells.
+/// Which cells a block of havocs of one area concerns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Block {
-    /// Each of the writes concerns these.
-    every: Stretch,
-    /// None of the writes concerns others than these.
-    any: Stretch,
+    /// Cells that every havoc of the block concerns.
+    every: CellRange,
+    /// A superset of the cells that the block's havocs concern.
+    any: CellRange,
 }
 
 impl Block {
     fn both(self, other: Block) -> Block {
         let (every, any) = (other.every, other.any);
         Block {
-            every: Stretch {
+            every: CellRange {
                 first: self.every.first.max(every.first),
                 last: self.every.last.min(every.last),
             },
-            any: Stretch {
+            any: CellRange {
                 first: self.any.first.min(any.first),
                 last: self.any.last.max(any.last),
             },
@@ -70,14 +70,14 @@ impl Block {
     }
 }
 
-/// The writes to one area. A write's place is its number among them.
+/// The havocs of one area. The position of a havoc is its number among them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct AreaWrites {
-    /// By place: the index into `Havocs::all`.
+    /// By position: the index into `Havocs::all`.
     indices: Vec<u32>,
-    /// The places of those that happen in every scan.
+    /// The positions of the havocs that are executed in every scan.
     certain: Vec<u32>,
-    /// By the binary logarithm of their size: the blocks that are full, one behind the other.
+    /// By the binary logarithm of the block size: the complete blocks in order.
     blocks: Vec<Vec<Block>>,
 }
 
@@ -87,7 +87,7 @@ impl AreaWrites {
             self.certain.push(short(self.indices.len()));
         }
         self.indices.push(index);
-        let stretch = Stretch::of(region);
+        let stretch = CellRange::of(region);
         let mut block = Block { every: stretch, any: stretch };
         for level in 0.. {
             if level == self.blocks.len() {
@@ -103,8 +103,8 @@ impl AreaWrites {
         }
     }
 
-    /// The place of the newest before `until` that concerns the cell, if it does not lie before `since`: the search goes
-    /// down from `until`, block by block, each as large as may be and still ends there.
+    /// The position of the last havoc before `until`, and not before `since`, that concerns the cell. The search goes
+    /// downwards from `until`, each time by the largest block that ends there.
     fn newest(&self, cell: Cell, since: usize, until: usize) -> Option<usize> {
         let mut end = until;
         'blocks: while end > since {
@@ -121,7 +121,7 @@ impl AreaWrites {
     }
 }
 
-/// All writes of any value of a scan, in order of execution.
+/// All havocs of a scan, in order of execution.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Havocs {
     all: Vec<Havoc>,
@@ -129,21 +129,21 @@ pub struct Havocs {
     areas: Vec<AreaWrites>,
 }
 
-/// A place or an index in half the memory.
+/// Stores a position or index in 32 bits.
 fn short(number: usize) -> u32 {
     u32::try_from(number).expect("writes of any value are counted in 32 bits")
 }
 
 impl Havocs {
-    /// None yet, of cells of so many areas.
+    /// An empty list, for this number of areas.
     #[must_use]
     pub fn of_areas(areas: usize) -> Havocs {
         Havocs { all: Vec::new(), areas: vec![AreaWrites::default(); areas] }
     }
 
-    /// A further one.
+    /// Appends a havoc.
     pub fn push(&mut self, havoc: Havoc) {
-        let (index, region, happened) = (short(self.all.len()), havoc.region, havoc.happened);
+        let (index, region, happened) = (short(self.all.len()), havoc.region, havoc.executed);
         self.all.push(havoc);
         match region {
             Region::Range { first: Cell { area, .. }, .. } | Region::Area(area) => {
@@ -155,19 +155,19 @@ impl Havocs {
         }
     }
 
-    /// All, in order of execution.
+    /// All havocs in order of execution.
     #[must_use]
     pub fn all(&self) -> &[Havoc] {
         &self.all
     }
 
-    /// How many may have written to cells of the area.
+    /// The number of havocs so far that may have written to the area.
     #[must_use]
     pub fn count(&self, area: AreaId) -> usize {
         self.areas[usize::from(area.0)].indices.len()
     }
 
-    /// Of those that may have written to the cell's area, from `since` to `until`: those that concern the cell, the newest first.
+    /// The havocs that concern the cell, among numbers `since..until` of its area, latest first.
     pub fn concerning(&self, cell: Cell, since: u32, until: u32) -> impl Iterator<Item = &Havoc> {
         let area = &self.areas[usize::from(cell.area.0)];
         let (since, mut until) = (since as usize, until as usize);
@@ -177,21 +177,21 @@ impl Havocs {
         })
     }
 
-    /// Those that happen where this holds.
+    /// The havocs that are executed if exactly these literals are true.
     #[must_use]
-    pub fn where_holds(&self, holds: impl Fn(Lit) -> bool) -> Happened<'_> {
+    pub fn executed(&self, holds: impl Fn(Lit) -> bool) -> ExecutedHavocs<'_> {
         let happens = |&place: &usize, area: &AreaWrites| {
-            holds(self.all[area.indices[place] as usize].happened)
+            holds(self.all[area.indices[place] as usize].executed)
         };
         let of = |area: &AreaWrites| {
             let places = 0..area.indices.len();
             places.filter(|place| happens(place, area)).map(short).collect()
         };
-        Happened { havocs: self, places: self.areas.iter().map(of).collect() }
+        ExecutedHavocs { havocs: self, places: self.areas.iter().map(of).collect() }
     }
 
-    /// The place in the cell's area of the newest that concerns it and happens in every scan, if it does not lie
-    /// before `since`.
+    /// The position in the cell's area of the last havoc that concerns the cell and is executed in every scan, if it is
+    /// not before `since`.
     #[must_use]
     pub fn newest_certain(&self, cell: Cell, since: usize) -> Option<usize> {
         let area = &self.areas[usize::from(cell.area.0)];
@@ -200,44 +200,44 @@ impl Havocs {
         places.find(|&place| area.blocks[0][place].any.holds(cell))
     }
 
-    /// Which writes of a block of an area concern the cell: those of its area's places from `number << level` to
-    /// `(number + 1) << level`.
+    /// Which havocs of a block concern the cell. The block consists of the positions from `number << level` to `(number
+    /// + 1) << level` (exclusive) of the cell's area.
     #[must_use]
-    pub fn block(&self, cell: Cell, level: u32, number: usize) -> Concerned {
+    pub fn block(&self, cell: Cell, level: u32, number: usize) -> Coverage {
         let block = self.areas[usize::from(cell.area.0)].blocks[level as usize][number];
         match (block.any.holds(cell), block.every.holds(cell)) {
-            (false, _) => Concerned::None,
-            (true, true) => Concerned::All,
-            (true, false) => Concerned::Some,
+            (false, _) => Coverage::None,
+            (true, true) => Coverage::All,
+            (true, false) => Coverage::Some,
         }
     }
 
-    /// Whether the write at this place of the area happens.
+    /// Whether the havoc at this position of the area is executed.
     #[must_use]
     pub fn happened(&self, area: AreaId, place: usize) -> Lit {
-        self.all[self.areas[usize::from(area.0)].indices[place] as usize].happened
+        self.all[self.areas[usize::from(area.0)].indices[place] as usize].executed
     }
 
-    /// The same writes, happening where this says.
+    /// A copy in which the execution condition of each havoc is replaced.
     #[must_use]
-    pub fn where_happened(&self, mut happened: impl FnMut(Lit) -> Lit) -> Havocs {
+    pub fn with_conditions(&self, mut happened: impl FnMut(Lit) -> Lit) -> Havocs {
         let mut found = Havocs::of_areas(self.areas.len());
         for havoc in &self.all {
-            found.push(Havoc { happened: happened(havoc.happened), ..havoc.clone() });
+            found.push(Havoc { executed: happened(havoc.executed), ..havoc.clone() });
         }
         found
     }
 }
 
-/// The writes of any value that happen in one scan.
-pub struct Happened<'a> {
+/// The havocs that are executed in one scan.
+pub struct ExecutedHavocs<'a> {
     havocs: &'a Havocs,
-    /// By area: their places there.
+    /// By area: their positions there.
     places: Vec<Vec<u32>>,
 }
 
-impl<'a> Happened<'a> {
-    /// Of those that may have written to the cell's area, from `since` to `until`: the newest that happens and concerns the cell.
+impl<'a> ExecutedHavocs<'a> {
+    /// The last executed havoc that concerns the cell, among numbers `since..until` of the cell's area.
     #[must_use]
     pub fn newest(&self, cell: Cell, since: u32, until: u32) -> Option<&'a Havoc> {
         let area = &self.havocs.areas[usize::from(cell.area.0)];
@@ -249,14 +249,14 @@ impl<'a> Happened<'a> {
     }
 }
 
-/// Which writes of a block concern a cell.
+/// Which havocs of a block concern a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Concerned {
+pub enum Coverage {
     /// None of them.
     None,
-    /// Perhaps some of them.
+    /// Possibly some of them.
     Some,
-    /// Each of them.
+    /// All of them.
     All,
 }
 
@@ -268,7 +268,7 @@ mod tests {
         Cell { area: AreaId(area), index }
     }
 
-    /// Writes to two areas, here and there, some of them certain.
+    /// Random havocs of two areas, some of which are always executed.
     fn some(count: u32) -> Havocs {
         let mut havocs = Havocs::of_areas(2);
         for n in 0..count {
@@ -279,7 +279,12 @@ mod tests {
                 _ => Region::Range { first, count: n % 7 },
             };
             let happened = if n % 13 == 5 { Lit::TRUE } else { Lit(2 * n + 2) };
-            havocs.push(Havoc { region, happened, frames: Vec::new(), choice: ChoiceId(n) });
+            havocs.push(Havoc {
+                region,
+                executed: happened,
+                frames: Vec::new(),
+                choice: ChoiceId(n),
+            });
         }
         havocs
     }
@@ -289,7 +294,7 @@ mod tests {
         for count in [0, 1, 2, 7, 64, 100] {
             let havocs = some(count);
             let holds = |lit: Lit| lit.0.is_multiple_of(8);
-            let happened = havocs.where_holds(holds);
+            let happened = havocs.executed(holds);
             for area in 0..2 {
                 let own = |havoc: &&Havoc| match havoc.region {
                     Region::Range { first, .. } => first.area.0 == area,
@@ -303,15 +308,15 @@ mod tests {
                     for since in 0..own.len() {
                         for until in since..=own.len() {
                             let all = own[since..until].iter().rev().copied();
-                            let wanted = all.filter(|one| one.region.holds(cell));
+                            let wanted = all.filter(|one| one.region.contains(cell));
                             let found = havocs.concerning(cell, since as u32, until as u32);
                             assert!(found.eq(wanted.clone()), "{area} {index} {since} {until}");
                             let newest = happened.newest(cell, since as u32, until as u32);
-                            let mut happening = wanted.filter(|one| holds(one.happened));
+                            let mut happening = wanted.filter(|one| holds(one.executed));
                             assert_eq!(newest, happening.next());
                         }
                         let certain = |place: &usize| {
-                            own[*place].happened == Lit::TRUE && own[*place].region.holds(cell)
+                            own[*place].executed == Lit::TRUE && own[*place].region.contains(cell)
                         };
                         let newest = (since..own.len()).rev().find(certain);
                         assert_eq!(havocs.newest_certain(cell, since), newest);
@@ -331,12 +336,12 @@ mod tests {
                 for number in 0..blocks.len() {
                     let places = number << level..(number + 1) << level;
                     let own = &havocs.areas[0].indices[places];
-                    let holds = |&index: &u32| havocs.all[index as usize].region.holds(cell);
+                    let holds = |&index: &u32| havocs.all[index as usize].region.contains(cell);
                     let concerned = havocs.block(cell, level, number);
                     match concerned {
-                        Concerned::None => assert!(!own.iter().any(holds)),
-                        Concerned::All => assert!(own.iter().all(holds)),
-                        Concerned::Some => {}
+                        Coverage::None => assert!(!own.iter().any(holds)),
+                        Coverage::All => assert!(own.iter().all(holds)),
+                        Coverage::Some => {}
                     }
                     told[concerned as usize] += 1;
                 }
@@ -347,10 +352,10 @@ mod tests {
 
     #[test]
     fn other_conditions_make_others_certain() {
-        let havocs = some(30).where_happened(|happened| Lit(happened.0 / 4));
+        let havocs = some(30).with_conditions(|happened| Lit(happened.0 / 4));
         let certain: usize = havocs.areas.iter().map(|area| area.certain.len()).sum();
         let holding = havocs.areas.iter().flat_map(|area| &area.indices);
-        let wanted = holding.filter(|&&index| havocs.all[index as usize].happened == Lit::TRUE);
+        let wanted = holding.filter(|&&index| havocs.all[index as usize].executed == Lit::TRUE);
         assert_eq!(certain, wanted.count());
         assert!(certain > 3);
     }

@@ -1,65 +1,66 @@
-//! The narrow waist: the charges of one scan, their guards, the free variables and the constraints among these.
+//! The model of one scan: its charges, their guards, the free variables, and the constraints on these variables. It is
+//! the only interface between the analysis and the solver.
 
-pub mod certain;
 mod circuit;
 pub mod groups;
 mod havocs;
+pub mod lower_bound;
 mod shared;
 
 pub use circuit::{Assignment, Atom, Circuit, Lit, Node, Values, VarId};
-pub use havocs::{Concerned, Happened, Havoc, Havocs};
+pub use havocs::{Coverage, ExecutedHavocs, Havoc, Havocs};
 pub use shared::Shared;
 
 use scanbound_base::time::Picos;
-use scanbound_ir::{Cell, ChoiceId, ChoiceKey, Frame, Settled};
+use scanbound_ir::{Cell, ChoiceId, ChoiceKey, Frame, Resolutions};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What a free variable holds.
+/// The type of a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum VarKind {
-    /// A bit: read through `Atom::Bit`.
+    /// A bit, tested with `Atom::Bit`.
     Bit,
-    /// Sixteen bits: read through `Atom::AtLeast` (unsigned) and `Atom::WordBit`.
+    /// A word of sixteen bits, tested with `Atom::AtLeast` (unsigned) and `Atom::WordBit`.
     Word,
 }
 
 /// What a free variable stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
-    /// The cell's value when the scan starts.
+    /// The value of a cell at the start of the scan.
     Start(Cell),
     /// A choice of the program.
     Choice(ChoiceKey),
-    /// The cell's value after it was havocked by the last of these to have happened: what of `ScanModel::havocs`
-    /// concerns it.
+    /// The value of a cell after the last havoc in a range of `ScanModel::havocs` that was executed and concerns the
+    /// cell.
     Havocked {
         /// The cell.
         cell: Cell,
-        /// How many that may write to its area were before these.
+        /// The range begins after this many havocs of the cell's area.
         since: u32,
-        /// The same with these.
+        /// The range ends after this many havocs of the cell's area.
         until: u32,
     },
 }
 
-/// A write of any value to where an index says that is not known, or to anywhere at all.
+/// A havoc whose target is unknown: a write through an unknown index, or a write to any cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FarWrite {
+pub struct UnknownWrite {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// Under which choice.
+    /// The choice of the havoc.
     pub choice: ChoiceId,
-    /// Whether an index says where.
+    /// Whether the target is unknown because of an index.
     pub has_index: bool,
-    /// How often it is executed.
+    /// The number of executions in a scan.
     pub executions: u32,
-    /// Whether in one execution the index comes from nothing that another such write may have left.
-    pub is_first: bool,
-    /// Cells of which the index may hold what they were when the scan starts.
-    pub starts: BTreeSet<Cell>,
-    /// Other such writes from which the index may come.
-    pub follows: BTreeSet<ChoiceId>,
+    /// Whether, in at least one execution, the index does not depend on another such write.
+    pub is_independent: bool,
+    /// Cells whose values at the start of the scan may have become the index.
+    pub start_cells: BTreeSet<Cell>,
+    /// The choices of other such writes on which the index may depend.
+    pub depends_on: BTreeSet<ChoiceId>,
 }
 
 /// A free variable.
@@ -69,59 +70,59 @@ pub struct Variable {
     pub kind: VarKind,
     /// What it stands for.
     pub origin: Origin,
-    /// Its name for people (`X1F`, `D100`, `T0 contact`, `M5 behind line 40`).
+    /// Its name for users (`X1F`, `D100`, `T0 contact`, `M5 behind line 40`).
     pub name: String,
 }
 
-/// One execution of one instruction and what it costs: `on` if `fires`, else `off` if `reached`, else nothing.
-/// `fires` implies `reached`. Where the scan works out how many units it handles, `on` is with the most of them, and
-/// `counted` says what it costs.
+/// One execution of one instruction, and its cost: `on` if `fires`, else `off` if `reached`, else nothing. `fires`
+/// implies `reached`. If the model determines the number of units, `on` is the cost with the most units, and `counted`
+/// gives the actual cost.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Charge {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: calls and loop iterations on the path there.
+    /// The call context: calls, loop iterations and interrupts on the path to it.
     pub frames: Vec<Frame>,
-    /// Whether control gets there.
+    /// Whether control reaches it.
     pub reached: Lit,
-    /// Whether it costs the on-time.
+    /// Whether it fires.
     pub fires: Lit,
-    /// Time when it fires, all units and repetitions counted.
+    /// The cost if it fires, with all units and repetitions.
     pub on: Picos,
-    /// Time when it is reached and does not fire.
+    /// The cost if it is reached but does not fire.
     pub off: Picos,
-    /// Where the scan works out how many units are handled: what it costs when it fires.
+    /// The cost by number of units, if the model determines this number.
     pub counted: Option<Box<ByUnits>>,
 }
 
-/// What a charge costs by the units that are handled.
+/// The cost of a charge that fires, by its number of units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ByUnits {
-    /// Without any.
+    /// The cost without units.
     pub base: Picos,
-    /// What each of these adds where it is true, which implies that the charge fires.
+    /// The costs added by each literal that is true. Each literal implies that the charge fires.
     pub units: Vec<(Lit, Picos)>,
 }
 
 impl Charge {
-    /// The dearer of the two times.
+    /// The larger of the two times.
     #[must_use]
-    pub fn dearer(&self) -> Picos {
+    pub fn largest_cost(&self) -> Picos {
         self.on.max(self.off)
     }
 
-    /// What it costs where the circuit's nodes have these values.
+    /// The cost under these values of the circuit's nodes.
     #[must_use]
     pub fn cost(&self, values: &Values) -> Picos {
         self.cost_by(|lit| values.get(lit))
     }
 
-    /// What it costs where its literals have these values.
+    /// The cost under these values of its literals.
     #[must_use]
     pub fn cost_by(&self, value: impl Fn(Lit) -> bool) -> Picos {
         match (value(self.fires), value(self.reached)) {
             (true, _) => {
-                let (base, units) = self.fired();
+                let (base, units) = self.cost_if_fired();
                 let handled = units.iter().filter(|(handled, _)| value(*handled));
                 base + handled.map(|(_, more)| *more).sum()
             }
@@ -130,13 +131,13 @@ impl Charge {
         }
     }
 
-    /// Whether no assignment changes what it costs.
+    /// Whether the cost is the same under every assignment.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.guards().next().is_none()
     }
 
-    /// The literals on which it depends what it costs.
+    /// The literals on which the cost depends.
     pub fn guards(&self) -> impl Iterator<Item = Lit> + '_ {
         let matters = |guard: &Lit| {
             !guard.is_constant()
@@ -145,21 +146,21 @@ impl Charge {
         self.literals().filter(matters)
     }
 
-    /// Whether it costs something else where it fires than where it is reached and does not.
+    /// Whether the cost depends on `fires`.
     #[must_use]
     pub fn fires_matters(&self) -> bool {
         self.on != self.off || self.counted.is_some()
     }
 
-    /// All its literals, those that are constant and those that change nothing included.
+    /// All literals of the charge, including constants and those that do not affect the cost.
     pub fn literals(&self) -> impl Iterator<Item = Lit> + '_ {
-        let units = self.fired().1.iter().map(|(handled, _)| *handled);
+        let units = self.cost_if_fired().1.iter().map(|(handled, _)| *handled);
         [self.reached, self.fires].into_iter().chain(units)
     }
 
-    /// What it costs when it fires: without any unit, and what each of these literals adds.
+    /// The cost if it fires: the part without units, and the costs added by literals.
     #[must_use]
-    pub fn fired(&self) -> (Picos, &[(Lit, Picos)]) {
+    pub fn cost_if_fired(&self) -> (Picos, &[(Lit, Picos)]) {
         match self.counted.as_deref() {
             None => (self.on, &[]),
             Some(ByUnits { base, units }) => (*base, units),
@@ -167,109 +168,110 @@ impl Charge {
     }
 }
 
-/// A place at which control goes round a loop for ever, if it gets there.
+/// A place at which the scan enters an unbounded loop, if control reaches it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unbounded {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: calls and loop iterations on the path there.
+    /// The call context: calls, loop iterations and interrupts on the path to it.
     pub frames: Vec<Frame>,
-    /// Whether control gets there.
+    /// Whether control reaches it.
     pub reached: Lit,
 }
 
-/// All that one scan may cost.
+/// The model of one scan.
 #[derive(Debug, Clone, Default)]
 pub struct ScanModel {
-    /// The guards' circuit.
+    /// The circuit of all guards.
     pub circuit: Circuit,
-    /// The free variables; `VarId` is an index.
+    /// The free variables; a `VarId` is an index.
     pub variables: Vec<Variable>,
-    /// The charges, in order of execution.
+    /// The charges in order of execution.
     pub charges: Vec<Charge>,
-    /// What holds in every scan.
+    /// Literals that are true in every scan.
     pub constraints: Vec<Lit>,
-    /// In a model for lower bounds: where an operation error ends the scan.
+    /// In a model for lower bounds: literals that are true if an operation error ends the scan.
     pub errors: Vec<Lit>,
-    /// The writes of any value, in order of execution.
+    /// The havocs in order of execution.
     pub havocs: Havocs,
-    /// The free words from which the counts of summarised loops come.
-    pub counting: BTreeSet<VarId>,
-    /// The writes of which it is not known where they go, in order of execution.
-    pub far_writes: Vec<FarWrite>,
-    /// Where a scan goes round for ever.
+    /// The free words from which the counts of summarised loops are computed.
+    pub count_variables: BTreeSet<VarId>,
+    /// The havocs whose targets are unknown, in order of execution.
+    pub unknown_writes: Vec<UnknownWrite>,
+    /// The places at which a scan enters an unbounded loop.
     pub unbounded: Vec<Unbounded>,
-    /// How many iterations summarised loops make at most, by what their counts can say.
+    /// For each summarised loop, the largest number of iterations that its count allows.
     pub iterations: BTreeMap<usize, u32>,
-    /// The counts of these, each time control may get there.
-    pub counts: Vec<Iterations>,
-    /// What was settled where operations could be carried out.
-    pub settled: Arc<Settled>,
+    /// The counts of these loops, once for each time that control may reach them.
+    pub loop_counts: Vec<LoopCount>,
+    /// How the analysis resolved choices, by call context.
+    pub resolutions: Arc<Resolutions>,
 }
 
 /// The count of a summarised loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Iterations {
-    /// The loop, an index into `Program::instructions`.
+pub struct LoopCount {
+    /// The loop's instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// Whether control gets there.
+    /// Whether control reaches it.
     pub reached: Lit,
-    /// The count, a signed number, the least bit first.
+    /// The count, a signed number, least significant bit first.
     pub bits: [Lit; 16],
-    /// The iterations that it may make whatever its count is.
+    /// The number of iterations that are possible even if the count is smaller.
     pub least: u32,
 }
 
-/// Charges that share free variables, directly or through others. Groups share none.
+/// A group: charges that share free variables, directly or through other charges. Two groups have no free variable in
+/// common.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Group {
-    /// Indices into `ScanModel::charges`, ascending; none is constant.
+    /// Indices into `ScanModel::charges`, ascending. Charges with a constant cost are in no group.
     pub charges: Vec<usize>,
-    /// The free variables they depend on, through guards or constraints, ascending.
+    /// The free variables on which the charges depend, through guards or constraints, ascending.
     pub variables: Vec<VarId>,
-    /// Indices into `ScanModel::constraints` that concern these variables.
+    /// Indices into `ScanModel::constraints` of the constraints on these variables.
     pub constraints: Vec<usize>,
 }
 
-/// Values of a group's variables, ascending; all others are 0. There may be as many groups as variables, so that each
-/// keeps its own and no more.
+/// Values of the variables of one group, ascending by variable; all other variables are 0. There may be as many groups
+/// as variables, so a full assignment for each group would take too much memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Portion(pub Vec<(VarId, u16)>);
+pub struct GroupAssignment(pub Vec<(VarId, u16)>);
 
-impl Portion {
-    /// Puts these values into an assignment of all.
-    pub fn put(&self, all: &mut Assignment) {
+impl GroupAssignment {
+    /// Copies these values into an assignment of all variables.
+    pub fn copy_to(&self, all: &mut Assignment) {
         for &(variable, value) in &self.0 {
             all.0[variable.0 as usize] = value;
         }
     }
 
-    /// These values, and 0 for all else.
+    /// The assignment with these values, and 0 for all other variables.
     #[must_use]
-    pub fn whole(&self, model: &ScanModel) -> Assignment {
+    pub fn complete(&self, model: &ScanModel) -> Assignment {
         let mut all = Assignment(vec![0; model.variables.len()]);
-        self.put(&mut all);
+        self.copy_to(&mut all);
         all
     }
 }
 
 impl ScanModel {
-    /// What the given charges cost together under an assignment.
+    /// The total cost of these charges under an assignment.
     #[must_use]
     pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
         let values = self.circuit.evaluate(assignment);
         charges.iter().map(|&c| self.charges[c].cost(&values)).sum()
     }
 
-    /// What all charges cost together, each at its dearest, in picoseconds: it may be more than a time holds.
+    /// The sum of all charges, each at its largest cost, in picoseconds. It may be too large for a [`Picos`].
     #[must_use]
-    pub fn dearest(&self) -> u128 {
-        self.charges.iter().map(|charge| u128::from(charge.dearer().0)).sum()
+    pub fn sum_of_largest(&self) -> u128 {
+        self.charges.iter().map(|charge| u128::from(charge.largest_cost().0)).sum()
     }
 
-    /// The charges that no assignment changes, indices into `charges`.
+    /// The charges with a constant cost, as indices into `charges`.
     #[must_use]
-    pub fn constant(&self) -> Vec<usize> {
+    pub fn constant_charges(&self) -> Vec<usize> {
         (0..self.charges.len()).filter(|&index| self.charges[index].is_constant()).collect()
     }
 }

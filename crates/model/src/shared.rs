@@ -1,10 +1,11 @@
-//! Values by number, equal ones once. There are millions, so each is stored once: the table holds their numbers.
+//! A table that numbers values and stores equal values once. There are millions of values, so the hash table holds only
+//! their numbers.
 
 use hashbrown::HashTable;
 use rustc_hash::FxBuildHasher;
 use std::hash::{BuildHasher, Hash};
 
-/// Values and their numbers, from 0 in the order in which they came.
+/// The values with their numbers, which are assigned from 0 on in order of insertion.
 #[derive(Debug, Clone)]
 pub struct Shared<T> {
     values: Vec<T>,
@@ -18,7 +19,7 @@ impl<T> Default for Shared<T> {
 }
 
 impl<T: Copy + Eq + Hash> Shared<T> {
-    /// The value's number, which is a new one if the value is.
+    /// The number of a value; a new number if the value is new.
     pub fn number(&mut self, value: T) -> u32 {
         let Shared { values, numbers } = self;
         let hash = |value: &T| FxBuildHasher.hash_one(value);
@@ -35,19 +36,20 @@ impl<T: Copy + Eq + Hash> Shared<T> {
         number
     }
 
-    /// The value of that number.
+    /// The value with this number.
     #[must_use]
     pub fn get(&self, number: u32) -> T {
         self.values[number as usize]
     }
 
-    /// All values by number.
+    /// All values, by number.
     #[must_use]
     pub fn all(&self) -> &[T] {
         &self.values
     }
 
-    /// Changes values, each to one that no other is. Those that stay as they are keep their place.
+    /// Changes the values in place; different values must remain different. Values that do not change keep their place
+    /// in the hash table.
     pub fn change(&mut self, mut change: impl FnMut(&mut T)) {
         let Shared { values, numbers } = self;
         let hash = |value: &T| FxBuildHasher.hash_one(value);

@@ -1,6 +1,6 @@
-//! A set of small numbers, as markings and relations need them.
+//! A set of small integers as a bit set, for markings and relations.
 
-/// A set of numbers below a limit that is fixed when it is made.
+/// A set of integers below a limit that is fixed at creation.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bits(Vec<u64>);
 
@@ -11,7 +11,7 @@ impl Bits {
         Bits(vec![0; limit.div_ceil(64)])
     }
 
-    /// The set of these.
+    /// The set of these members.
     #[must_use]
     pub fn of(limit: usize, members: &[usize]) -> Bits {
         let mut bits = Bits::new(limit);
@@ -19,24 +19,24 @@ impl Bits {
         bits
     }
 
-    /// Whether it has the number.
+    /// Whether the set contains the number.
     #[must_use]
-    pub fn has(&self, member: usize) -> bool {
+    pub fn contains(&self, member: usize) -> bool {
         self.0[member / 64] >> (member % 64) & 1 == 1
     }
 
-    /// Takes a number in.
+    /// Adds a number.
     pub fn insert(&mut self, member: usize) {
         self.0[member / 64] |= 1 << (member % 64);
     }
 
-    /// Takes a number out.
+    /// Removes a number.
     pub fn remove(&mut self, member: usize) {
         self.0[member / 64] &= !(1 << (member % 64));
     }
 
-    /// Takes all of another set in; whether that changed anything.
-    pub fn join(&mut self, other: &Bits) -> bool {
+    /// Adds all members of another set. Returns whether the set has changed.
+    pub fn union_with(&mut self, other: &Bits) -> bool {
         let mut changed = false;
         for (own, more) in self.0.iter_mut().zip(&other.0) {
             changed |= *more & !*own != 0;
@@ -45,13 +45,13 @@ impl Bits {
         changed
     }
 
-    /// Whether it has all of another set.
+    /// Whether this set contains all members of the other.
     #[must_use]
-    pub fn has_all(&self, other: &Bits) -> bool {
+    pub fn is_superset(&self, other: &Bits) -> bool {
         self.0.iter().zip(&other.0).all(|(own, asked)| asked & !own == 0)
     }
 
-    /// Its numbers, the least first.
+    /// The members in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.0.iter().enumerate().flat_map(|(at, &word)| {
             let mut rest = word;
@@ -74,7 +74,9 @@ mod tests {
         bits.remove(64);
         bits.insert(5);
         assert_eq!(bits.iter().collect::<Vec<_>>(), [0, 5, 129]);
-        assert!(bits.has(129) && !bits.has(64));
-        assert!(bits.join(&Bits::of(130, &[7])) && !bits.clone().join(&Bits::of(130, &[7])));
+        assert!(bits.contains(129) && !bits.contains(64));
+        assert!(
+            bits.union_with(&Bits::of(130, &[7])) && !bits.clone().union_with(&Bits::of(130, &[7]))
+        );
     }
 }

@@ -1,24 +1,26 @@
-//! Place invariants: weights of places whose sum over a marking no firing changes, found by Farkas' algorithm.
+//! Place invariants: weights of places such that no firing changes the weighted sum of tokens. Found by Farkas'
+//! algorithm.
 //!
-//! Where the weighted sum is 1 at first, no two of its places are ever marked together, and none has two tokens, however
-//! many markings there are.
+//! If the weighted sum is 1 in the initial marking, no two places of the invariant are ever marked together, and none
+//! has two tokens. This holds however many markings the net has.
 
 use super::{Net, Transition};
 
-/// A weight for each place.
+/// One weight for each place.
 pub type Weights = Vec<i64>;
 
-/// Place invariants without negative weights. All minimal ones where the number of rows stays within the limit, else some.
+/// Place invariants with non-negative weights: all minimal ones if the number of rows stays within the limit, else some
+/// of them.
 #[must_use]
 pub fn invariants(net: &Net, limit: usize) -> Vec<Weights> {
     let width = net.transitions.len();
-    // Each row: what is left of the incidence matrix, and the weights that made it.
+    // Each row holds the remaining columns of the incidence matrix, and the weights whose combination gave them.
     let mut rows: Vec<(Vec<i64>, Weights)> = (0..net.places)
         .map(|place| {
             let mut change = vec![0; width];
             for (at, transition) in net.transitions.iter().enumerate() {
-                change[at] -= count(&transition.takes, place);
-                change[at] += count(&transition.puts, place);
+                change[at] -= count(&transition.inputs, place);
+                change[at] += count(&transition.outputs, place);
             }
             let mut weights = vec![0; net.places];
             weights[place] = 1;
@@ -46,15 +48,15 @@ pub fn invariants(net: &Net, limit: usize) -> Vec<Weights> {
     rows.into_iter().map(|(_, weights)| weights).collect()
 }
 
-/// Transition invariants without negative weights: firings, a number for each transition, after which every place has as
-/// many tokens as before. All minimal ones where the number of rows stays within the limit, else some.
+/// Transition invariants with non-negative weights: how often each transition fires so that every place has as many
+/// tokens as before. All minimal ones if the number of rows stays within the limit, else some of them.
 #[must_use]
 pub fn transition_invariants(net: &Net, limit: usize) -> Vec<Weights> {
     let mut transposed = Net { places: net.transitions.len(), ..Net::default() };
     transposed.transitions.resize(net.places, Transition::default());
     for (at, transition) in net.transitions.iter().enumerate() {
-        transition.takes.iter().for_each(|&place| transposed.transitions[place].takes.push(at));
-        transition.puts.iter().for_each(|&place| transposed.transitions[place].puts.push(at));
+        transition.inputs.iter().for_each(|&place| transposed.transitions[place].inputs.push(at));
+        transition.outputs.iter().for_each(|&place| transposed.transitions[place].outputs.push(at));
     }
     invariants(&transposed, limit)
 }
@@ -63,7 +65,7 @@ fn count(places: &[usize], place: usize) -> i64 {
     places.iter().filter(|&&one| one == place).map(|_| 1).sum()
 }
 
-/// The column whose elimination makes the fewest rows, taken out of those that are open.
+/// Removes from `open` the column whose elimination creates the fewest rows, and returns it.
 fn cheapest(rows: &[(Vec<i64>, Weights)], open: &mut Vec<usize>) -> Option<usize> {
     let price = |column: usize| -> usize {
         let gains = rows.iter().filter(|(change, _)| change[column] > 0).count();
@@ -74,7 +76,7 @@ fn cheapest(rows: &[(Vec<i64>, Weights)], open: &mut Vec<usize>) -> Option<usize
     Some(open.swap_remove(at))
 }
 
-/// The sum of both rows in which the column is 0; `None` if numbers get too large.
+/// The positive combination of two rows in which this column is 0; `None` on overflow.
 fn combined(
     (gain, for_gain): &(Vec<i64>, Weights),
     (loss, for_loss): &(Vec<i64>, Weights),
@@ -99,7 +101,8 @@ fn common(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { common(b, a % b) }
 }
 
-/// Adds a row unless its places hold all those of another, and drops those that hold all of its.
+/// Adds a row unless its places include all places of an existing row; removes existing rows whose places include all
+/// of its places.
 fn add_minimal(rows: &mut Vec<(Vec<i64>, Weights)>, row: (Vec<i64>, Weights)) {
     let within =
         |one: &Weights, other: &Weights| one.iter().zip(other).all(|(&a, &b)| a == 0 || b != 0);
@@ -110,7 +113,8 @@ fn add_minimal(rows: &mut Vec<(Vec<i64>, Weights)>, row: (Vec<i64>, Weights)) {
     rows.push(row);
 }
 
-/// The invariants whose weighted sum is 1 in the initial marking: of the places of each at most one is marked, once.
+/// The place invariants whose weighted sum is 1 in the initial marking, as sets of places: at most one place of a set
+/// is marked, with one token.
 #[must_use]
 pub fn exclusive(net: &Net, limit: usize) -> Vec<Vec<usize>> {
     let sum = |weights: &Weights| net.initial.iter().map(|&place| weights[place]).sum::<i64>();
@@ -133,7 +137,9 @@ mod tests {
         let reached = reach(&net, 100);
         for group in found {
             for (at, &one) in group.iter().enumerate() {
-                assert!(group[at + 1..].iter().all(|&other| !reached.together[one].has(other)));
+                assert!(
+                    group[at + 1..].iter().all(|&other| !reached.together[one].contains(other))
+                );
             }
         }
     }

@@ -1,7 +1,7 @@
-//! Petri nets: places, transitions, what can be marked together, and what never is.
+//! Petri nets: places, transitions, which places can be marked together, and which never are.
 //!
-//! A net is plain: every arc takes or puts one token. It knows no language; sequential function charts are nets whose
-//! places are steps (`scanbound_iec`).
+//! The nets are ordinary: every arc moves one token. This crate knows no PLC language; sequential function charts are
+//! nets whose places are the steps (`scanbound_iec`).
 
 mod bits;
 pub mod invariant;
@@ -12,30 +12,30 @@ pub mod siphon;
 
 pub use bits::Bits;
 
-/// A transition: it can fire when all places of `takes` and `needs` are marked and none of `bars` is, and marks those of
-/// `puts`.
+/// A transition. It can fire if all places of `inputs` and `tested` are marked and no place of `inhibitors` is. It then
+/// removes the tokens of `inputs` and marks the places of `outputs`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Transition {
-    /// Places that must be marked, and stay so.
-    pub needs: Vec<usize>,
-    /// Places that must not be marked.
-    pub bars: Vec<usize>,
-    /// Places that lose a token.
-    pub takes: Vec<usize>,
-    /// Places that get one.
-    pub puts: Vec<usize>,
-    /// Whether it can fire at once with others that take the same places.
+    /// Places that must be marked and keep their token (read arcs).
+    pub tested: Vec<usize>,
+    /// Places that must not be marked (inhibitor arcs).
+    pub inhibitors: Vec<usize>,
+    /// Places from which it takes a token.
+    pub inputs: Vec<usize>,
+    /// Places into which it puts a token.
+    pub outputs: Vec<usize>,
+    /// Whether it can fire in the same step as other transitions that take the same tokens.
     pub shares: bool,
 }
 
 /// A Petri net with its initial marking. Places and transitions are numbered from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Net {
-    /// How many places there are.
+    /// The number of places.
     pub places: usize,
     /// The transitions.
     pub transitions: Vec<Transition>,
-    /// The places that have a token at first.
+    /// The places that are marked initially.
     pub initial: Vec<usize>,
 }
 
@@ -46,31 +46,32 @@ impl Net {
         Bits::of(self.places, &self.initial)
     }
 
-    /// Whether a transition can fire.
+    /// Whether a transition can fire in this marking.
     #[must_use]
     pub fn is_enabled(&self, transition: usize, marking: &Bits) -> bool {
-        let Transition { takes, needs, bars, .. } = &self.transitions[transition];
-        takes.iter().chain(needs).all(|&place| marking.has(place))
-            && !bars.iter().any(|&place| marking.has(place))
+        let Transition { inputs: takes, tested: needs, inhibitors: bars, .. } =
+            &self.transitions[transition];
+        takes.iter().chain(needs).all(|&place| marking.contains(place))
+            && !bars.iter().any(|&place| marking.contains(place))
     }
 
-    /// Whether transitions share what they take.
+    /// Whether any transition can fire together with others that take the same tokens.
     #[must_use]
     pub fn shares(&self) -> bool {
         self.transitions.iter().any(|one| one.shares)
     }
 
-    /// The marking after transitions have fired at once, and the first place that would have two tokens then (it keeps
-    /// one).
+    /// The marking after these transitions have fired in one step, and the first place that would then have two tokens
+    /// (it keeps one).
     #[must_use]
     pub fn fire(&self, transitions: &[usize], marking: &Bits) -> (Bits, Option<usize>) {
         let mut next = marking.clone();
         for &at in transitions {
-            self.transitions[at].takes.iter().for_each(|&place| next.remove(place));
+            self.transitions[at].inputs.iter().for_each(|&place| next.remove(place));
         }
         let mut twice = None;
-        for place in transitions.iter().flat_map(|&at| &self.transitions[at].puts) {
-            if next.has(*place) {
+        for place in transitions.iter().flat_map(|&at| &self.transitions[at].outputs) {
+            if next.contains(*place) {
                 twice = twice.or(Some(*place));
             }
             next.insert(*place);
@@ -78,35 +79,38 @@ impl Net {
         (next, twice)
     }
 
-    /// What finds the transitions that may fire in a marking without looking at all of them.
+    /// An index for finding the enabled transitions of a marking without testing all of them.
     #[must_use]
-    pub fn firing(&self) -> Firing<'_> {
+    pub fn enabled_index(&self) -> EnabledIndex<'_> {
         let mut watched = vec![Vec::new(); self.places];
         let mut always = Vec::new();
-        for (at, Transition { takes, needs, .. }) in self.transitions.iter().enumerate() {
+        for (at, Transition { inputs: takes, tested: needs, .. }) in
+            self.transitions.iter().enumerate()
+        {
             match takes.iter().chain(needs).next() {
                 Some(&place) => watched[place].push(at),
                 None => always.push(at),
             }
         }
-        Firing { net: self, watched, always, shares: self.shares() }
+        EnabledIndex { net: self, watched, always, shares: self.shares() }
     }
 }
 
-/// A net, and which transitions to look at where a place is marked.
+/// A net with the transitions to test for each marked place.
 #[derive(Debug, Clone)]
-pub struct Firing<'n> {
+pub struct EnabledIndex<'n> {
     net: &'n Net,
-    /// For each place transitions that it must be marked for: each stands at one of those that it asks for.
+    /// For each place the transitions to test if it is marked. Each transition with an input place is listed at exactly
+    /// one of its input places.
     watched: Vec<Vec<usize>>,
-    /// Transitions that ask for no place to be marked.
+    /// Transitions without an input place.
     always: Vec<usize>,
-    /// Whether transitions share what they take.
+    /// Whether any transition can fire together with others that take the same tokens.
     shares: bool,
 }
 
-impl Firing<'_> {
-    /// The transitions that can fire, in their order.
+impl EnabledIndex<'_> {
+    /// The enabled transitions, in ascending order.
     #[must_use]
     pub fn enabled(&self, marking: &Bits) -> Vec<usize> {
         let watched = marking.iter().flat_map(|place| &self.watched[place]);
@@ -116,22 +120,22 @@ impl Firing<'_> {
         found
     }
 
-    /// The sets of transitions that may fire next: each alone where what several bring about that fire at once they also do
-    /// one after the other, else every set of those that are enabled and take no place from each other, unless one of them
-    /// shares it. `None` if these are too many.
+    /// The sets of transitions that may fire in the next step. If firing one after the other reaches all markings that
+    /// simultaneous firing reaches, each set has one transition; else every conflict-free set of enabled transitions is
+    /// listed. Transitions with `shares` conflict with none. `None` if there are too many sets.
     #[must_use]
-    pub fn moves(&self, marking: &Bits) -> Option<Vec<Vec<usize>>> {
+    pub fn next_steps(&self, marking: &Bits) -> Option<Vec<Vec<usize>>> {
         let enabled = self.enabled(marking);
-        if !self.shares && self.is_serial(&enabled) {
+        if !self.shares && self.is_serializable(&enabled) {
             return Some(enabled.into_iter().map(|at| vec![at]).collect());
         }
         let mut sets: Vec<Vec<usize>> = vec![Vec::new()];
         for at in enabled {
-            let Transition { takes, shares, .. } = &self.net.transitions[at];
+            let Transition { inputs: takes, shares, .. } = &self.net.transitions[at];
             let is_free = |set: &&Vec<usize>| {
                 let others = set.iter().map(|&other| &self.net.transitions[other]);
                 let rivals = others.filter(|other| !shares && !other.shares);
-                let mut taken = rivals.flat_map(|other| &other.takes);
+                let mut taken = rivals.flat_map(|other| &other.inputs);
                 !taken.any(|place| takes.contains(place))
             };
             let more: Vec<Vec<usize>> =
@@ -146,19 +150,19 @@ impl Firing<'_> {
         Some(sets)
     }
 
-    /// Whether any of these, which are enabled, can fire one after the other instead of at once: in an order in which each
-    /// comes before those that disturb what it asks for without taking it.
-    fn is_serial(&self, enabled: &[usize]) -> bool {
+    /// Whether any set of these enabled transitions can also fire one after the other: in an order in which each fires
+    /// before the transitions that disable it without taking its tokens.
+    fn is_serializable(&self, enabled: &[usize]) -> bool {
         let of = |at: usize| &self.net.transitions[at];
         let disturbs = |one: usize, asking: usize| {
             let (one, asking) = (of(one), of(asking));
-            let unmarks = |place| one.takes.contains(place) && !one.puts.contains(place);
-            asking.needs.iter().any(unmarks)
-                || asking.bars.iter().any(|place| one.puts.contains(place))
+            let unmarks = |place| one.inputs.contains(place) && !one.outputs.contains(place);
+            asking.tested.iter().any(unmarks)
+                || asking.inhibitors.iter().any(|place| one.outputs.contains(place))
         };
-        let asks = |&at: &usize| !of(at).needs.is_empty() || !of(at).bars.is_empty();
+        let asks = |&at: &usize| !of(at).tested.is_empty() || !of(at).inhibitors.is_empty();
         let mut open: Vec<usize> = enabled.iter().copied().filter(asks).collect();
-        // What is disturbed by none of the rest may come last.
+        // A transition that no remaining transition disables can fire last.
         while let Some(last) = open
             .iter()
             .position(|&at| !open.iter().any(|&other| other != at && disturbs(other, at)))
@@ -169,7 +173,7 @@ impl Firing<'_> {
     }
 }
 
-/// How many sets of transitions are looked at in one marking.
+/// The largest number of sets that are considered in one marking.
 const SETS: usize = 1_024;
 
 /// Nets for unit tests.
@@ -177,11 +181,11 @@ const SETS: usize = 1_024;
 pub mod testing {
     use super::{Net, Transition};
 
-    /// A net of transitions written as what they take and put.
+    /// A net whose transitions are given as pairs of input places and output places.
     pub fn net(places: usize, initial: &[usize], moves: &[(&[usize], &[usize])]) -> Net {
         let transition = |&(takes, puts): &(&[usize], &[usize])| Transition {
-            takes: takes.to_vec(),
-            puts: puts.to_vec(),
+            inputs: takes.to_vec(),
+            outputs: puts.to_vec(),
             ..Transition::default()
         };
         Net {

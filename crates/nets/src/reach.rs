@@ -1,49 +1,50 @@
-//! All markings that a net can reach, within a budget: which places are marked together, what is never reached, where
-//! it stops.
+//! All markings that a net can reach, up to a limit: which places are marked together, what is never reached, where the
+//! net deadlocks.
 //!
-//! A place that would get a second token keeps one, as a step of a chart is active or not; the first such firing is kept
-//! as evidence that the net is unsafe. Transitions fire one after the other in a plain net that is safe: what several bring
-//! about at once is reached so, too. Where transitions ask for places that others of them take, they fire in sets.
+//! A place that would get a second token keeps one, because a step of a chart is either active or not. The first such
+//! firing is kept as evidence that the net is unsafe. In a safe net without read or inhibitor arcs, transitions fire
+//! one after the other, which also reaches everything that simultaneous firing reaches. If transitions test places from
+//! which others take tokens, they fire in sets.
 
 use super::{Bits, Net};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Where a place would get a second token.
+/// Evidence that the net is not safe: a place that gets a second token.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unsafe {
+pub struct SecondToken {
     /// The place.
     pub place: usize,
-    /// The transitions that lead there from the initial marking, the one that puts the second token last.
+    /// The transitions from the initial marking; the last one puts the second token.
     pub path: Vec<usize>,
 }
 
-/// A marking in which no transition can ever fire.
+/// A reachable marking in which no transition can fire.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Deadlock {
-    /// What is marked.
+    /// The marking.
     pub marking: Bits,
-    /// The transitions that lead there.
+    /// The transitions that lead to it from the initial marking.
     pub path: Vec<usize>,
 }
 
-/// What was found of a net.
+/// The result of the search.
 #[derive(Debug, Clone)]
-pub struct Reached {
-    /// How many markings were seen.
+pub struct Reachability {
+    /// The number of markings that were visited.
     pub markings: usize,
-    /// Whether these are all.
+    /// Whether all reachable markings were visited.
     pub complete: bool,
-    /// For each place those that are marked together with it in some marking.
+    /// For each place, the places that are marked together with it in some marking.
     pub together: Vec<Bits>,
-    /// For each place the shortest way to a marking that has it.
+    /// For each place, the first marking found in which it is marked.
     first: Vec<Option<usize>>,
-    /// For each two places, the one with the smaller number first, the same of both.
+    /// For each pair of places (smaller number first), the first marking found in which both are marked.
     both: FxHashMap<(usize, usize), usize>,
-    /// Which transitions are enabled in some marking.
+    /// The transitions that are enabled in some marking.
     pub enabled: Bits,
-    /// Second tokens, one evidence for each place.
-    pub unsafe_places: Vec<Unsafe>,
-    /// Dead ends.
+    /// For each place that can get a second token, one piece of evidence.
+    pub unsafe_places: Vec<SecondToken>,
+    /// The deadlocks that were found.
     pub deadlocks: Vec<Deadlock>,
     nodes: Vec<Node>,
 }
@@ -54,32 +55,35 @@ struct Node {
     from: Option<(usize, Vec<usize>)>,
 }
 
-impl Reached {
-    /// Whether a place is never marked; known only where the search is complete.
+impl Reachability {
+    /// Whether a place is never marked. Valid only if the search is complete.
     #[must_use]
-    pub fn is_never(&self, place: usize) -> bool {
+    pub fn is_unreachable(&self, place: usize) -> bool {
         self.complete && self.first[place].is_none()
     }
 
-    /// Whether the net is known to be safe: no place ever gets a second token.
+    /// Whether the net is proved safe: no place ever gets a second token.
     #[must_use]
     pub fn is_safe(&self) -> bool {
         self.complete && self.unsafe_places.is_empty()
     }
 
-    /// The shortest way to a marking that has all these places.
+    /// The shortest path to a marking in which all these places are marked.
     #[must_use]
-    pub fn way_to(&self, places: &[usize]) -> Option<Vec<usize>> {
+    pub fn path_to(&self, places: &[usize]) -> Option<Vec<usize>> {
         let node = match *places {
             [one] => self.first[one]?,
             [one, other] if one != other => *self.both.get(&(one.min(other), one.max(other)))?,
-            _ => self.nodes.iter().position(|node| places.iter().all(|&p| node.marking.has(p)))?,
+            _ => self
+                .nodes
+                .iter()
+                .position(|node| places.iter().all(|&p| node.marking.contains(p)))?,
         };
         Some(self.path(node))
     }
 
-    /// The markings that were seen, in the order of their distance from the first.
-    pub fn seen(&self) -> impl Iterator<Item = &Bits> {
+    /// The visited markings, by increasing distance from the initial marking.
+    pub fn visited(&self) -> impl Iterator<Item = &Bits> {
         self.nodes.iter().map(|node| &node.marking)
     }
 
@@ -94,10 +98,10 @@ impl Reached {
     }
 }
 
-/// Follows a net from its initial marking, through at most so many markings.
+/// Explores a net from its initial marking, up to `budget` markings.
 #[must_use]
-pub fn reach(net: &Net, budget: usize) -> Reached {
-    let mut found = Reached {
+pub fn reach(net: &Net, budget: usize) -> Reachability {
+    let mut found = Reachability {
         markings: 0,
         complete: true,
         together: vec![Bits::new(net.places); net.places],
@@ -108,21 +112,21 @@ pub fn reach(net: &Net, budget: usize) -> Reached {
         deadlocks: Vec::new(),
         nodes: vec![Node { marking: net.start(), from: None }],
     };
-    let firing = net.firing();
+    let firing = net.enabled_index();
     let mut known = FxHashSet::from_iter([net.start()]);
     let mut at = 0;
     while at < found.nodes.len() {
         let marking = found.nodes[at].marking.clone();
         for place in marking.iter() {
             found.first[place].get_or_insert(at);
-            if !found.together[place].has_all(&marking) {
+            if !found.together[place].is_superset(&marking) {
                 for other in marking.iter().filter(|other| *other > place) {
                     found.both.entry((place, other)).or_insert(at);
                 }
-                found.together[place].join(&marking);
+                found.together[place].union_with(&marking);
             }
         }
-        let Some(moves) = firing.moves(&marking) else {
+        let Some(moves) = firing.next_steps(&marking) else {
             found.complete = false;
             at += 1;
             continue;
@@ -136,7 +140,7 @@ pub fn reach(net: &Net, budget: usize) -> Reached {
             {
                 let mut path = found.path(at);
                 path.extend(&set);
-                found.unsafe_places.push(Unsafe { place, path });
+                found.unsafe_places.push(SecondToken { place, path });
             }
             if known.contains(&next) {
                 continue;
@@ -171,39 +175,43 @@ mod tests {
         let found = reach(&net(4, &[0], &[(&[0], &[1, 2]), (&[1], &[3]), (&[2, 3], &[0])]), 100);
         assert!(found.is_safe() && found.deadlocks.is_empty());
         assert_eq!(found.markings, 3);
-        assert!(found.together[2].has(1) && found.together[2].has(3) && !found.together[0].has(2));
-        assert_eq!(found.way_to(&[2, 3]), Some(vec![0, 1]));
-        assert_eq!(found.way_to(&[0, 1]), None);
+        assert!(
+            found.together[2].contains(1)
+                && found.together[2].contains(3)
+                && !found.together[0].contains(2)
+        );
+        assert_eq!(found.path_to(&[2, 3]), Some(vec![0, 1]));
+        assert_eq!(found.path_to(&[0, 1]), None);
     }
 
     #[test]
     fn second_tokens_dead_ends_and_places_never_reached_are_found() {
-        // A selection that runs into a join: only one of 1 and 2 is ever marked.
+        // A selection that leads to a join: only one of 1 and 2 is ever marked.
         let stuck = reach(&net(4, &[0], &[(&[0], &[1]), (&[0], &[2]), (&[1, 2], &[3])]), 100);
         assert_eq!(
             stuck.deadlocks.iter().map(|one| one.path.clone()).collect::<Vec<_>>(),
             [[0], [1]]
         );
-        assert!(stuck.is_never(3) && !stuck.enabled.has(2));
-        // A parallel that is left one branch after the other.
+        assert!(stuck.is_unreachable(3) && !stuck.enabled.contains(2));
+        // A parallel branch that is left before the other branch ends.
         let twice = reach(&net(3, &[0], &[(&[0], &[1, 2]), (&[1], &[0]), (&[2], &[0])]), 100);
         assert!(!twice.is_safe());
-        assert!(twice.unsafe_places.contains(&Unsafe { place: 0, path: vec![0, 1, 2] }));
+        assert!(twice.unsafe_places.contains(&SecondToken { place: 0, path: vec![0, 1, 2] }));
     }
 
     #[test]
     fn transitions_that_ask_for_places_fire_in_sets() {
-        // 0 -> 2 while 1 is marked, 1 -> 3 while 0 is: one after the other they could not both fire.
+        // 0 -> 2 while 1 is marked, 1 -> 3 while 0 is marked: they can fire together, but not one after the other.
         let mut net = net(4, &[0, 1], &[(&[0], &[2]), (&[1], &[3])]);
-        net.transitions[0].needs = vec![1];
-        net.transitions[1].needs = vec![0];
+        net.transitions[0].tested = vec![1];
+        net.transitions[1].tested = vec![0];
         let found = reach(&net, 100);
-        assert_eq!(found.way_to(&[2, 3]), Some(vec![0, 1]));
-        net.transitions[1].bars = vec![0];
-        assert_eq!(reach(&net, 100).way_to(&[3]), None);
+        assert_eq!(found.path_to(&[2, 3]), Some(vec![0, 1]));
+        net.transitions[1].inhibitors = vec![0];
+        assert_eq!(reach(&net, 100).path_to(&[3]), None);
     }
 
-    /// All markings that are reached when every set of enabled transitions that take no place from each other may fire.
+    /// All markings that are reached if every conflict-free set of enabled transitions may fire.
     fn by_sets(net: &Net) -> BTreeSet<Bits> {
         let mut known = BTreeSet::from([net.start()]);
         let mut open = vec![net.start()];
@@ -214,7 +222,7 @@ mod tests {
                 let members = enabled.iter().enumerate().filter(|(bit, _)| mask >> bit & 1 == 1);
                 let set: Vec<usize> = members.map(|(_, &at)| at).collect();
                 let mut taken: Vec<usize> =
-                    set.iter().flat_map(|&at| net.transitions[at].takes.clone()).collect();
+                    set.iter().flat_map(|&at| net.transitions[at].inputs.clone()).collect();
                 taken.sort_unstable();
                 if taken.windows(2).any(|pair| pair[0] == pair[1]) {
                     continue;
@@ -237,7 +245,7 @@ mod tests {
         };
         let (mut seen, mut asking) = (0, 0);
         for _ in 0..3_000 {
-            // Rings of three places with a token each, whose transitions ask for places of others.
+            // Random nets: rings of three places with one token each, whose transitions test places of other rings.
             let rings = 2 + below(3);
             let (mut net, places) = (Net::default(), 3 * rings);
             net.places = places;
@@ -245,11 +253,15 @@ mod tests {
                 net.initial.push(3 * ring + below(3));
                 for at in 0..3 {
                     let (from, to) = (3 * ring + at, 3 * ring + (at + 1) % 3);
-                    let mut one =
-                        Transition { takes: vec![from], puts: vec![to], ..Transition::default() };
+                    let mut one = Transition {
+                        inputs: vec![from],
+                        outputs: vec![to],
+                        ..Transition::default()
+                    };
                     for _ in 0..below(3) {
                         let place = below(places);
-                        let side = if below(2) == 0 { &mut one.needs } else { &mut one.bars };
+                        let side =
+                            if below(2) == 0 { &mut one.tested } else { &mut one.inhibitors };
                         side.push(place);
                     }
                     net.transitions.push(one);
@@ -257,11 +269,14 @@ mod tests {
             }
             let found = reach(&net, 100_000);
             assert!(found.is_safe());
-            let markings: BTreeSet<Bits> = found.seen().cloned().collect();
+            let markings: BTreeSet<Bits> = found.visited().cloned().collect();
             assert_eq!(markings, by_sets(&net), "{net:?}");
             seen += usize::from(markings.len() > 3);
-            asking +=
-                net.transitions.iter().filter(|one| one.needs.len() + one.bars.len() > 1).count();
+            asking += net
+                .transitions
+                .iter()
+                .filter(|one| one.tested.len() + one.inhibitors.len() > 1)
+                .count();
         }
         assert!(seen > 200 && asking > 1_000, "{seen} {asking}");
     }
@@ -272,6 +287,6 @@ mod tests {
         let moves: Vec<(&[usize], &[usize])> =
             chain.iter().map(|(takes, puts)| (&takes[..], &puts[..])).collect();
         let found = reach(&net(10, &[0], &moves), 5);
-        assert!(!found.complete && !found.is_never(9) && found.markings == 5);
+        assert!(!found.complete && !found.is_unreachable(9) && found.markings == 5);
     }
 }

@@ -1,22 +1,22 @@
-//! Breadth-first search over states of a few words, fast and small enough for millions of them.
+//! Breadth-first search over states of a few 64-bit words, fast and small enough for millions of states.
 
 use hashbrown::HashTable;
 use rustc_hash::FxHasher;
 use std::hash::Hasher as _;
 
-/// The states that were seen, in the order of their distance from the first, each with the step that led there.
+/// The states that were reached, by increasing distance from the start states, each with the step that reached it.
 #[derive(Debug)]
 pub struct Search {
     width: usize,
     words: Vec<u64>,
-    /// For each state the one before it and the step; a start is before itself.
+    /// For each state its predecessor and the step; a start state is its own predecessor.
     before: Vec<(u32, u32)>,
-    /// Whether these are all that can be reached.
+    /// Whether all reachable states were visited.
     pub complete: bool,
 }
 
 impl Search {
-    /// How many states were seen.
+    /// The number of states.
     #[must_use]
     pub fn len(&self) -> usize {
         self.before.len()
@@ -28,18 +28,18 @@ impl Search {
         self.before.is_empty()
     }
 
-    /// A state.
+    /// The state with this number.
     #[must_use]
     pub fn state(&self, at: usize) -> &[u64] {
         &self.words[at * self.width..(at + 1) * self.width]
     }
 
-    /// The states in their order.
+    /// The states in the order in which they were reached.
     pub fn states(&self) -> impl Iterator<Item = &[u64]> {
         (0..self.len()).map(|at| self.state(at))
     }
 
-    /// A shortest way to a state: the number of the start, and the steps.
+    /// A shortest path to a state: the number of the start state, and the steps.
     #[must_use]
     pub fn path(&self, mut at: usize) -> (usize, Vec<u32>) {
         let mut steps = Vec::new();
@@ -72,8 +72,8 @@ fn hash(state: &[u64]) -> u64 {
     hasher.finish()
 }
 
-/// Follows states of `width` words from their starts, at most `limit` of them. `next` is given a state's number, the state,
-/// and what takes in a step and the state behind it.
+/// Searches states of `width` words from the start states, at most `limit` states. `next` gets a state's number, the
+/// state, and a function to which it passes each possible step with the state after it.
 pub fn search(
     width: usize,
     starts: &[Vec<u64>],
@@ -89,7 +89,7 @@ pub fn search(
     }
     let mut at = 0;
     let mut state = vec![0; width];
-    // The number of a state has to fit.
+    // State numbers must fit into `u32`.
     let limit = limit.min(u32::MAX as usize - 1);
     while at < found.len() {
         state.copy_from_slice(found.state(at));
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn all_states_are_found_by_shortest_ways() {
-        // Numbers up to 99: one more, or twice as many.
+        // Test system: numbers up to 99; a step adds one or doubles.
         let found = search(1, &[vec![1]], 1_000, |_, state, take| {
             for (step, value) in [(0, state[0] + 1), (1, state[0] * 2)] {
                 if value < 100 {

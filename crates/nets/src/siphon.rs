@@ -1,69 +1,72 @@
-//! Siphons and traps: sets of places that stay empty once they are, and that stay marked once they are.
+//! Siphons (sets of places that stay empty once they are empty) and traps (sets that stay marked once they are marked).
 
 use super::{Bits, Net};
 
-/// Minimal sets of places, found one after the other.
+/// The minimal siphons or traps that were found.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Minimal {
-    /// The sets.
+pub struct MinimalSets {
+    /// The sets of places.
     pub sets: Vec<Vec<usize>>,
-    /// Whether these are all.
+    /// Whether the list is complete.
     pub complete: bool,
 }
 
-/// Minimal siphons: whatever puts into such a set takes from it, so once it is empty it stays so.
+/// The minimal siphons. Every transition that puts a token into a siphon also takes one from it, so an empty siphon
+/// stays empty. At most `limit` sets.
 #[must_use]
-pub fn siphons(net: &Net, limit: usize) -> Minimal {
+pub fn siphons(net: &Net, limit: usize) -> MinimalSets {
     let of = |places: fn(&super::Transition) -> &Vec<usize>| -> Vec<Bits> {
         net.transitions.iter().map(|one| Bits::of(net.places, places(one))).collect()
     };
-    minimal(net.places, &of(|one| &one.puts), &of(|one| &one.takes), limit)
+    minimal(net.places, &of(|one| &one.outputs), &of(|one| &one.inputs), limit)
 }
 
-/// Minimal traps: whatever takes from such a set puts into it, so once it is marked it stays so.
+/// The minimal traps. Every transition that takes a token from a trap also puts one into it, so a marked trap stays
+/// marked. At most `limit` sets.
 #[must_use]
-pub fn traps(net: &Net, limit: usize) -> Minimal {
+pub fn traps(net: &Net, limit: usize) -> MinimalSets {
     let of = |places: fn(&super::Transition) -> &Vec<usize>| -> Vec<Bits> {
         net.transitions.iter().map(|one| Bits::of(net.places, places(one))).collect()
     };
-    minimal(net.places, &of(|one| &one.takes), &of(|one| &one.puts), limit)
+    minimal(net.places, &of(|one| &one.inputs), &of(|one| &one.outputs), limit)
 }
 
-/// Whether a marked trap lies within the places: then they never get empty.
+/// Whether a marked trap lies within these places; if so, they are never all empty.
 #[must_use]
 pub fn has_marked_trap(net: &Net, places: &[usize]) -> bool {
-    // What is left when places are taken away as long as something takes from them without putting back is the largest
-    // trap.
+    // Remove places from which a transition takes without putting back into the set, until there are none. What remains
+    // is the largest trap.
     let mut left = Bits::of(net.places, places);
     loop {
         let leaves = |place: &usize| {
-            let mut takers = net.transitions.iter().filter(|one| one.takes.contains(place));
-            takers.any(|one| !one.puts.iter().any(|&other| left.has(other)))
+            let mut takers = net.transitions.iter().filter(|one| one.inputs.contains(place));
+            takers.any(|one| !one.outputs.iter().any(|&other| left.contains(other)))
         };
         let Some(place) = left.iter().find(leaves) else { break };
         left.remove(place);
     }
-    net.initial.iter().any(|&place| left.has(place))
+    net.initial.iter().any(|&place| left.contains(place))
 }
 
-/// Minimal sets of which every transition that has a place on its `from` side has one on its `to` side.
-fn minimal(places: usize, from: &[Bits], to: &[Bits], limit: usize) -> Minimal {
+/// Finds minimal sets of places with this property: every transition with a place of the set on its `from` side also
+/// has one on its `to` side.
+fn minimal(places: usize, from: &[Bits], to: &[Bits], limit: usize) -> MinimalSets {
     let mut search = Search { from, to, limit, steps: 0, found: Vec::new() };
     for place in 0..places {
-        // Sets that have this place and none before it.
+        // Search the sets whose smallest place is this one.
         let banned: Vec<usize> = (0..place).collect();
         search.grow(&Bits::of(places, &[place]), &Bits::of(places, &banned));
     }
     let complete = search.steps < limit;
     let all = search.found;
     let is_minimal = |one: &&Bits| {
-        !all.iter().any(|other| other != *one && other.iter().all(|place| one.has(place)))
+        !all.iter().any(|other| other != *one && other.iter().all(|place| one.contains(place)))
     };
     let mut sets: Vec<Vec<usize>> =
         all.iter().filter(is_minimal).map(|one| one.iter().collect()).collect();
     sets.sort_by_key(|set| (set.len(), set.clone()));
     sets.dedup();
-    Minimal { sets, complete }
+    MinimalSets { sets, complete }
 }
 
 struct Search<'a> {
@@ -77,10 +80,12 @@ struct Search<'a> {
 impl Search<'_> {
     fn grow(&mut self, set: &Bits, banned: &Bits) {
         self.steps += 1;
-        if self.steps >= self.limit || self.found.iter().any(|one| one.iter().all(|p| set.has(p))) {
+        if self.steps >= self.limit
+            || self.found.iter().any(|one| one.iter().all(|p| set.contains(p)))
+        {
             return;
         }
-        let meets = |one: &Bits| one.iter().any(|place| set.has(place));
+        let meets = |one: &Bits| one.iter().any(|place| set.contains(place));
         let open = (0..self.from.len()).find(|&at| meets(&self.from[at]) && !meets(&self.to[at]));
         let Some(open) = open else {
             self.found.push(set.clone());
@@ -88,13 +93,13 @@ impl Search<'_> {
         };
         let mut banned = banned.clone();
         for place in self.to[open].iter().collect::<Vec<_>>() {
-            if banned.has(place) {
+            if banned.contains(place) {
                 continue;
             }
             let mut more = set.clone();
             more.insert(place);
             self.grow(&more, &banned);
-            // The next ones are looked at without it.
+            // The next branches exclude this place.
             banned.insert(place);
         }
     }
@@ -105,13 +110,16 @@ mod tests {
     use super::*;
     use crate::testing::net;
 
-    /// All sets that are siphons (or traps) and have no smaller one in them, by looking at every set.
+    /// All minimal siphons (or traps), found by testing every set of places. For tests.
     fn brute(net: &Net, is_siphon: bool) -> Vec<Vec<usize>> {
         let is_one = |set: u32| {
             net.transitions.iter().all(|one| {
                 let hits = |places: &[usize]| places.iter().any(|&place| set >> place & 1 == 1);
-                let (from, to) =
-                    if is_siphon { (&one.puts, &one.takes) } else { (&one.takes, &one.puts) };
+                let (from, to) = if is_siphon {
+                    (&one.outputs, &one.inputs)
+                } else {
+                    (&one.inputs, &one.outputs)
+                };
                 !hits(from) || hits(to)
             })
         };

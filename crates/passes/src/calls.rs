@@ -1,4 +1,4 @@
-//! Refuses recursion, of which no scan has a bound, and calls nested deeper than any CPU allows.
+//! Rejects recursion, for which a scan has no bound, and calls nested deeper than any CPU allows.
 
 use super::pass::Pass;
 use scanbound_base::code::Code;
@@ -8,16 +8,26 @@ use scanbound_ir::{Program, flow};
 /// The deepest nesting of calls that any CPU allows.
 const MOST_NESTED: usize = 64;
 
-/// Refuses routines that call themselves, directly or through others.
+/// Rejects routines that call themselves, directly or through others.
 pub const PASS: Pass = Pass { name: "following calls", run: |program, _| check(program) };
 
 fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
     let (at, code, message, help) = if let Some(at) = flow::recursion(program) {
-        let message = "this call leads back to itself: the scan has no bound".to_owned();
-        (at, Code::Recursion, message, "subroutines must not call each other in a circle")
+        let message = "this call is recursive, so the scan has no bound".to_owned();
+        (
+            at,
+            Code::Recursion,
+            message,
+            "remove the call, or the one that leads back to this subroutine",
+        )
     } else if let Some(at) = flow::nested_beyond(program, MOST_NESTED) {
-        let message = format!("more than {MOST_NESTED} calls stand in each other");
-        (at, Code::Nesting, message, "no CPU allows more than 64; most allow 16")
+        let message = format!("calls are nested more than {MOST_NESTED} deep");
+        (
+            at,
+            Code::Nesting,
+            message,
+            "reduce the nesting: most CPUs allow 16 levels, none more than 64",
+        )
     } else {
         return Ok(());
     };
@@ -29,7 +39,7 @@ mod tests {
     use super::*;
     use scanbound_ir::{Logic, Step, testing};
 
-    /// A program of routines that each call the next, and the last one `last`.
+    /// A program of `calls` routines, each of which calls the next; the last one calls routine `last`.
     fn chain(calls: usize, last: usize) -> Program {
         let call = |target| [Step::Call { fires: Logic::Const(true), target }, Step::Return];
         let mut steps = vec![Step::Call { fires: Logic::Const(true), target: 2 }, Step::End];

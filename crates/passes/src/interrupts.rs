@@ -1,4 +1,5 @@
-//! Interrupt routines run at any moment: what they write the scan reads as any value, and they read any values.
+//! Over-approximates interrupt routines, which run at any moment: what they write is any value for the scan, and what
+//! they read is any value for them.
 
 use super::pass::Pass;
 use scanbound_ir::{
@@ -7,17 +8,17 @@ use scanbound_ir::{
 };
 use std::collections::BTreeSet;
 
-/// Reads of what may change at any moment become any values.
+/// Replaces reads of cells that may change at any moment by any values.
 pub const PASS: Pass = Pass {
-    name: "letting interrupts come at any moment",
+    name: "modelling interrupts",
     run: |program, _| {
         isolate(program);
         Ok(())
     },
 };
 
-/// Takes every read of a cell that an interrupt routine may write as any value, and every read within interrupt
-/// routines too; the same of what else may change at any moment ([`Program::volatile`]).
+/// Replaces every read of a cell that an interrupt routine may write, and every read within interrupt routines, by any
+/// value. The same applies to other cells that may change at any moment ([`Program::volatile`]).
 fn isolate(program: &mut Program) {
     let inside = reachable(program);
     let mut regions: BTreeSet<Region> =
@@ -35,15 +36,16 @@ fn isolate(program: &mut Program) {
     entries.into_iter().for_each(|at| program.approximate(at, Approximated::ReadByInterrupt));
 }
 
-/// What may change at any moment, and who may run then.
+/// The cells that may change at any moment, and the instructions that interrupt routines run.
 struct Changing {
-    /// The instructions that interrupt routines may run: the scan may be anywhere then, so they read any values.
+    /// The instructions that interrupt routines may execute. They may interrupt the scan anywhere, so they read any
+    /// values.
     inside: BTreeSet<usize>,
-    /// What may change.
+    /// The regions that may change.
     regions: BTreeSet<Region>,
 }
 
-/// A choice of which nothing is known.
+/// A new choice of which nothing is known.
 fn fresh(choices: &mut u32) -> ChoiceId {
     *choices += 1;
     ChoiceId(*choices - 1)
@@ -51,7 +53,7 @@ fn fresh(choices: &mut u32) -> ChoiceId {
 
 impl Changing {
     fn holds(&self, cell: Cell) -> bool {
-        self.regions.iter().any(|region| region.holds(cell))
+        self.regions.iter().any(|region| region.contains(cell))
     }
 
     fn holds_any(&self, word: WordSource) -> bool {
@@ -64,18 +66,20 @@ impl Changing {
         }
     }
 
-    /// Lets counts of loops that are worked out from what may change be any; those that are unsigned.
+    /// Replaces loop counts that are computed from changing cells by any values. Returns the choices of unsigned
+    /// counts.
     fn free_counts(&self, program: &mut Program) -> BTreeSet<ChoiceId> {
-        // A loop's count is followed, so it must not change; other exact choices are worked out from no such cell.
-        let is_kept = |kind: &ChoiceKind| match *kind {
+        // A loop's count is followed, so its cell must not change. Other exact choices are not computed from changing
+        // cells.
+        let is_unchanging = |kind: &ChoiceKind| match *kind {
             ChoiceKind::Iterations(word) => !self.holds_any(word),
             _ => true,
         };
-        program.kinds.retain(|_, kind| is_kept(kind));
-        // An unsigned count may be as large as a word can say, whatever it is.
+        program.kinds.retain(|_, kind| is_unchanging(kind));
+        // An unsigned count may be as large as a word allows.
         let mut unsigned = BTreeSet::new();
         for (&count, kind) in &mut program.kinds {
-            if let ChoiceKind::Unsigned(word) = kind {
+            if let ChoiceKind::UnsignedIterations(word) = kind {
                 unsigned.insert(count);
                 if self.holds_any(*word) {
                     *word = WordSource::Free(fresh(&mut program.choices));
@@ -85,7 +89,7 @@ impl Changing {
         unsigned
     }
 
-    /// Lets all counts of loops within interrupt routines be any.
+    /// Replaces all loop counts within interrupt routines by any values.
     fn free_counts_inside(&self, program: &mut Program, unsigned: &BTreeSet<ChoiceId>) {
         for &at in &self.inside {
             let count = match &program.instructions[at].step {
@@ -97,14 +101,15 @@ impl Changing {
             match unsigned.contains(&count) {
                 true => {
                     let any = WordSource::Free(fresh(&mut program.choices));
-                    program.kinds.insert(count, ChoiceKind::Unsigned(any));
+                    program.kinds.insert(count, ChoiceKind::UnsignedIterations(any));
                 }
                 false => _ = program.kinds.remove(&count),
             }
         }
     }
 
-    /// Lets reads of what may change, and all reads within interrupt routines, be any values. Notes where the scan does so.
+    /// Replaces reads of changing cells, and all reads within interrupt routines, by any values, and records this for
+    /// the scan's instructions.
     fn free_reads(&self, program: &mut Program) {
         let choices = &mut program.choices;
         for (at, instruction) in program.instructions.iter_mut().enumerate() {
@@ -123,7 +128,7 @@ impl Changing {
         }
     }
 
-    /// Lets a source be any value if it may change, or all do; whether it may.
+    /// Replaces a source by any value if its cell may change, or if `all` is set. Returns whether the cell may change.
     fn frees(&self, source: SourceMut<'_>, all: bool, choices: &mut u32) -> bool {
         match source {
             SourceMut::Bit(source) => {
@@ -148,7 +153,7 @@ impl Changing {
     }
 }
 
-/// The instructions that interrupt routines may run, routines that they call included.
+/// The instructions that interrupt routines may execute, including those of called routines.
 fn reachable(program: &Program) -> BTreeSet<usize> {
     let mut open: Vec<usize> = program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
     let mut seen = BTreeSet::new();

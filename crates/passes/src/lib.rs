@@ -1,4 +1,4 @@
-//! Passes, from program to program: what is the same for every dialect.
+//! Transformations from program to program that are the same for every dialect.
 //!
 //! A pass is a file and its line in `PASSES`. A pass keeps every scan that the program has: it may let a program do more,
 //! never less.
@@ -15,13 +15,13 @@ use scanbound_base::diagnostic::Diagnostic;
 #[cfg(any(test, feature = "testing"))]
 use scanbound_ir::Program;
 
-/// All passes, in the order in which they run.
+/// All passes in execution order.
 pub static PASSES: Passes = Passes(&[&calls::PASS, &loops::PASS, &interrupts::PASS, &values::PASS]);
 
-/// What a front handed over, through the passes that a program's meaning needs.
+/// Runs the passes that are necessary for the meaning of a program.
 ///
 /// # Errors
-/// The faults of the first pass that finds any.
+/// The errors of the first pass that finds any.
 #[cfg(any(test, feature = "testing"))]
 pub fn passed(mut program: Program) -> Result<Program, Vec<Diagnostic>> {
     let passes = Passes(&[&calls::PASS, &loops::PASS, &interrupts::PASS]);

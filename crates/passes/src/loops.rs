@@ -1,7 +1,8 @@
-//! Loop summaries: loops and routines charged as often as they can run, at their dearest, without being followed.
+//! Loop summaries: charges loops and routines as often as they can run, at the larger of their times, without following
+//! them.
 //!
-//! Loops in loops and calls in calls multiply, so what a scan executes is counted before it is followed. Where the
-//! count is beyond what can be followed, the innermost loops and routines that are too large are summarised.
+//! Nested loops and calls multiply, so the number of executions in a scan is computed before the scan is followed. If
+//! it exceeds the limit, the innermost loops and routines that are too large are summarised.
 
 use super::pass::Pass;
 use scanbound_base::code::Code;
@@ -9,39 +10,40 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::flow::{self, written};
 use scanbound_ir::{
     Approximated, BitSource, ChoiceId, Exit, Instruction, Logic, Program, Region, Step, Summary,
-    Unfollowed, WordSource,
+    SummaryReason, WordSource,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// More single ranges of an area than this are havocked as the whole area.
+/// If more than this many single ranges of an area are written, the whole area is havocked.
 const MOST_RANGES: usize = 256;
 
-/// Loops that unroll to more executed instructions than this are summarised.
+/// A loop that unrolls to more executed instructions than this is summarised.
 const MOST_UNROLLED: u64 = 200_000;
 
-/// Where even loops and routines of so few executions would have to be summarised, the whole program is.
+/// If even loops and routines with this few executions had to be summarised, the whole program is summarised.
 const SMALLEST: u64 = 64;
 
-/// All charges of what is summarised together are at most so many; beyond, the whole program is summarised.
+/// The largest number of charges in all summaries together; beyond it, the whole program is summarised.
 const MOST_CHARGES: usize = 4_000_000;
 
-/// How often an instruction runs is more than a number can hold.
+/// The number of executions of an instruction overflows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TooOften {
+pub struct CountOverflow {
     /// The instruction.
     pub instruction: usize,
 }
 
-/// Loops that cannot be followed iteration by iteration are summarised.
+/// Summarises loops that cannot be followed iteration by iteration.
 pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
 
-/// Summarises loops whose number of iterations is not known, then those that unroll to too much all the same. Of each
-/// kind outer loops first: loops within them are part of their summaries.
+/// Summarises loops whose number of iterations is unknown, then those that unroll to too many instructions. Outer loops
+/// come first, because their summaries include the loops within them.
 fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
-    let (unknown, known): (Vec<_>, Vec<_>) =
-        flow::loops(program).into_iter().partition(|(begin, _)| program.uncounted.contains(begin));
-    // Where summarised loops begin and end; of nested ones the outer one alone.
+    let (unknown, known): (Vec<_>, Vec<_>) = flow::loops(program)
+        .into_iter()
+        .partition(|(begin, _)| program.loops_without_count.contains(begin));
+    // First and last instruction of each summarised loop; for nested loops only the outer one.
     let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
     let (mut behind, unknowns) = (0, unknown.len());
     for (place, (begin, end)) in unknown.into_iter().chain(known).enumerate() {
@@ -63,7 +65,7 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             taken.insert(begin, end);
         }
         let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
-            let message = "loops and calls multiply to more iterations here than can be counted";
+            let message = "nested loops and calls execute this instruction too often to count";
             let help = "state the range of its count in the facts file";
             faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));
             continue;
@@ -74,20 +76,20 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The loop between two instructions as one step that charges everything in it `iterations` times; `None` if it runs
-/// more often than can be counted.
+/// Creates the summary of a loop, which charges everything in it `iterations` times. `None` if the number of executions
+/// overflows.
 fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
     let gathered = Shape::of(program).gather(program, begin + 1, end, iterations).ok()?;
     let iterations = iterations_of(program, begin);
     Some(gathered.step(program, end, iterations))
 }
 
-/// Summarises loops, routines and interrupts, so that at most `most` instructions more than the program has are
-/// executed in a scan: how many there are at most. What was summarised is listed as an approximation.
+/// Summarises loops, routines and interrupt routines so that a scan executes at most `most` instructions more than the
+/// program has. Returns the largest number of executed instructions. Every summary is recorded as over-approximation.
 ///
 /// # Errors
-/// Where an instruction runs more often than a number can hold.
-pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
+/// If the number of executions of an instruction overflows.
+pub fn fit(program: &mut Program, most: u64) -> Result<u64, CountOverflow> {
     let shape = Shape::of(program);
     let most = most.saturating_add(program.instructions.len() as u64);
     let mut limit = most;
@@ -101,18 +103,18 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, TooOften> {
         }
         limit /= 8;
         if limit < SMALLEST {
-            whole(program, Unfollowed::TooMany)?;
+            summarise_all(program, SummaryReason::TooManyInstructions)?;
             return Ok(program.instructions.len() as u64);
         }
     }
 }
 
-/// The program with summarised loops put back where their counts say less than was charged: `iterations` tells how many
-/// iterations each makes at most wherever a scan was followed to it. `None` if there are none.
+/// Restores summarised loops whose counts turned out to be smaller than what was charged. `iterations` gives the
+/// largest number of iterations of each loop, wherever the analysis reached it. `None` if there are no such loops.
 ///
-/// A loop that also runs within something else that is summarised, as in a routine that is called there, stays: how
-/// often it is repeated there was not followed.
-pub fn put_back(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<Program> {
+/// A loop that also runs within another summary, such as a routine that is called there, stays summarised, because its
+/// iterations there were not analysed.
+pub fn restore(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<Program> {
     let summaries = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Summary(summary) => Some(summary),
         _ => None,
@@ -134,8 +136,8 @@ pub fn put_back(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<
     closer
 }
 
-/// Lowers how many iterations loops make at most to what was found, over all paths to them. Those that were summarised
-/// since their counts were not known are followed if they are known now.
+/// Lowers the largest number of iterations of loops to what was found over all paths to them. Loops that were
+/// summarised because their counts were unknown are followed if the counts are known now.
 pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     let lowered = |at: usize, most: u32| {
         let known = u32::try_from(*iterations.get(&at)?).ok()?;
@@ -174,7 +176,7 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     let mut behind = 0;
     program.approximations.retain(|one| !matches!(one.what, Approximated::LoopSummary(_)));
     for (begin, end, most) in unknown {
-        // A loop within a summarised one is part of its summary.
+        // A loop within a summarised loop is part of its summary.
         if begin < behind {
             continue;
         }
@@ -185,12 +187,12 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     }
 }
 
-/// Summarises the whole program: the sum of all that can run, each at its dearest. Whether it can run together,
-/// or run at all, is left open.
+/// Summarises the whole program: the sum of everything that can run, each at the larger of its times, without examining
+/// what excludes what.
 ///
 /// # Errors
-/// Where an instruction runs more often than a number can hold.
-pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
+/// If the number of executions of an instruction overflows.
+pub fn summarise_all(program: &mut Program, why: SummaryReason) -> Result<(), CountOverflow> {
     let shape = Shape::of(program);
     for index in 0..program.mains.len() {
         let main = program.mains[index].clone();
@@ -198,9 +200,9 @@ pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
             continue;
         };
         let mut gathered = shape.gather(program, main.start, last, 1)?;
-        // All its exits lead to the end of the routine, which follows.
+        // All its exits lead to the end of the routine, which comes next.
         gathered.own.clear();
-        // It may be skipped as a whole, so that none of its charges is taken for certain.
+        // The summary may be skipped as a whole, so that none of its charges counts as certain.
         let at = program.instructions.len();
         program.choices += 1;
         let runs = Logic::Bit(BitSource::Free(ChoiceId(program.choices - 1)));
@@ -216,13 +218,13 @@ pub fn whole(program: &mut Program, why: Unfollowed) -> Result<(), TooOften> {
     Ok(())
 }
 
-/// What is to be summarised.
+/// What to summarise.
 #[derive(Default)]
 struct Plan {
     loops: BTreeSet<usize>,
     routines: BTreeSet<usize>,
     interrupts: BTreeSet<usize>,
-    /// How many instructions a scan executes with these summarised.
+    /// The number of instructions that a scan executes after summarising.
     total: u64,
 }
 
@@ -232,13 +234,13 @@ impl Plan {
     }
 }
 
-/// The routines of a program and how they call each other.
+/// The routines of a program and their calls.
 struct Shape {
-    /// The last instruction of each routine that is called, by its first.
+    /// The last instruction of each called routine, by its first.
     ends: BTreeMap<usize, usize>,
-    /// The routines, each before those that it calls.
+    /// The routines; callers come before the routines that they call.
     order: Vec<usize>,
-    /// Where each stands in that order.
+    /// The position of each routine in `order`.
     place: BTreeMap<usize, usize>,
 }
 
@@ -249,7 +251,7 @@ impl Shape {
         let last = program.instructions.len().saturating_sub(1);
         let ends: BTreeMap<usize, usize> = entries
             .into_iter()
-            .map(|entry| (entry, flow::extent(program, entry).unwrap_or(last)))
+            .map(|entry| (entry, flow::routine_end(program, entry).unwrap_or(last)))
             .collect();
         let inside = |entry: usize, end: usize| {
             let from = calls.partition_point(|&(at, _)| at < entry);
@@ -268,7 +270,7 @@ impl Shape {
         Shape { ends, order, place }
     }
 
-    /// What to summarise so that no loop, routine or interrupt executes more than `limit` instructions.
+    /// Decides what to summarise so that no loop, routine or interrupt routine executes more than `limit` instructions.
     fn plan(&self, program: &Program, limit: u64) -> Plan {
         let mut plan = Plan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
@@ -276,7 +278,7 @@ impl Shape {
             let mut size = self.size(program, entry, self.ends[&entry], limit, &sizes, &mut plan);
             if size > limit {
                 plan.routines.insert(entry);
-                // As a summary each of its instructions is one charge.
+                // In a summary, each of its instructions is one charge.
                 size = self.reached(program, entry).len() as u64;
             }
             sizes.insert(entry, size);
@@ -287,7 +289,7 @@ impl Shape {
         }
         for (index, interrupt) in program.interrupts.iter().enumerate() {
             let last = program.instructions.len() - 1;
-            let end = flow::extent(program, interrupt.entry).unwrap_or(last);
+            let end = flow::routine_end(program, interrupt.entry).unwrap_or(last);
             let mut size = self.size(program, interrupt.entry, end, limit, &sizes, &mut plan);
             let all = size.saturating_mul(u64::from(interrupt.times));
             if all > limit.max(size) {
@@ -300,7 +302,7 @@ impl Shape {
         plan
     }
 
-    /// How many instructions run between two, both included, with what is planned so far.
+    /// The number of instructions executed from `from` to `to` (inclusive) under the current plan.
     fn size(
         &self,
         program: &Program,
@@ -338,7 +340,7 @@ impl Shape {
         total
     }
 
-    /// The routine's instructions and those of all that it calls.
+    /// The instructions of a routine and of all routines that it calls.
     fn reached(&self, program: &Program, entry: usize) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         let mut open = vec![entry];
@@ -356,11 +358,11 @@ impl Shape {
         found
     }
 
-    fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), TooOften> {
-        // All is gathered from the program before any of it is replaced, so that nothing is charged twice.
+    fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), CountOverflow> {
+        // Everything is collected from the program before anything is replaced, so that nothing is charged twice.
         let (mut loops, mut routines) = (Vec::new(), Vec::new());
         let (mut charges, mut endless) = (0, false);
-        let mut keep = |gathered: &Gathered| {
+        let mut keep = |gathered: &Collected| {
             charges += gathered.charges.len();
             endless |= gathered.endless;
             charges <= MOST_CHARGES && !gathered.endless
@@ -382,7 +384,7 @@ impl Shape {
             }
         }
         if charges > MOST_CHARGES || endless {
-            return whole(program, Unfollowed::TooMany);
+            return summarise_all(program, SummaryReason::TooManyInstructions);
         }
         for &index in &plan.interrupts {
             self.interrupt(program, index)?;
@@ -409,13 +411,13 @@ impl Shape {
     }
 
     /// Summarises all runs of an interrupt routine.
-    fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), TooOften> {
+    fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), CountOverflow> {
         let (entry, times) = (program.interrupts[index].entry, program.interrupts[index].times);
         if times == 0 {
             return Ok(());
         }
         let last = program.instructions.len() - 1;
-        let end = flow::extent(program, entry).unwrap_or(last);
+        let end = flow::routine_end(program, entry).unwrap_or(last);
         let mut gathered = self.gather(program, entry, end, u64::from(times))?;
         gathered.own.clear();
         program.interrupts[index].entry = program.instructions.len();
@@ -425,16 +427,16 @@ impl Shape {
         Ok(())
     }
 
-    /// What the instructions between two, both included, may cost and do when they run `times` times.
+    /// Collects what the instructions from `from` to `to` (inclusive) may cost and do if they run `times` times.
     fn gather(
         &self,
         program: &Program,
         from: usize,
         to: usize,
         times: u64,
-    ) -> Result<Gathered, TooOften> {
-        let mut gathered = Gathered::default();
-        // Keyed by their place in the order of calls: each routine is gathered once, after all that call it.
+    ) -> Result<Collected, CountOverflow> {
+        let mut gathered = Collected::default();
+        // Keyed by position in `order`, so that each routine is collected once, after all its callers.
         let mut called: BTreeMap<usize, u64> = BTreeMap::new();
         self.span(program, from, to, times, &mut gathered, &mut called)?;
         gathered.own = gathered.exits(program, to);
@@ -452,13 +454,13 @@ impl Shape {
         from: usize,
         to: usize,
         times: u64,
-        gathered: &mut Gathered,
+        gathered: &mut Collected,
         called: &mut BTreeMap<usize, u64>,
-    ) -> Result<(), TooOften> {
+    ) -> Result<(), CountOverflow> {
         let mut at = from;
         while at <= to {
-            let too_often = TooOften { instruction: at };
-            let add = |sum: &mut u64, more: u64| -> Result<(), TooOften> {
+            let too_often = CountOverflow { instruction: at };
+            let add = |sum: &mut u64, more: u64| -> Result<(), CountOverflow> {
                 *sum = sum.checked_add(more).ok_or(too_often)?;
                 Ok(())
             };
@@ -488,23 +490,23 @@ impl Shape {
     }
 }
 
-/// What is summarised.
+/// The contents of a future summary.
 #[derive(Default)]
-struct Gathered {
+struct Collected {
     /// How often each instruction is charged.
     charges: BTreeMap<usize, u64>,
-    /// What may be written.
+    /// The regions that may be written.
     regions: BTreeSet<Region>,
-    /// Its own exits: jumps and returns, not those of routines that it calls.
+    /// Its exits by jumps and returns, without those of called routines.
     own: BTreeSet<Exit>,
-    /// Exits that end the main routine or the scan, its own and those of routines that it calls.
+    /// Exits that end the main routine or the scan, including those of called routines.
     out: BTreeSet<Exit>,
-    /// It holds a loop that may go on for ever.
+    /// Whether it contains an unbounded loop.
     endless: bool,
 }
 
-impl Gathered {
-    /// The exits to what lies behind the instruction at `to`.
+impl Collected {
+    /// The exits to instructions after `to`.
     fn exits(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
         let mut found = BTreeSet::new();
         for &at in self.charges.keys() {
@@ -572,7 +574,7 @@ impl Gathered {
     }
 }
 
-/// The count of a loop, its least and its most iterations.
+/// The count of a loop, and its least and largest number of iterations.
 fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
     match program.instructions[begin].step {
         Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
@@ -580,14 +582,14 @@ fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u3
     }
 }
 
-/// Puts what was gathered behind the program, followed by `then`, which costs nothing there.
-fn stub(program: &mut Program, gathered: Gathered, of: usize, then: Step) {
+/// Appends a summary of what was collected to the program, followed by the step `then`, which costs nothing.
+fn stub(program: &mut Program, gathered: Collected, of: usize, then: Step) {
     let at = program.instructions.len();
     let summary = gathered.step(program, at, None);
     [summary, then].into_iter().for_each(|step| append(program, of, step));
 }
 
-/// Puts a step behind the program that belongs to an instruction of it.
+/// Appends a step that belongs to an existing instruction.
 fn append(program: &mut Program, of: usize, step: Step) {
     let Instruction { place, block, text, operands, .. } = &program.instructions[of];
     let (place, block, text, operands) = (*place, *block, text.clone(), operands.clone());
@@ -596,7 +598,7 @@ fn append(program: &mut Program, of: usize, step: Step) {
     program.instructions.push(instruction);
 }
 
-/// Areas of which many single ranges are listed, as a whole.
+/// Replaces many single ranges of one area by the whole area.
 fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
     let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
     for region in &regions {

@@ -7,30 +7,30 @@ use scanbound_ir::{Cell, Program, Role};
 /// A pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Pass {
-    /// What it does, told while it runs.
+    /// What it does, for progress messages.
     pub name: &'static str,
-    /// Does it. Faults are those of programs whose scan has no bound.
+    /// Runs the pass. Errors mean that a scan of the program has no bound.
     pub run: fn(&mut Program, &Settings<'_>) -> Result<(), Vec<Diagnostic>>,
 }
 
-/// What the user may choose of passes, and what they may take.
+/// The user's options for passes, and the time budget.
 #[derive(Clone, Copy, Default)]
 pub struct Settings<'a> {
     /// Whose writes between scans are reckoned with.
     pub trust: Trust,
-    /// Until when they may go on, if there is a limit.
+    /// The time budget, if there is one.
     pub budget: Option<&'a Budget<'a>>,
 }
 
-/// Some passes, as a registry lists them.
+/// A list of passes.
 #[derive(Debug, Clone, Copy)]
 pub struct Passes(pub &'static [&'static Pass]);
 
 impl Passes {
-    /// Runs them in their order, each told of before it begins.
+    /// Runs the passes in order; `before` is called before each of them.
     ///
     /// # Errors
-    /// The faults of the first pass that finds any.
+    /// The errors of the first pass that finds any.
     pub fn run(
         self,
         program: &mut Program,
@@ -50,18 +50,18 @@ impl Passes {
 /// Whose writes between scans are reckoned with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Trust {
-    /// Anybody's, to every device.
+    /// Any word.
     None,
-    /// Anybody's, but to the words that serve as counts, lengths or indices, or that these are worked out from, and that
-    /// the program writes in every scan.
+    /// Any word except those that give counts, lengths or indices, or from which these are computed, and that the
+    /// program writes in every scan.
     #[default]
     Counts,
-    /// Anybody's to what the program does not write itself, or only ever clears.
+    /// Only words that the program does not write itself, or only clears.
     All,
 }
 
 impl Trust {
-    /// Its name.
+    /// The name in options and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -71,21 +71,21 @@ impl Trust {
         }
     }
 
-    /// Whether a cell that nobody but the program has reason to write is trusted whatever it serves: all, or what the
-    /// user states to be so and what a front makes for itself.
+    /// Whether a cell is trusted whatever it is used for, provided that no other writer has a reason to write it: with
+    /// `All` every such cell; with `Counts` only internal cells and those that the user states to be internal.
     #[must_use]
-    pub fn holds_alone(self, program: &Program, cell: Cell) -> bool {
+    pub fn trusts_exclusive_cell(self, program: &Program, cell: Cell) -> bool {
         match self {
             Trust::None => false,
             Trust::Counts => {
-                is_internal(program, cell) || program.area(cell.area).role == Role::Hidden
+                is_internal(program, cell) || program.area(cell.area).role == Role::Internal
             }
             Trust::All => true,
         }
     }
 }
 
-/// Whether the user states that nobody but the program writes a cell.
+/// Whether the user states that only the program writes a cell.
 pub(crate) fn is_internal(program: &Program, cell: Cell) -> bool {
-    program.internal.iter().any(|region| region.holds(cell))
+    program.internal.iter().any(|region| region.contains(cell))
 }

@@ -6,7 +6,7 @@ use super::memory::{Memory, ScanChanges};
 use super::outcome::Stopped;
 use super::timed::{TimedInputs, TimerMemory};
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::timed::Timed;
+use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ impl<'p> Emulated<'p> {
 
     /// Sets or clears the special relays that are on in the first scan only.
     fn flag_first(&mut self, is_first: bool) {
-        if let Some(BitTarget::WordBit(cell, bit)) = self.program.power_up.fresh {
+        if let Some(BitTarget::WordBit(cell, bit)) = self.program.power_up.after_clear {
             let word = self.value(cell);
             let mask = 1 << bit;
             let word = if is_first { word | mask } else { word & !mask };
@@ -125,7 +125,7 @@ impl FreeValues for Start<'_, '_> {
         0
     }
 
-    fn timed(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
+    fn timed(&mut self, timed: &TimerOrCounter, found: &TimedInputs) -> Option<(bool, u16)> {
         let now = self.cpu.now + found.now;
         let found = TimedInputs { now, ..found.clone() };
         self.cpu.timer_memory.borrow_mut().execute(timed, &found)

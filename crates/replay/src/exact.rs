@@ -5,10 +5,11 @@ use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, Digits, Fact, Learned, Meaning, Operand, Read, Shape, Target, Term,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, Operand, Outcome, Read, Shape,
+    Target, Term,
 };
 use scanbound_ir::{
-    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Settling, WordTarget, Write,
+    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordTarget, Write,
 };
 use std::collections::BTreeMap;
 
@@ -27,7 +28,7 @@ impl<F: FreeValues> State<'_, F> {
         let value = results.and_then(|results| results.first()?.first().copied());
         match value {
             Some(value) => {
-                self.learn(choice, reads, Learned::Value(value));
+                self.learn(choice, reads, Outcome::Value(value));
                 self.known.insert(moment, (value, doubt));
                 self.doubt = self.doubt.or(doubt);
             }
@@ -53,12 +54,12 @@ impl<F: FreeValues> State<'_, F> {
         }
         let allowed = self.declared_regions(choice);
         for &cell in written.keys() {
-            if !allowed.iter().any(|region| region.holds(cell)) {
+            if !allowed.iter().any(|region| region.contains(cell)) {
                 self.undeclared_writes.push((self.at, cell));
             }
         }
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
-        self.learn(choice, [reads, more].concat(), Learned::Writes(writes));
+        self.learn(choice, [reads, more].concat(), Outcome::Writes(writes));
         for (cell, (mask, value)) in written {
             self.put(cell, mask, value, doubt, fired);
         }
@@ -71,24 +72,25 @@ impl<F: FreeValues> State<'_, F> {
         if let Some(&(value, _)) = self.known.get(&moment) {
             return Some(value);
         }
-        if let (Some(Settling::Exact), Some(ChoiceKind::Exact(meaning))) =
+        if let (Some(Resolution::Exact), Some(ChoiceKind::Exact(meaning))) =
             (self.settling(choice), self.program().kinds.get(&choice))
         {
             return self.value_of(choice, meaning);
         }
-        match self.learned_now(choice)?.learned {
-            Learned::Value(value) => {
+        match self.learned_now(choice)?.outcome {
+            Outcome::Value(value) => {
                 self.known.insert(moment, (value, None));
                 Some(value)
             }
-            Learned::Writes(_) => None,
+            Outcome::Writes(_) => None,
         }
     }
 
     /// In a run of the model: writes the recorded result of a choice that havocks cells. Returns false if there is
     /// none.
     pub(super) fn write_learned(&mut self, choice: ChoiceId) -> bool {
-        let Some(Fact { learned: Learned::Writes(writes), .. }) = self.learned_now(choice) else {
+        let Some(Observation { outcome: Outcome::Writes(writes), .. }) = self.learned_now(choice)
+        else {
             return false;
         };
         for (cell, mask, value) in writes {
@@ -98,7 +100,7 @@ impl<F: FreeValues> State<'_, F> {
     }
 
     /// The recorded fact about a choice whose condition is true in the current state.
-    fn learned_now(&mut self, choice: ChoiceId) -> Option<Fact> {
+    fn learned_now(&mut self, choice: ChoiceId) -> Option<Observation> {
         if self.learned.is_empty() {
             return None;
         }
@@ -127,11 +129,11 @@ impl<F: FreeValues> State<'_, F> {
             .collect()
     }
 
-    fn learn(&mut self, choice: ChoiceId, mut reads: Vec<Read>, learned: Learned) {
+    fn learn(&mut self, choice: ChoiceId, mut reads: Vec<Read>, learned: Outcome) {
         // Unknown inputs do not matter here: the fact states the result for exactly these input values.
         reads.sort();
         reads.dedup();
-        let fact = Fact { reads, learned };
+        let fact = Observation { reads, outcome: learned };
         let facts = self.learned.entry((self.frames().to_vec(), choice)).or_default();
         if !facts.contains(&fact) {
             facts.push(fact);
@@ -218,12 +220,12 @@ impl<F: FreeValues> State<'_, F> {
 
     fn term(&mut self, term: &Term) -> Option<i64> {
         let words: Vec<u16> = term.words.iter().map(|&word| self.word(word)).collect();
-        let value = match term.reading {
-            Digits::Signed => number(&words, true)?,
-            Digits::Unsigned => number(&words, false)?,
-            Digits::Bcd => bcd(&words)?,
+        let value = match term.format {
+            IntegerFormat::Signed => number(&words, true)?,
+            IntegerFormat::Unsigned => number(&words, false)?,
+            IntegerFormat::Bcd => bcd(&words)?,
         };
-        i64::try_from(value).ok()?.checked_mul(term.times)
+        i64::try_from(value).ok()?.checked_mul(term.factor)
     }
 
     /// Word number `n` of a list of `count` words that starts at an address.
@@ -339,7 +341,7 @@ fn reads_condition(logic: &Logic) -> bool {
 }
 
 fn cell_at(address: &Address, at: i64) -> Option<Cell> {
-    address.stretches.iter().find_map(|stretch| {
+    address.ranges.iter().find_map(|stretch| {
         let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
         (offset < stretch.count).then(|| stretch.first.plus(offset))
     })

@@ -2,8 +2,8 @@
 
 use super::timed::TimedInputs;
 use scanbound_base::time::Picos;
-use scanbound_ir::timed::Timed;
-use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Settled, Witness};
+use scanbound_ir::timers::TimerOrCounter;
+use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Resolutions, Witness};
 
 /// Supplies the values that the program leaves free. Within a scan, the same question must get the same answer.
 pub trait FreeValues {
@@ -24,7 +24,7 @@ pub trait FreeValues {
         None
     }
     /// The flag and the present value after a timer or counter was executed, if time is simulated.
-    fn timed(&mut self, _timed: &Timed, _found: &TimedInputs) -> Option<(bool, u16)> {
+    fn timed(&mut self, _timed: &TimerOrCounter, _found: &TimedInputs) -> Option<(bool, u16)> {
         None
     }
     /// Whether time is simulated. Then timers and counters are executed as instructions, and none runs out between two
@@ -42,7 +42,7 @@ pub trait FreeValues {
         None
     }
     /// What the analysis resolved while it followed this scan.
-    fn settled(&self) -> Option<&Settled> {
+    fn settled(&self) -> Option<&Resolutions> {
         None
     }
 }
@@ -56,8 +56,8 @@ impl FreeValues for &Witness {
         self.choices.get(key).copied().unwrap_or(0)
     }
 
-    fn settled(&self) -> Option<&Settled> {
-        Some(&self.settled)
+    fn settled(&self) -> Option<&Resolutions> {
+        Some(&self.resolutions)
     }
 }
 

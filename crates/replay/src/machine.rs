@@ -6,7 +6,7 @@ use super::state::{Doubt, State, Truth};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{
-    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Settling, Step, Summary,
+    ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Resolution, Step, Summary,
     When, WordSource, Write,
 };
 use std::collections::BTreeMap;
@@ -177,7 +177,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             return (Vec::new(), Vec::new());
         }
         let mut exclusion_violations = Vec::new();
-        for index in self.program.exclusive.clone() {
+        for index in self.program.stated_exclusions.clone() {
             let holds = &self.program.invariants[index];
             let end = self.state.logic(holds, Truth::TRUE);
             if !end.value && end.doubt.is_none() && !replay.broken_invariants.contains(&index) {
@@ -190,7 +190,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     pub(super) fn scan(&mut self) -> Replay {
         let program = self.program;
         let readings = match self.state.mode {
-            Mode::Real => &program.power_up.in_every_reading[..],
+            Mode::Real => &program.power_up.certain_invariants[..],
             Mode::Model => &[],
         };
         let broken = program.invariants.iter().chain(readings).enumerate();
@@ -348,7 +348,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
 
     /// Whether the instruction's number of units is known and differs from what the user stated.
     fn breaks_count(&mut self, instruction: &Instruction) -> bool {
-        let stated = self.program.counts.get(&self.state.at).copied();
+        let stated = self.program.stated_counts.get(&self.state.at).copied();
         let (Some((low, high)), Some(counted), Mode::Real) =
             (stated, instruction.counted(), self.state.mode)
         else {
@@ -367,7 +367,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         instruction.effects.iter().any(|effect| {
             let Write::Havoc(_, choice) = effect.write else { return false };
             let Some(indexed) = program.indexed.get(&choice) else { return false };
-            let (Some((low, high)), [reading]) = (indexed.stated, &indexed.readings[..]) else {
+            let (Some((low, high)), [reading]) = (indexed.stated, &indexed.indices[..]) else {
                 return false;
             };
             let outer = self.state.doubt.take();
@@ -396,7 +396,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
         if self.state.mode == Mode::Model
-            && !Counted::is_asked(self.state.frames())
+            && !Counted::is_read(self.state.frames())
             && !self.state.was_counted()
         {
             return counted.most_units();
@@ -430,7 +430,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         };
         let (word, is_signed, doubtful) = match kind {
             Some((choice, ChoiceKind::Iterations(word))) => (*word, true, Some(choice)),
-            Some((_, ChoiceKind::Unsigned(word))) => (*word, false, None),
+            Some((_, ChoiceKind::UnsignedIterations(word))) => (*word, false, None),
             _ => (count, true, None),
         };
         let number = |count: u16| match is_signed {
@@ -470,7 +470,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
 
     /// Whether the user's statements allow this count of a loop.
     fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
-        let stated = self.program.counts.get(&self.state.at);
+        let stated = self.program.stated_counts.get(&self.state.at);
         let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
         stated.is_none_or(|&(low, high)| (low..=high).contains(&count))
     }
@@ -478,7 +478,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     fn condition(&mut self, step: &Step) -> Truth {
         let routine = self.routine();
         let top = routine.stack.last().copied().unwrap_or(Truth::TRUE);
-        if !step.acts() {
+        if !step.depends_on_master_control() {
             return top;
         }
         routine.masters.last().map_or(top, |&(_, _, all)| top.and(all))
@@ -515,7 +515,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
                     None => {
                         let gave = match self.state.mode {
                             Mode::Model
-                                if self.state.settling(*choice) == Some(&Settling::Exact) =>
+                                if self.state.settling(*choice) == Some(&Resolution::Exact) =>
                             {
                                 self.state.write_exactly(*choice, meaning, fired)
                             }
@@ -533,7 +533,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             self.state.write(&effect.write, condition, fired);
         }
         if let Some((flag, present)) = timed
-            && let Some(timed) = program.timekeeping.coils.get(&self.state.at)
+            && let Some(timed) = program.timekeeping.instructions.get(&self.state.at)
         {
             self.state.put(timed.flag, u16::MAX, u16::from(flag), None, Truth::TRUE);
             self.state.put(timed.present, u16::MAX, present, None, Truth::TRUE);
@@ -547,7 +547,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         if self.state.mode != Mode::Real || instruction.effects.is_empty() {
             return None;
         }
-        let timed = self.program.timekeeping.coils.get(&self.state.at)?;
+        let timed = self.program.timekeeping.instructions.get(&self.state.at)?;
         let slots = &self.routine().slots;
         let saved = |slot| slots.get(slot).copied().unwrap_or(Truth::TRUE);
         let inputs: Vec<Truth> = timed.inputs.iter().map(saved).collect();

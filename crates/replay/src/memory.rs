@@ -49,7 +49,8 @@ impl Memory {
 
     /// The cell's value and the mask of its unknown bits. `None` if nothing has written it since power-up.
     pub(super) fn get(&self, cell: Cell) -> Option<(u16, u16)> {
-        let is_lost = || self.lost.iter().any(|region| region.holds(cell)).then_some((0, u16::MAX));
+        let is_lost =
+            || self.lost.iter().any(|region| region.contains(cell)).then_some((0, u16::MAX));
         self.cells.get(&cell).copied().or_else(is_lost)
     }
 
@@ -73,7 +74,7 @@ impl Memory {
                 self.cells.extend((0..count).map(|n| (first.plus(n), (0, u16::MAX))));
             }
             _ => {
-                self.cells.retain(|cell, _| !region.holds(*cell));
+                self.cells.retain(|cell, _| !region.contains(*cell));
                 self.lost.insert(region);
             }
         }

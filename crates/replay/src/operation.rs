@@ -71,7 +71,7 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
         Operation::DivideJoined { signed } => {
             Some(vec![run(&Operation::Divide { signed: *signed }, inputs)?.concat()])
         }
-        Operation::Judged { operation, words } => {
+        Operation::WithFlags { operation, words } => {
             let mut results = run(operation, inputs)?;
             let judged = results.first()?.get(..usize::from(*words))?;
             let is_zero = judged.iter().all(|&word| word == 0);
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn a_judged_result_tells_of_zero_and_the_highest_bit() {
         let divide = Operation::DivideJoined { signed: false };
-        let judged = |words| Operation::Judged { operation: Box::new(divide.clone()), words };
+        let judged = |words| Operation::WithFlags { operation: Box::new(divide.clone()), words };
         assert_eq!(one(judged(1), &[&[3], &[4]]), Some(vec![vec![0, 3], vec![1], vec![0]]));
         assert_eq!(one(judged(2), &[&[3], &[4]]), Some(vec![vec![0, 3], vec![0], vec![0]]));
         assert_eq!(

@@ -37,7 +37,7 @@ fn what_is_not_known_costs_the_lesser_time_and_decides_no_way() {
     assert_eq!(found.stopped.map(|stopped| stopped.reason), Some(StopReason::Unknown(0)));
     assert_eq!(found.replay.total, Picos(10 + 1 + 1));
     // A value from outside is a value like any other.
-    p.kinds.insert(ChoiceId(0), ChoiceKind::World);
+    p.kinds.insert(ChoiceId(0), ChoiceKind::External);
     assert_eq!(run(&p).stopped, None);
 }
 

@@ -7,7 +7,7 @@ use super::outcome::RealRun;
 use super::timed::{TimedInputs, TimerMemory};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Operand;
-use scanbound_ir::timed::Timed;
+use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{
     AreaId, AreaKind, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
 };
@@ -61,14 +61,14 @@ impl<'p> Outside<'p> {
 
     /// A placeholder for an unknown value: the smallest value that the user states as possible, otherwise 0.
     fn stated(&self, cell: Cell) -> u16 {
-        let range = self.program.ranges.iter().find(|range| range.cells == [cell]);
-        range.map_or(0, |range| range.least() as u16)
+        let range = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);
+        range.map_or(0, |range| range.nearest_to_zero() as u16)
     }
 
     /// Whether the value of the cell is unknown at the start of every scan, or of the first one.
     fn is_unknown(&self, cell: Cell, is_first: bool) -> bool {
         let Some(own) = &self.program_written else { return false };
-        let is_others = self.program.external.iter().any(|region| region.holds(cell));
+        let is_others = self.program.external.iter().any(|region| region.contains(cell));
         is_others || self.sets(cell) || is_first && !own.contains(&cell)
     }
 
@@ -76,8 +76,8 @@ impl<'p> Outside<'p> {
     #[must_use]
     pub fn sets(&self, cell: Cell) -> bool {
         let inputs = &self.program.power_up.inputs;
-        inputs.iter().any(|region| region.holds(cell))
-            && !self.written.iter().any(|region| region.holds(cell))
+        inputs.iter().any(|region| region.contains(cell))
+            && !self.written.iter().any(|region| region.contains(cell))
     }
 }
 
@@ -116,8 +116,8 @@ impl<'p> Run<'p> {
     #[must_use]
     pub fn new(outside: &'p Outside<'p>, times: &'p [Times], overhead: Picos) -> Run<'p> {
         // Counters count scans, not time: a scan that changes a counter differs from the next scan.
-        let coils = outside.program.timekeeping.coils.values();
-        let timers = coils.filter(|timed| timed.manner.is_timer());
+        let coils = outside.program.timekeeping.instructions.values();
+        let timers = coils.filter(|timed| timed.kind.is_timer());
         let presents: BTreeSet<Cell> = timers.map(|timed| timed.present).collect();
         Run {
             outside,
@@ -154,7 +154,7 @@ impl<'p> Run<'p> {
         self.steady = is_steady.then_some(took);
         for expiry in program.timekeeping.expiries.values() {
             let memory = expiry.memory;
-            if self.memory.get(memory).is_none_or(|(value, _)| value == expiry.rest) {
+            if self.memory.get(memory).is_none_or(|(value, _)| value == expiry.idle) {
                 self.began.remove(&memory);
             } else if rested.contains(&memory) || !self.began.contains_key(&memory) {
                 self.began.insert(memory, (self.now, self.now + took));
@@ -184,7 +184,7 @@ impl<'p> Run<'p> {
         let program = self.outside.program;
         let timer_memory = self.timer_memory.borrow();
         let known = |cell: Cell| self.memory.get(cell).filter(|(_, unknown)| *unknown == 0);
-        let coils = program.timekeeping.coils.values().filter_map(|timed| {
+        let coils = program.timekeeping.instructions.values().filter_map(|timed| {
             let setting = match timed.setting {
                 WordSource::Const(value) => value,
                 WordSource::Cell(cell) => known(cell)?.0,
@@ -224,7 +224,7 @@ impl FreeValues for Start<'_, '_> {
             match memory.get(cell) {
                 Some((value, _)) => value,
                 None if outside.is_unknown(cell, true) => outside.stated(cell),
-                None => outside.program.power_up.word(cell),
+                None => outside.program.power_up.initial_value(cell),
             }
         };
         self.run.asked.borrow_mut().insert(cell, value);
@@ -235,7 +235,7 @@ impl FreeValues for Start<'_, '_> {
         let outside = self.run.outside;
         let program = outside.program;
         let power_up = &program.power_up;
-        let is_in = |regions: &[Region]| regions.iter().any(|region| region.holds(cell));
+        let is_in = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
         if power_up.first_scan.contains(&cell) {
             return 0;
         }
@@ -246,7 +246,8 @@ impl FreeValues for Start<'_, '_> {
             return 0;
         }
         // Cells that are written by others at any time are unknown.
-        if is_in(&program.volatile) || program.networks.iter().any(|(region, _)| region.holds(cell))
+        if is_in(&program.volatile)
+            || program.networks.iter().any(|(region, _)| region.contains(cell))
         {
             return u16::MAX;
         }
@@ -263,14 +264,14 @@ impl FreeValues for Start<'_, '_> {
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
         if let Some(seed) = self.given.seed
-            && self.run.outside.program.kinds.get(&key.choice) == Some(&ChoiceKind::World)
+            && self.run.outside.program.kinds.get(&key.choice) == Some(&ChoiceKind::External)
         {
             return at_random(seed, key);
         }
         self.given.choices.get(key).copied().unwrap_or(0)
     }
 
-    fn timed(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
+    fn timed(&mut self, timed: &TimerOrCounter, found: &TimedInputs) -> Option<(bool, u16)> {
         let found = TimedInputs { now: self.run.now + found.now, ..found.clone() };
         self.run.timer_memory.borrow_mut().execute(timed, &found)
     }
@@ -307,7 +308,7 @@ fn at_random(seed: u64, key: &ChoiceKey) -> u16 {
 fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
     let mut found = false;
     for (at, instruction) in program.instructions.iter().enumerate() {
-        if program.timekeeping.coils.contains_key(&at) {
+        if program.timekeeping.instructions.contains_key(&at) {
             continue;
         }
         instruction.each_read(&mut |source| {
@@ -326,7 +327,7 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
         if let ChoiceKind::Exact(meaning) = kind {
             found |= meaning.inputs.iter().any(|input| match input {
                 Operand::Run(address, ..) => {
-                    address.stretches.iter().any(|one| areas.contains(&one.first.area))
+                    address.ranges.iter().any(|one| areas.contains(&one.first.area))
                 }
                 _ => false,
             });

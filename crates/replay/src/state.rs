@@ -6,10 +6,10 @@ use super::words::bcd;
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
-use scanbound_ir::timed::{Expiry, Timed};
+use scanbound_ir::timers::{Expiry, TimerOrCounter};
 use scanbound_ir::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
-    Program, Reading, Region, Relation, Settling, StartRange, WordSource, WordTarget, Write,
+    NumberFormat, Program, Region, Relation, Resolution, StartRange, WordSource, WordTarget, Write,
 };
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,7 +124,7 @@ pub(super) struct State<'p, F> {
 
 impl<'p, F: FreeValues> State<'p, F> {
     pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
-        let ranged = program.ranges.iter().flat_map(|range| &range.cells);
+        let ranged = program.stated_ranges.iter().flat_map(|range| &range.cells);
         let expiries = program.timekeeping.expiries.values();
         State {
             program,
@@ -144,7 +144,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             learned: Knowledge::new(),
             undeclared_writes: Vec::new(),
             now: Picos::ZERO,
-            memories: expiries.map(|one| (one.memory, one.rest)).collect(),
+            memories: expiries.map(|one| (one.memory, one.idle)).collect(),
             rested: BTreeSet::new(),
             changes: 0,
         }
@@ -173,7 +173,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
         if self.mode == Mode::Real
             && self.free.simulates_time()
-            && let Some(present) = self.program.timekeeping.between.get(&choice)
+            && let Some(present) = self.program.timekeeping.between_instructions.get(&choice)
         {
             return present.map_or(0, |cell| self.read(cell));
         }
@@ -186,15 +186,15 @@ impl<'p, F: FreeValues> State<'p, F> {
             };
         }
         let value = match self.program.kinds.get(&choice) {
-            Some(ChoiceKind::World) => {
+            Some(ChoiceKind::External) => {
                 let given = self.outside_value(&key, kind);
                 if self.is_uncounted(choice) {
                     self.doubt = self.doubt.or(Some(self.at));
                 }
                 self.expiry(choice, given)
             }
-            Some(&ChoiceKind::Steady(cell)) => self.read(cell),
-            Some(&ChoiceKind::Present { contact, setting }) => {
+            Some(&ChoiceKind::StableExternal(cell)) => self.read(cell),
+            Some(&ChoiceKind::PresentValue { contact, setting }) => {
                 if self.read(contact) & 1 == 1 {
                     setting
                 } else {
@@ -206,7 +206,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             // A timer that starts in this scan does not run out in it, unless its set value is 0.
             Some(ChoiceKind::ScanTicks { .. }) => 0,
             // Such a choice is asked for only as the count of a loop.
-            None | Some(ChoiceKind::Iterations(_) | ChoiceKind::Unsigned(_)) => {
+            None | Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
                 self.free.choice(&key, kind)
             }
@@ -249,7 +249,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             let setting = i64::from((setting as u16).cast_signed());
             setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
         };
-        if expiry.stood.is_some_and(|stood| is_open(self, stood)) {
+        if expiry.previous.is_some_and(|stood| is_open(self, stood)) {
             self.doubt = self.doubt.or(Some(self.at));
         }
         given
@@ -257,14 +257,14 @@ impl<'p, F: FreeValues> State<'p, F> {
 
     /// Whether a choice depends on time that the run does not simulate.
     fn is_uncounted(&self, choice: ChoiceId) -> bool {
-        self.free.counts_time() && self.program.timekeeping.uncounted.contains(&choice)
+        self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
     }
 
     /// The set value of a timer. `None` if it is unknown.
     fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
         let program = self.program;
         let changes = |word: &WordSource| match *word {
-            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.holds(cell)),
+            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.contains(cell)),
             _ => false,
         };
         let outer = self.doubt.take();
@@ -290,10 +290,10 @@ impl<'p, F: FreeValues> State<'p, F> {
         };
         let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
         if u128::from(most.0) < time(setting.saturating_sub(1)) {
-            return Some(u16::from(expiry.running));
+            return Some(u16::from(expiry.while_running));
         }
         let is_over = u128::from(least.0) > time(setting.saturating_add(1));
-        is_over.then_some(u16::from(!expiry.running))
+        is_over.then_some(u16::from(!expiry.while_running))
     }
 
     /// Whether the timer with this memory cell was at rest at some moment of this scan.
@@ -309,7 +309,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     /// The flag and present value after a timer or counter was executed, if time is simulated and its cells are known.
     pub(super) fn executed(
         &mut self,
-        timed: &Timed,
+        timed: &TimerOrCounter,
         now: Picos,
         condition: bool,
         inputs: Vec<bool>,
@@ -328,7 +328,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// How the analysis resolved a choice in this call context.
-    pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Settling> {
+    pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Resolution> {
         self.free.settled()?.choice(&self.frames, choice)
     }
 
@@ -347,7 +347,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         let held = self.held(cell);
         self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
         if self.reading.is_some() {
-            let changes = self.program.volatile.iter().any(|region| region.holds(cell));
+            let changes = self.program.volatile.iter().any(|region| region.contains(cell));
             self.changing |= changes || self.interrupting;
         }
         if let Some(reads) = &mut self.reading {
@@ -361,7 +361,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         let held = self.cells.get(&cell).copied();
         let since = held.map_or(0, |held| held.havocs as usize);
         let havocs = &self.havocs[usize::from(cell.area.0)];
-        let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.holds(cell));
+        let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.contains(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
         let (value, doubt, unknown) = match (havoc, held) {
             (Some(havoc), _) => {
@@ -491,10 +491,10 @@ impl<'p, F: FreeValues> State<'p, F> {
 
     fn compare(&mut self, compare: &Compare) -> bool {
         let (left, right) = (self.number(&compare.left), self.number(&compare.right));
-        let order = match compare.reading {
-            Reading::Signed => signed(&left).cmp(&signed(&right)),
-            Reading::Unsigned => left.iter().rev().cmp(right.iter().rev()),
-            Reading::Real(choice) => match real(&left).zip(real(&right)) {
+        let order = match compare.format {
+            NumberFormat::Signed => signed(&left).cmp(&signed(&right)),
+            NumberFormat::Unsigned => left.iter().rev().cmp(right.iter().rev()),
+            NumberFormat::Real(choice) => match real(&left).zip(real(&right)) {
                 Some((left, right)) => {
                     left.partial_cmp(&right).expect("numbers that are ordinary have an order")
                 }
@@ -584,14 +584,14 @@ impl<'p, F: FreeValues> State<'p, F> {
     /// Havocs a region if `fired`. Its cells are known afterwards only if their values come from outside.
     pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
         self.changes += 1;
-        let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::World);
+        let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::External);
         let doubt = match self.mode {
             Mode::Model => None,
             Mode::Real if world && !self.is_uncounted(choice) => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
         let regions = match self.settling(choice) {
-            Some(Settling::Within(closer))
+            Some(Resolution::Within(closer))
                 if self.mode == Mode::Model
                     && self
                         .program
@@ -599,7 +599,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                         .get(&choice)
                         .is_some_and(|one| one.shares_area(region)) =>
             {
-                region.parts(closer)
+                region.intersections(closer)
             }
             _ => vec![region],
         };
@@ -617,7 +617,7 @@ impl<'p, F: FreeValues> State<'p, F> {
 
     /// The stated ranges that the start values violate, whatever the cells hold that were not read.
     pub(super) fn broken_ranges(&self) -> Vec<usize> {
-        let ranges = self.program.ranges.iter().enumerate();
+        let ranges = self.program.stated_ranges.iter().enumerate();
         ranges.filter(|(_, range)| !self.meets(range)).map(|(index, _)| index).collect()
     }
 
@@ -629,7 +629,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             _ => None,
         };
         let mut left = Vec::new();
-        for (index, range) in self.program.ranges.iter().enumerate() {
+        for (index, range) in self.program.stated_ranges.iter().enumerate() {
             let cells = range.cells.iter();
             let mut is_known = true;
             let (mut start, mut end) = (Vec::new(), Vec::new());
@@ -639,7 +639,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                 is_known &= unknown == 0 && self.free.unknown(cell) == 0;
                 end.push(value);
             }
-            let within = |value: i64| range.has(value);
+            let within = |value: i64| range.contains(value);
             if let (true, Some(start), Some(end)) = (is_known, number(&start), number(&end))
                 && within(start)
                 && !within(end)
@@ -653,7 +653,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     fn meets(&self, range: &StartRange) -> bool {
         let read: Vec<Option<u16>> =
             range.cells.iter().map(|cell| self.started.get(cell).copied().flatten()).collect();
-        let within = |value: i64| range.has(value);
+        let within = |value: i64| range.contains(value);
         match read[..] {
             [Some(word)] => within(i64::from(word.cast_signed())),
             [Some(low), Some(high)] => within(double(low, high)),

@@ -3,7 +3,7 @@
 use super::words::bcd;
 use scanbound_base::time::Picos;
 use scanbound_ir::Cell;
-use scanbound_ir::timed::{Manner, Timed};
+use scanbound_ir::timers::{TimerKind, TimerOrCounter};
 use std::collections::BTreeMap;
 
 /// What timers and counters remember between two executions. The key is the cell of the flag.
@@ -38,9 +38,15 @@ impl TimerMemory {
     /// The next time since power-up at which a scan may differ because of this timer: one tick before its end, or its
     /// end. If the program reads present values (`matters`), it is the next tick. `None` if the timer does not run or
     /// has run out. `at` holds its set value and its present value.
-    pub(super) fn next(&self, timed: &Timed, at: [u16; 2], matters: bool) -> Option<Picos> {
-        let (Manner::TimesDown(base) | Manner::TimesUp(base, _) | Manner::AddsUp(base)) =
-            timed.manner
+    pub(super) fn next(
+        &self,
+        timed: &TimerOrCounter,
+        at: [u16; 2],
+        matters: bool,
+    ) -> Option<Picos> {
+        let (TimerKind::DownTimer(base)
+        | TimerKind::UpTimer(base, _)
+        | TimerKind::RetentiveTimer(base)) = timed.kind
         else {
             return None;
         };
@@ -49,8 +55,8 @@ impl TimerMemory {
             true => bcd(&[word]).and_then(|value| u64::try_from(value).ok()),
             false => Some(u64::from(word)),
         });
-        let left = match timed.manner {
-            Manner::TimesDown(_) => present?,
+        let left = match timed.kind {
+            TimerKind::DownTimer(_) => present?,
             _ => setting?.saturating_sub(present?),
         };
         let ticks = match left {
@@ -63,15 +69,21 @@ impl TimerMemory {
     }
 
     /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown.
-    pub(super) fn execute(&mut self, timed: &Timed, found: &TimedInputs) -> Option<(bool, u16)> {
+    pub(super) fn execute(
+        &mut self,
+        timed: &TimerOrCounter,
+        found: &TimedInputs,
+    ) -> Option<(bool, u16)> {
         let (flag, present) = (found.flag, found.present);
         let runs = self.ran.contains_key(&timed.flag);
         let resets = found.inputs.last() == Some(&true);
         let left = self.leaves(timed, found, (flag, present));
-        let is_new = match timed.manner {
-            Manner::TimesDown(_) | Manner::TimesUp(_, false) => !found.condition || !runs,
-            Manner::TimesUp(_, true) => false,
-            Manner::AddsUp(_) | Manner::CountsDown | Manner::CountsBothWays => resets,
+        let is_new = match timed.kind {
+            TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => !found.condition || !runs,
+            TimerKind::UpTimer(_, true) => false,
+            TimerKind::RetentiveTimer(_) | TimerKind::DownCounter | TimerKind::RingCounter => {
+                resets
+            }
         };
         (found.is_known || is_new).then_some(left)
     }
@@ -79,7 +91,7 @@ impl TimerMemory {
     /// As [`Self::execute`], where the earlier values are known.
     fn leaves(
         &mut self,
-        timed: &Timed,
+        timed: &TimerOrCounter,
         found: &TimedInputs,
         (flag, present): (bool, u16),
     ) -> (bool, u16) {
@@ -90,8 +102,8 @@ impl TimerMemory {
         // The set value is not a valid number, so the CPU does not execute the instruction.
         let Some(setting) = number(found.setting) else { return (flag, present) };
         let stood = number(present).unwrap_or(0);
-        let (flag, stands) = match timed.manner {
-            Manner::TimesDown(base) => match self.passed(timed.flag, base, found) {
+        let (flag, stands) = match timed.kind {
+            TimerKind::DownTimer(base) => match self.passed(timed.flag, base, found) {
                 None => (false, setting),
                 Some(passed) => {
                     let from = if passed.begins { setting } else { stood.min(setting) };
@@ -99,7 +111,7 @@ impl TimerMemory {
                     (left == 0, left)
                 }
             },
-            Manner::TimesUp(base, holds) => match self.passed(timed.flag, base, found) {
+            TimerKind::UpTimer(base, holds) => match self.passed(timed.flag, base, found) {
                 None if holds => (flag, stood),
                 None => (false, 0),
                 Some(passed) => {
@@ -108,7 +120,7 @@ impl TimerMemory {
                     (at >= setting || (holds && flag), at)
                 }
             },
-            Manner::AddsUp(base) => {
+            TimerKind::RetentiveTimer(base) => {
                 let [runs, resets] = [0, 1].map(|at| found.inputs.get(at) == Some(&true));
                 let runs = TimedInputs { condition: found.condition && runs, ..found.clone() };
                 match self.passed(timed.flag, base, &runs) {
@@ -120,7 +132,7 @@ impl TimerMemory {
                     }
                 }
             }
-            Manner::CountsDown | Manner::CountsBothWays => {
+            TimerKind::DownCounter | TimerKind::RingCounter => {
                 self.counted(timed, found, setting, flag, stood)
             }
         };
@@ -141,13 +153,13 @@ impl TimerMemory {
 
     fn counted(
         &mut self,
-        timed: &Timed,
+        timed: &TimerOrCounter,
         found: &TimedInputs,
         setting: u16,
         flag: bool,
         stood: u16,
     ) -> (bool, u16) {
-        let is_down = timed.manner == Manner::CountsDown;
+        let is_down = timed.kind == TimerKind::DownCounter;
         let is_first = !self.were.contains_key(&timed.flag);
         let resets = found.inputs.last() == Some(&true);
         let start = if is_down { setting } else { 0 };

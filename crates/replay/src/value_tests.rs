@@ -6,8 +6,8 @@ use scanbound_base::time::Picos;
 use scanbound_ir::Cell;
 use scanbound_ir::ChoiceKey;
 use scanbound_ir::{
-    AreaId, BitSource, BitTarget, ChoiceId, Compare, Effect, Join, Logic, Number, Reading, Region,
-    Relation, StartRange, Step, When, WordSource, WordTarget, Write,
+    AreaId, BitSource, BitTarget, ChoiceId, Compare, Effect, Join, Logic, Number, NumberFormat,
+    Region, Relation, StartRange, Step, When, WordSource, WordTarget, Write,
 };
 
 /// Runs the writes as instructions that fire if M99 is on. Then evaluates each logic as a contact.
@@ -30,12 +30,12 @@ fn constant(value: u32, words: usize) -> Number {
     Number::Words(parts[..words].iter().map(|&part| WordSource::Const(part)).collect())
 }
 
-fn compare(relation: Relation, reading: Reading, left: Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+fn compare(relation: Relation, format: NumberFormat, left: Number, right: Number) -> Logic {
+    Logic::Compare(Box::new(Compare { relation, format, left, right }))
 }
 
 fn equal(left: Number, right: Number) -> Logic {
-    compare(Relation::Equal, Reading::Unsigned, left, right)
+    compare(Relation::Equal, NumberFormat::Unsigned, left, right)
 }
 
 fn cells(cells: &[Cell]) -> Number {
@@ -82,13 +82,13 @@ fn comparisons_of_one_and_two_words_are_those_of_numbers() {
     for a in values {
         for b in values {
             for relation in RELATIONS {
-                let got = |reading, words| {
-                    truth(compare(relation, reading, constant(a, words), constant(b, words)), &none)
+                let got = |format, words| {
+                    truth(compare(relation, format, constant(a, words), constant(b, words)), &none)
                 };
-                assert_eq!(got(Reading::Unsigned, 2), related(relation, a, b));
-                assert_eq!(got(Reading::Signed, 2), related(relation, a as i32, b as i32));
-                assert_eq!(got(Reading::Unsigned, 1), related(relation, a as u16, b as u16));
-                assert_eq!(got(Reading::Signed, 1), related(relation, a as i16, b as i16));
+                assert_eq!(got(NumberFormat::Unsigned, 2), related(relation, a, b));
+                assert_eq!(got(NumberFormat::Signed, 2), related(relation, a as i32, b as i32));
+                assert_eq!(got(NumberFormat::Unsigned, 1), related(relation, a as u16, b as u16));
+                assert_eq!(got(NumberFormat::Signed, 1), related(relation, a as i16, b as i16));
             }
         }
     }
@@ -97,12 +97,12 @@ fn comparisons_of_one_and_two_words_are_those_of_numbers() {
 #[test]
 fn numbers_of_many_words_compare_from_the_top() {
     let long = |words: [u16; 5]| Number::Words(words.map(WordSource::Const).to_vec());
-    let less = |reading, a, b| {
-        truth(compare(Relation::Less, reading, long(a), long(b)), &Witness::default())
+    let less = |format, a, b| {
+        truth(compare(Relation::Less, format, long(a), long(b)), &Witness::default())
     };
-    assert!(less(Reading::Unsigned, [9, 9, 9, 9, 0], [0, 0, 0, 0, 1]));
-    assert!(less(Reading::Signed, [9, 9, 9, 9, 0xFFFF], [0, 0, 0, 0, 0]));
-    assert!(!less(Reading::Signed, [9, 0, 0, 0, 3], [8, 0, 0, 0, 3]));
+    assert!(less(NumberFormat::Unsigned, [9, 9, 9, 9, 0], [0, 0, 0, 0, 1]));
+    assert!(less(NumberFormat::Signed, [9, 9, 9, 9, 0xFFFF], [0, 0, 0, 0, 0]));
+    assert!(!less(NumberFormat::Signed, [9, 0, 0, 0, 3], [8, 0, 0, 0, 3]));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn reals_compare_and_the_peculiar_ones_are_a_choice() {
     chosen.choices.insert(ChoiceKey { frames: vec![], choice, cell: None }, 3);
     for relation in RELATIONS {
         let ask = |a, b, witness: &Witness| {
-            truth(compare(relation, Reading::Real(choice), real(a), real(b)), witness)
+            truth(compare(relation, NumberFormat::Real(choice), real(a), real(b)), witness)
         };
         for a in [0.0, 1.5, -1.5, 3.25, f32::MAX, f32::MIN, f32::MIN_POSITIVE] {
             for b in [0.0, 1.5, -7.0] {
@@ -296,7 +296,7 @@ fn a_range_is_broken_only_by_what_was_read() {
             instruction(Step::Logic { join: Join::Start, value: holds(cell, 0) }, vec![])
         };
         let mut p = program(read.iter().map(contact).collect());
-        p.ranges = vec![range];
+        p.stated_ranges = vec![range];
         let times = vec![Times::new(Picos::ZERO, Picos::ZERO); read.len()];
         !replay(&p, &times, witness).broken_ranges.is_empty()
     };

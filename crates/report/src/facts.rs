@@ -3,7 +3,7 @@
 use super::text::place;
 use scanbound_audit::Audit;
 use scanbound_audit::offer::{Offer, Solved};
-use scanbound_ir::Absent;
+use scanbound_ir::MissingRoutine;
 use std::fmt::Write;
 
 /// More places of one fact are counted, not shown.
@@ -12,7 +12,7 @@ const MOST_PLACES: usize = 5;
 /// The file. What can be stated stands behind one `#`, what is told of it behind two: without the first of each line all
 /// of it is TOML. `absent` are the routines that are not there.
 #[must_use]
-pub fn file(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
+pub fn file(audit: &Audit, offers: &[Offer], absent: &[MissingRoutine]) -> String {
     let mut text = head(audit, offers, absent);
     let mut table = "";
     for offer in offers {
@@ -40,7 +40,7 @@ pub fn file(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
     text
 }
 
-fn head(audit: &Audit, offers: &[Offer], absent: &[Absent]) -> String {
+fn head(audit: &Audit, offers: &[Offer], absent: &[MissingRoutine]) -> String {
     let mut text = String::new();
     let missing = absent.iter().any(|one| !one.stated);
     text += &told(&match missing {

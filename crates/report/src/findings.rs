@@ -9,7 +9,7 @@ use scanbound_audit::verdict::{Check, Verdict};
 use scanbound_audit::{Audit, Doubt, Share};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::location::Location;
-use scanbound_base::spoken::{about, at_most};
+use scanbound_base::time_text::{about, at_most};
 use scanbound_measured::Comparison;
 
 /// How much a finding matters.

@@ -21,7 +21,7 @@ use place::{UnknownPlace, places};
 use response::{Response, response};
 use scanbound_audit::verdict::Check;
 use scanbound_audit::{Audit, Engine, Opinion};
-use scanbound_base::budget::{Cut, End};
+use scanbound_base::budget::{EarlyStop, StopReason};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -671,12 +671,12 @@ fn step(step: &scanbound_audit::PathStep) -> PathStep<'_> {
     }
 }
 
-fn ended(cut: &Cut) -> Ended<'_> {
-    let by = match cut.by {
-        End::TimeLimit(_) => "time-limit",
-        End::CalledOff => "ctrl-c",
+fn ended(cut: &EarlyStop) -> Ended<'_> {
+    let by = match cut.reason {
+        StopReason::TimeLimit(_) => "time-limit",
+        StopReason::Cancelled => "ctrl-c",
     };
-    Ended { by, stage: cut.stage, open: &cut.open }
+    Ended { by, stage: cut.stage, open: &cut.unfinished }
 }
 
 /// Why no scan is known to take as long as the model's longest: the clock's tolerance is in no scan that was found.

@@ -1,16 +1,17 @@
-//! What is asked of words, worked out as guards: whether one lies in a range, its bits, and what a sum carries.
+//! Answers queries on symbolic words with guards: whether a word lies in a range, its bits, and the carry of a sum.
 
-use super::term::{Carry, CarryOf, Gate, Node, Question, Range, Word};
+use super::term::{Carry, CarryDefinition, Gate, Node, Query, Range, Word};
 use super::word::Words;
 use scanbound_model::{Atom, Circuit, Lit, VarId};
 
 impl Words {
-    /// Whether the word, unsigned, lies in `low..=high`.
+    /// The literal that the word, unsigned, lies in `low..=high`.
     pub fn in_range(&mut self, circuit: &mut Circuit, word: Word, low: u16, high: u16) -> Lit {
-        self.range_if_allowed(circuit, word, low, high).unwrap_or_else(|| self.made_up(circuit))
+        self.range_if_allowed(circuit, word, low, high)
+            .unwrap_or_else(|| self.arbitrary_bit(circuit))
     }
 
-    /// The same, if it takes no more than is allowed.
+    /// The literal that the word, unsigned, lies in `low..=high`; `None` if it exceeds the allowance.
     pub(super) fn range_if_allowed(
         &mut self,
         circuit: &mut Circuit,
@@ -19,34 +20,33 @@ impl Words {
         high: u16,
     ) -> Option<Lit> {
         let range = Range(word, low, high);
-        self.answer(circuit, Question::Range(range)).then(|| self.known_range(range)).flatten()
+        self.answer(circuit, Query::Range(range)).then(|| self.known_range(range)).flatten()
     }
 
-    /// Whether a word lies in which range this literal says, if it does.
+    /// The range test of which this literal is the answer, if any.
     pub(super) fn asked(&self, lit: Lit) -> Option<Range> {
         self.answers.asked.get(&lit).copied()
     }
 
-    /// The word's bits, the least first.
+    /// The word's bits, least significant first.
     pub fn bits(&mut self, circuit: &mut Circuit, word: Word) -> [Lit; 16] {
         let bits = self.bits_if_allowed(circuit, word);
-        bits.unwrap_or_else(|| std::array::from_fn(|_| self.made_up(circuit)))
+        bits.unwrap_or_else(|| std::array::from_fn(|_| self.arbitrary_bit(circuit)))
     }
 
-    /// The same, if they take no more than is allowed.
+    /// The word's bits, least significant first; `None` if they exceed the allowance.
     pub(super) fn bits_if_allowed(
         &mut self,
         circuit: &mut Circuit,
         word: Word,
     ) -> Option<[Lit; 16]> {
-        self.answer(circuit, Question::Bits(word)).then(|| self.known_bits(word)).flatten()
+        self.answer(circuit, Query::Bits(word)).then(|| self.known_bits(word)).flatten()
     }
 
-    /// Answers a question, and before it those from whose answers its own is put together; false if that takes more than
-    /// is allowed.
+    /// Answers a query after the queries on which it depends; `false` if that exceeds the allowance.
     ///
-    /// Works without recursion: a step word written in a thousand rungs is a chain a thousand deep.
-    fn answer(&mut self, circuit: &mut Circuit, question: Question) -> bool {
+    /// It uses no recursion: a step number that is written in a thousand rungs is a chain of a thousand words.
+    fn answer(&mut self, circuit: &mut Circuit, question: Query) -> bool {
         let mut open = std::mem::take(&mut self.answers.open);
         open.push(question);
         let mut enough = true;
@@ -56,8 +56,8 @@ impl Words {
                 continue;
             }
             enough = self.spend(match question {
-                Question::Range(_) => 1,
-                Question::Bits(_) | Question::Carry(_) => 8,
+                Query::Range(_) => 1,
+                Query::Bits(_) | Query::Carry(_) => 8,
             });
             if !enough {
                 break;
@@ -75,11 +75,11 @@ impl Words {
         enough
     }
 
-    fn is_known(&self, question: Question) -> bool {
+    fn is_known(&self, question: Query) -> bool {
         match question {
-            Question::Range(range) => self.known_range(range).is_some(),
-            Question::Bits(word) => self.known_bits(word).is_some(),
-            Question::Carry(carry) => self.known_carry(carry).is_some(),
+            Query::Range(range) => self.known_range(range).is_some(),
+            Query::Bits(word) => self.known_bits(word).is_some(),
+            Query::Carry(carry) => self.known_carry(carry).is_some(),
         }
     }
 
@@ -103,18 +103,18 @@ impl Words {
 
     fn known_carry(&self, carry: Carry) -> Option<Lit> {
         match self.carry_of(carry) {
-            CarryOf::None => Some(Lit::FALSE),
-            CarryOf::Always => Some(Lit::TRUE),
+            CarryDefinition::None => Some(Lit::FALSE),
+            CarryDefinition::Always => Some(Lit::TRUE),
             _ => self.answers.carries.get(&carry).copied(),
         }
     }
 
-    /// The questions from whose answers this one's is put together.
-    fn needs(&mut self, question: Question) -> [Option<Question>; 4] {
-        let range = |word, low, high| Some(Question::Range(Range(word, low, high)));
-        let bits = |word| Some(Question::Bits(word));
+    /// The queries on which this query depends.
+    fn needs(&mut self, question: Query) -> [Option<Query>; 4] {
+        let range = |word, low, high| Some(Query::Range(Range(word, low, high)));
+        let bits = |word| Some(Query::Bits(word));
         match question {
-            Question::Range(Range(word, low, high)) => match self.node(word) {
+            Query::Range(Range(word, low, high)) => match self.node(word) {
                 Node::Either(_, a, b) => [range(a, low, high), range(b, low, high), None, None],
                 Node::Plus(inner, addend) => {
                     let [first, second] = before_sum(addend, low, high);
@@ -123,7 +123,7 @@ impl Words {
                 }
                 Node::Carried(inner, addend, carry) => {
                     let [with, without] = self.either_sum(inner, addend);
-                    let carry = Some(Question::Carry(carry));
+                    let carry = Some(Query::Carry(carry));
                     [carry, range(with, low, high), range(without, low, high), None]
                 }
                 Node::Sum(..) | Node::Bitwise(..) | Node::Derived(..) => {
@@ -131,42 +131,44 @@ impl Words {
                 }
                 Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 4],
             },
-            Question::Bits(word) => match self.node(word) {
+            Query::Bits(word) => match self.node(word) {
                 Node::Either(_, a, b) | Node::Bitwise(_, a, b) => [bits(a), bits(b), None, None],
                 Node::Plus(inner, _) => [bits(inner), None, None, None],
-                Node::Sum(a, b, carry) => [bits(a), bits(b), Some(Question::Carry(carry)), None],
+                Node::Sum(a, b, carry) => [bits(a), bits(b), Some(Query::Carry(carry)), None],
                 Node::Carried(inner, addend, carry) => {
                     let [with, without] = self.either_sum(inner, addend);
-                    [Some(Question::Carry(carry)), bits(with), bits(without), None]
+                    [Some(Query::Carry(carry)), bits(with), bits(without), None]
                 }
                 Node::Derived(number, _) => {
                     let derived = self.derived_of(number);
-                    let mut operands = derived.operands().map(Question::Bits);
+                    let mut operands = derived.operands().map(Query::Bits);
                     std::array::from_fn(|_| operands.next())
                 }
                 Node::Const(_) | Node::Free(_) | Node::Bits(_) => [None; 4],
             },
-            Question::Carry(carry) => match self.carry_of(carry) {
-                CarryOf::None | CarryOf::Always => [None; 4],
-                CarryOf::Sum(a, b, below) => [bits(a), bits(b), Some(Question::Carry(below)), None],
-                CarryOf::Carried(word, addend, Carry::NONE) => {
+            Query::Carry(carry) => match self.carry_of(carry) {
+                CarryDefinition::None | CarryDefinition::Always => [None; 4],
+                CarryDefinition::Sum(a, b, below) => {
+                    [bits(a), bits(b), Some(Query::Carry(below)), None]
+                }
+                CarryDefinition::Carried(word, addend, Carry::NONE) => {
                     [range(word, 0u16.wrapping_sub(addend), u16::MAX), None, None, None]
                 }
-                CarryOf::Carried(word, addend, below) => {
+                CarryDefinition::Carried(word, addend, below) => {
                     let [without, with] = overflows(addend);
                     let range = |(low, high)| range(word, low, high);
-                    [Some(Question::Carry(below)), range(without), range(with), None]
+                    [Some(Query::Carry(below)), range(without), range(with), None]
                 }
             },
         }
     }
 
-    /// Puts an answer together from those of the questions that it needs.
-    fn work_out(&mut self, circuit: &mut Circuit, question: Question) {
+    /// Computes an answer from the answers of the queries on which it depends.
+    fn work_out(&mut self, circuit: &mut Circuit, question: Query) {
         match question {
-            Question::Range(range) => self.work_out_range(circuit, range),
-            Question::Bits(word) => self.work_out_bits(circuit, word),
-            Question::Carry(carry) => self.work_out_carry(circuit, carry),
+            Query::Range(range) => self.work_out_range(circuit, range),
+            Query::Bits(word) => self.work_out_bits(circuit, word),
+            Query::Carry(carry) => self.work_out_carry(circuit, carry),
         }
     }
 
@@ -252,9 +254,9 @@ impl Words {
 
     fn work_out_carry(&mut self, circuit: &mut Circuit, carry: Carry) {
         let lit = match self.carry_of(carry) {
-            CarryOf::None | CarryOf::Always => return,
-            CarryOf::Sum(a, b, below) => self.sum_of(circuit, a, b, below).1,
-            CarryOf::Carried(word, addend, below) => {
+            CarryDefinition::None | CarryDefinition::Always => return,
+            CarryDefinition::Sum(a, b, below) => self.sum_of(circuit, a, b, below).1,
+            CarryDefinition::Carried(word, addend, below) => {
                 let [without, with] = overflows(addend);
                 let within = |(low, high)| self.answered_range(Range(word, low, high));
                 match below {
@@ -266,7 +268,7 @@ impl Words {
         self.answers.carries.insert(carry, lit);
     }
 
-    /// The bits of a sum of two words and a carry, and its own carry.
+    /// The bits of a sum of two words and a carry, and the carry out.
     fn sum_of(&self, circuit: &mut Circuit, a: Word, b: Word, carry: Carry) -> ([Lit; 16], Lit) {
         let carry = self.answered_carry(carry);
         add_bits(circuit, &self.answered_bits(a), &self.answered_bits(b), carry)
@@ -284,36 +286,36 @@ impl Words {
         self.known_carry(carry).expect("it was answered before")
     }
 
-    /// The two sums that a word and a constant have, with a carry and without.
+    /// The two possible sums of a word and a constant: with and without a carry.
     fn either_sum(&mut self, word: Word, addend: u16) -> [Word; 2] {
         [self.plus(word, addend.wrapping_add(1)), self.plus(word, addend)]
     }
 
-    /// A fresh free bit in place of an answer that took too much: the model is not used then.
-    fn made_up(&mut self, circuit: &mut Circuit) -> Lit {
+    /// A new free bit in place of an answer that exceeded the allowance. The model is discarded then.
+    fn arbitrary_bit(&mut self, circuit: &mut Circuit) -> Lit {
         self.given_up += 1;
         circuit.atom(Atom::Bit(VarId(u32::MAX - self.given_up)))
     }
 }
 
-/// The ranges of a word that a constant takes to a range: two where it wraps around.
+/// The ranges of a word for which adding a constant gives a value in this range; two ranges if the sum wraps around.
 fn before_sum(addend: u16, low: u16, high: u16) -> [Option<(u16, u16)>; 2] {
     let (low, high) = (low.wrapping_sub(addend), high.wrapping_sub(addend));
     if low <= high { [Some((low, high)), None] } else { [Some((low, u16::MAX)), Some((0, high))] }
 }
 
-/// The ranges of a word in which a sum with a constant overflows: without a carry, and with one.
+/// The ranges of a word for which adding a constant overflows: without a carry, and with one.
 fn overflows(addend: u16) -> [(u16, u16); 2] {
     let without = if addend == 0 { (1, 0) } else { (0u16.wrapping_sub(addend), u16::MAX) };
     [without, (u16::MAX - addend, u16::MAX)]
 }
 
-/// A constant's bits.
+/// The bits of a constant.
 fn bits_of(value: u16) -> [Lit; 16] {
     std::array::from_fn(|i| Lit::constant(value >> i & 1 == 1))
 }
 
-/// Whether sixteen bits, unsigned, lie in a range.
+/// The literal that sixteen bits, unsigned, lie in a range.
 fn bits_in_range(circuit: &mut Circuit, bits: &[Lit; 16], low: u16, high: u16) -> Lit {
     if low == high {
         return circuit.all((0..16).map(|i| if low >> i & 1 == 1 { bits[i] } else { !bits[i] }));
@@ -326,7 +328,7 @@ fn bits_in_range(circuit: &mut Circuit, bits: &[Lit; 16], low: u16, high: u16) -
     circuit.and(from, !beyond)
 }
 
-/// Whether sixteen bits, unsigned, are at least a constant.
+/// The literal that sixteen bits, unsigned, are at least a constant.
 fn bits_at_least(circuit: &mut Circuit, bits: &[Lit; 16], threshold: u16) -> Lit {
     (0..16).fold(Lit::TRUE, |at_least, i| {
         if threshold >> i & 1 == 1 {
@@ -337,7 +339,7 @@ fn bits_at_least(circuit: &mut Circuit, bits: &[Lit; 16], threshold: u16) -> Lit
     })
 }
 
-/// Sum of two words and a carry; the sum's bits and the carry out.
+/// A ripple-carry adder for two words: the bits of the sum and the carry out.
 fn add_bits(circuit: &mut Circuit, a: &[Lit; 16], b: &[Lit; 16], carry: Lit) -> ([Lit; 16], Lit) {
     let mut carry = carry;
     let sum = std::array::from_fn(|i| {

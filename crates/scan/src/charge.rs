@@ -1,4 +1,4 @@
-//! What executions are charged: by their times, by the units that words count, and as a summary.
+//! Creates charges: for single executions, by number of units, and for summaries.
 
 use super::number;
 use super::run::Run;
@@ -29,7 +29,7 @@ impl Run<'_> {
         });
     }
 
-    /// What an instruction takes when it fires: at most, and by the units that it handles, where words say how many.
+    /// The on-time of an instruction: the largest possible one, and by number of units if words give this number.
     fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
         let times = self.times[at];
         let counted = self.program.instructions[at].counted();
@@ -37,15 +37,15 @@ impl Run<'_> {
             return (times.on, None);
         };
         let number: Vec<Word> = counted.words.iter().map(|word| self.word(*word, at)).collect();
-        if !Counted::is_asked(&self.frames) {
+        if !Counted::is_read(&self.frames) {
             if number.iter().any(|&word| self.memory.words.as_constant(word).is_none()) {
-                self.note_units(at, fires);
+                self.check_units(at, fires);
                 let most = times.with(counted.most_units());
                 return (if self.purpose == Purpose::UpperBound { most } else { times.on }, None);
             }
-            Arc::make_mut(&mut self.memory.model.settled).count(&self.frames, at);
+            Arc::make_mut(&mut self.memory.model.resolutions).record_count(&self.frames, at);
         }
-        if let Some(&(low, high)) = self.program.counts.get(&at) {
+        if let Some(&(low, high)) = self.program.stated_counts.get(&at) {
             let within = self.within(&number, false, low, high);
             self.hold(fires, within);
         }
@@ -78,21 +78,21 @@ impl Run<'_> {
             }
         }
         let beyond = circuit.and(fires, over);
-        self.note_units(at, beyond);
+        self.check_units(at, beyond);
         if units.is_empty() {
             return (base, None);
         }
         (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
     }
 
-    /// The most that an instruction takes once.
+    /// The largest time of one execution of an instruction.
     fn dearest(&self, at: usize) -> Picos {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         times.with(units).max(times.off)
     }
 
-    /// Charges a summarised loop by what its count says, every iteration at its dearest.
+    /// Charges a summarised loop according to its count, with every iteration at its largest cost.
     pub(super) fn charge_by_count(
         &mut self,
         active: Lit,
@@ -110,7 +110,7 @@ impl Run<'_> {
         for (place, &bit) in bits.iter().enumerate().take(if is_signed { 15 } else { 16 }) {
             let fires = self.memory.circuit().and(active, bit);
             let cost = iteration.0.checked_mul(1 << place).map(Picos);
-            let cost = cost.ok_or(ScanError::TooOften { instruction: at })?;
+            let cost = cost.ok_or(ScanError::CostOverflow { instruction: at })?;
             self.charge_where(at, fires, cost);
         }
         Ok(())
@@ -124,13 +124,13 @@ impl Run<'_> {
     ) -> Result<(), ScanError> {
         for &(instruction, times) in charges {
             let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
-            let cost = cost.ok_or(ScanError::TooOften { instruction })?;
+            let cost = cost.ok_or(ScanError::CostOverflow { instruction })?;
             self.charge_where(instruction, active, cost);
         }
         Ok(())
     }
 
-    /// Charges a time wherever this holds.
+    /// Charges a cost if this literal is true.
     fn charge_where(&mut self, instruction: usize, holds: Lit, cost: Picos) {
         if holds == Lit::FALSE || cost == Picos::ZERO {
             return;

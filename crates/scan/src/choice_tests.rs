@@ -1,12 +1,12 @@
-//! Choices that are worked out, at the moment where each is read or written, and results that only one way leaves.
+//! Tests of choices that are computed when they are read or written, and of stack results that only one path leaves.
 
 use super::*;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::meaning::{Meaning, Operand, Operation, Target};
 use scanbound_ir::{
-    Area, AreaId, AreaKind, ChoiceId, Compare, Instruction, Join, Number, Radix, Reading, Region,
-    Relation, WordTarget, testing,
+    Area, AreaId, AreaKind, ChoiceId, Compare, Instruction, Join, Number, NumberFormat, Radix,
+    Region, Relation, WordTarget, testing,
 };
 use scanbound_model::{Assignment, Origin, VarKind};
 
@@ -34,19 +34,19 @@ fn put(to: u32, from: WordSource) -> Write {
     Write::Words(vec![WordTarget::Cell(d(to))], Number::Words(vec![from]))
 }
 
-/// The last instruction, which alone costs anything: it fires if a word is this number.
+/// The last instruction, the only one with a cost: it fires if a word equals this number.
 fn asks(word: u32, number: u16) -> Instruction {
     let words = |word| Number::Words(vec![word]);
     let compare = Compare {
         relation: Relation::Equal,
-        reading: Reading::Signed,
+        format: NumberFormat::Signed,
         left: words(WordSource::Cell(d(word))),
         right: words(WordSource::Const(number)),
     };
     act(Logic::Compare(Box::new(compare)), &[], Vec::new())
 }
 
-/// A program with one choice, a copy of this word.
+/// A program with one choice: a copy of this word.
 fn program(from: WordSource, to: Vec<Target>, instructions: Vec<Instruction>) -> Program {
     let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);
     let inputs = vec![Operand::Words(vec![from])];
@@ -61,7 +61,8 @@ fn program(from: WordSource, to: Vec<Target>, instructions: Vec<Instruction>) ->
     }
 }
 
-/// Whether the last instruction may fire in a scan in which all relays are off, and words that nobody knows are any of these.
+/// Whether the last instruction may fire in a scan that starts with all relays off and with any of these values in the
+/// unknown words.
 fn may_fire(program: &Program, words: &[u16]) -> bool {
     let mut times = vec![Times::new(Picos::ZERO, Picos::ZERO); program.instructions.len()];
     *times.last_mut().expect("instructions") = Times::new(COST, Picos::ZERO);
@@ -82,7 +83,7 @@ fn a_choice_that_was_read_on_some_ways_is_worked_out_anew_on_the_others() {
     let fired = |fires, write| act(fires, &[When::Fired], vec![write]);
     let other = || Logic::All(vec![is_on(2), is_on(1).not()]);
     let choice = WordSource::Free(ChoiceId(0));
-    // D0 is 1 where M1 is on, 2 where M2 alone is, else 3; it is read in each of the three cases.
+    // D0 is 1 if M1 is on, 2 if only M2 is on, else 3; it is read in each of the three cases.
     let instructions = vec![
         fired(ALWAYS, put(0, WordSource::Const(3))),
         fired(is_on(1), put(0, WordSource::Const(1))),

@@ -1,10 +1,10 @@
-//! Results of operations whose operands are not known: products, quotients, bits that are moved. They are words like others;
-//! how they hang on their operands' bits is worked out where a guard asks for theirs.
+//! Results of operations on symbolic operands: products, quotients, shifts, BCD conversions. The results are symbolic
+//! words; their bits are computed from the operands' bits only if a guard needs them.
 
 use super::term::Word;
 use scanbound_model::{Circuit, Lit};
 
-/// What is worked out.
+/// The operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Function {
     /// The product of two numbers.
@@ -12,7 +12,7 @@ pub enum Function {
         /// Two's complement.
         signed: bool,
     },
-    /// The quotient, towards zero; anything where the divisor is 0.
+    /// The quotient, rounded towards zero; any value if the divisor is 0.
     Quotient {
         /// Two's complement.
         signed: bool,
@@ -22,50 +22,50 @@ pub enum Function {
         /// Two's complement.
         signed: bool,
     },
-    /// The first number's bits moved by the second: anything for more places than bits.
-    Moved(Way),
-    /// Four decimal digits a word as a number.
+    /// The first number shifted or rotated by the second; any value if the places exceed the number of bits.
+    Moved(ShiftKind),
+    /// BCD (four digits a word) to binary.
     FromDecimal,
-    /// The opposite; anything beyond 9999 a word.
+    /// Binary to BCD; any value for more than 9999 in a word.
     ToDecimal,
 }
 
-/// Where bits are moved to.
+/// How bits are shifted or rotated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Way {
-    /// Towards the highest bit; zeros come in.
+pub enum ShiftKind {
+    /// Shift left; zeros come in.
     Left,
-    /// Towards the lowest bit; zeros come in.
+    /// Logical shift right; zeros come in.
     Right,
-    /// Towards the lowest bit; the highest bit comes in again and again.
+    /// Arithmetic shift right; copies of the sign bit come in.
     SignedRight,
-    /// Towards the highest bit; what is moved out there comes in at the other end.
+    /// Rotate left.
     RoundLeft,
-    /// The opposite.
+    /// Rotate right.
     RoundRight,
 }
 
-/// A function and the words of its operands, of one or two words each.
+/// An operation and its operands, each of one or two words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Derived {
     pub function: Function,
-    /// How many words each operand has.
+    /// The number of words of each operand.
     pub words: u8,
     pub first: [Word; 2],
-    /// The same as the first where there is no second.
+    /// Equal to the first operand if there is only one.
     pub second: [Word; 2],
-    /// How many words are asked for of the result.
+    /// The number of words of the result that are needed.
     pub wanted: u8,
 }
 
 impl Derived {
-    /// All words that it is worked out from.
+    /// All words on which the result depends.
     pub fn operands(&self) -> impl Iterator<Item = Word> {
         let words = usize::from(self.words);
         self.first.into_iter().take(words).chain(self.second.into_iter().take(words))
     }
 
-    /// The result's bits, the least first, from those of the operands.
+    /// The bits of the result, least significant first, computed from the bits of the operands.
     pub fn bits(&self, circuit: &mut Circuit, first: &[Lit], second: &[Lit]) -> Vec<Lit> {
         let wanted = 16 * usize::from(self.wanted);
         let mut bits = match self.function {
@@ -84,7 +84,7 @@ impl Derived {
     }
 }
 
-/// A number in so many bits.
+/// A number extended to this many bits.
 fn extended(number: &[Lit], signed: bool, count: usize) -> Vec<Lit> {
     let sign = number.last().copied().filter(|_| signed).unwrap_or(Lit::FALSE);
     let mut bits = number.to_vec();
@@ -92,7 +92,7 @@ fn extended(number: &[Lit], signed: bool, count: usize) -> Vec<Lit> {
     bits
 }
 
-/// A sum with a carry, as many bits as the first number; and the carry out.
+/// The sum of two numbers with carry, with as many bits as the first number, and the carry out.
 fn sum(circuit: &mut Circuit, a: &[Lit], b: &[Lit], carry: Lit) -> (Vec<Lit>, Lit) {
     let mut carry = carry;
     let bits = a.iter().zip(b).map(|(&a, &b)| {
@@ -106,17 +106,17 @@ fn sum(circuit: &mut Circuit, a: &[Lit], b: &[Lit], carry: Lit) -> (Vec<Lit>, Li
     (bits, carry)
 }
 
-/// A number's negative where a condition holds.
+/// The negative of a number if the condition is true, else the number.
 fn negated_if(circuit: &mut Circuit, condition: Lit, number: &[Lit]) -> Vec<Lit> {
     let flipped: Vec<Lit> = number.iter().map(|&bit| circuit.xor(bit, condition)).collect();
     let zeros = vec![Lit::FALSE; number.len()];
     sum(circuit, &flipped, &zeros, condition).0
 }
 
-/// The low bits of a product, as many as both numbers have.
+/// The low bits of a product, as many as both operands have.
 fn product(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Vec<Lit> {
     let zeros = |number: &[Lit]| number.iter().filter(|bit| **bit == Lit::FALSE).count();
-    // Each bit of the one that is not known to be 0 takes an addition.
+    // Each bit of `by` that may be 1 needs an addition, so `by` is the number with more bits known to be 0.
     let (by, of) = if zeros(a) > zeros(b) { (a, b) } else { (b, a) };
     let mut total = vec![Lit::FALSE; of.len()];
     for (place, &bit) in by.iter().enumerate().filter(|(_, bit)| **bit != Lit::FALSE) {
@@ -141,12 +141,12 @@ fn divided(circuit: &mut Circuit, a: &[Lit], b: &[Lit], signed: bool) -> (Vec<Li
     (negated_if(circuit, differ, &quotient), negated_if(circuit, minus_a, &remainder))
 }
 
-/// As on paper: the divisor is taken off where it fits, bit by bit.
+/// Long division in binary: subtracts the divisor, bit by bit, where it fits.
 fn divided_unsigned(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> (Vec<Lit>, Vec<Lit>) {
     let count = a.len();
     let mut quotient = vec![Lit::FALSE; count];
     let mut left = vec![Lit::FALSE; count];
-    // One bit more, so that nothing is lost where the rest is moved up.
+    // One additional bit, so that shifting the remainder loses nothing.
     let mut inverse: Vec<Lit> = b.iter().map(|&bit| !bit).collect();
     inverse.push(Lit::TRUE);
     for place in (0..count).rev() {
@@ -160,20 +160,19 @@ fn divided_unsigned(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> (Vec<Lit>, V
     (quotient, left)
 }
 
-/// Bits moved by a number of places, up to as many as there are: by one place if the number's lowest bit is on, then by two
-/// if the next one is, and so on.
-fn moved(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: Way) -> Vec<Lit> {
+/// A barrel shifter: shifts by 1 if bit 0 of `places` is on, then by 2 if bit 1 is on, and so on.
+fn moved(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: ShiftKind) -> Vec<Lit> {
     let count = bits.len();
-    let fill = if way == Way::SignedRight { bits[count - 1] } else { Lit::FALSE };
+    let fill = if way == ShiftKind::SignedRight { bits[count - 1] } else { Lit::FALSE };
     let mut now = bits.to_vec();
     let stages = count.ilog2() as usize + 1;
     for (stage, &by) in places.iter().enumerate().take(stages) {
         let step = 1usize << stage;
         let from = |at: usize| match way {
-            Way::RoundLeft => Some((at + count - step % count) % count),
-            Way::RoundRight => Some((at + step) % count),
-            Way::Left => at.checked_sub(step),
-            Way::Right | Way::SignedRight => Some(at + step).filter(|&at| at < count),
+            ShiftKind::RoundLeft => Some((at + count - step % count) % count),
+            ShiftKind::RoundRight => Some((at + step) % count),
+            ShiftKind::Left => at.checked_sub(step),
+            ShiftKind::Right | ShiftKind::SignedRight => Some(at + step).filter(|&at| at < count),
         };
         let there = (0..count).map(|at| from(at).map_or(fill, |at| now[at]));
         now = there.zip(&now).map(|(there, &here)| circuit.ite(by, there, here)).collect();
@@ -181,12 +180,12 @@ fn moved(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: Way) -> Vec<L
     now
 }
 
-/// Decimal digits of four bits as a number.
+/// Converts BCD digits of four bits to binary.
 fn from_decimal(circuit: &mut Circuit, digits: &[Lit]) -> Vec<Lit> {
     let count = digits.len();
     let mut total = vec![Lit::FALSE; count];
     for digit in digits.chunks(4).rev() {
-        // Ten times what there is: eight times and twice.
+        // Multiplies by ten: eight times plus twice.
         let up = |places: usize| -> Vec<Lit> {
             std::iter::repeat_n(Lit::FALSE, places)
                 .chain(total.iter().copied())
@@ -201,14 +200,14 @@ fn from_decimal(circuit: &mut Circuit, digits: &[Lit]) -> Vec<Lit> {
     total
 }
 
-/// A number as decimal digits of four bits: each is doubled with the number's next bit.
+/// Converts a binary number to BCD digits by repeated doubling ("double dabble").
 fn to_decimal(circuit: &mut Circuit, number: &[Lit]) -> Vec<Lit> {
     let count = number.len();
     let mut digits = vec![Lit::FALSE; count];
     let three = [Lit::TRUE, Lit::TRUE, Lit::FALSE, Lit::FALSE];
     for &bit in number.iter().rev() {
         for digit in digits.chunks_mut(4) {
-            // Five and more: doubled, it carries into the next digit.
+            // A digit of 5 or more carries into the next digit when doubled.
             let low = circuit.or(digit[0], digit[1]);
             let middle = circuit.and(digit[2], low);
             let five = circuit.or(digit[3], middle);

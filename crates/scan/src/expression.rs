@@ -1,13 +1,13 @@
-//! Evaluates a program's expressions symbolically: what an instruction reads, as guards and words.
+//! Evaluates the expressions of instructions symbolically, to guards and words.
 
 use super::number;
 use super::run::Run;
 use super::word::{Gate, Word};
-use scanbound_ir::{BitSource, Compare, Logic, Number, Program, Reading, WordSource};
+use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Program, WordSource};
 use scanbound_model::Lit;
 
 impl Run<'_> {
-    /// The guard that says whether the logic is true; `condition` is that of the instruction at `at`.
+    /// The literal of a Boolean expression; `condition` is the condition of the instruction at `at`.
     pub(super) fn logic(&mut self, logic: &Logic, condition: Lit, at: usize) -> Lit {
         match logic {
             Logic::Condition => condition,
@@ -37,11 +37,11 @@ impl Run<'_> {
     fn compare(&mut self, compare: &Compare, at: usize) -> Lit {
         let left = self.number(&compare.left, at);
         let right = self.number(&compare.right, at);
-        let special = match compare.reading {
-            Reading::Real(choice) => {
+        let special = match compare.format {
+            NumberFormat::Real(choice) => {
                 Some(self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at))
             }
-            Reading::Signed | Reading::Unsigned => None,
+            NumberFormat::Signed | NumberFormat::Unsigned => None,
         };
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         match special {
@@ -49,7 +49,7 @@ impl Run<'_> {
                 number::compare_real(words, circuit, compare.relation, &left, &right, special)
             }
             None => {
-                let signed = compare.reading == Reading::Signed;
+                let signed = compare.format == NumberFormat::Signed;
                 number::compare(words, circuit, compare.relation, signed, &left, &right)
             }
         }
@@ -78,7 +78,7 @@ impl Run<'_> {
         }
     }
 
-    /// The word that a source gives.
+    /// The word of a source.
     pub(super) fn word(&mut self, source: WordSource, at: usize) -> Word {
         match source {
             WordSource::Const(value) => self.memory.words.constant(value),
@@ -98,8 +98,8 @@ impl Run<'_> {
     }
 }
 
-/// A choice's name: the instruction that makes it.
+/// The name of a choice: the instruction that makes it.
 pub(super) fn describe(program: &Program, at: usize) -> String {
     let instruction = &program.instructions[at];
-    format!("`{}` in {}", instruction.text, program.told(instruction.place))
+    format!("`{}` in {}", instruction.text, program.location_text(instruction.place))
 }

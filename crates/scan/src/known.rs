@@ -1,53 +1,53 @@
 //! What choices of which something is known were found to be so far.
 
-use super::implied::Implied;
-use super::spans::Spans;
+use super::implied::Implications;
+use super::intervals::Intervals;
 use super::word::{Word, Words};
 use rustc_hash::FxHashMap;
-use scanbound_base::ring::Ring;
+use scanbound_base::word_interval::WordInterval;
 use scanbound_ir::{ChoiceId, Frame};
 use scanbound_model::{Circuit, Lit};
 use std::rc::Rc;
 
-/// The short forms of words are kept for so many conditions.
+/// The largest number of conditions for which simplified words are cached.
 pub(super) const MOST_SHORT: usize = 4096;
 
-/// Stretches of an area's cells: the first, and how many.
+/// Ranges of cells in an area: first index and number of cells.
 pub(super) type Stretches = Vec<(u32, u32)>;
 
-/// What choices of which something is known were found to be so far, so that each is worked out once.
+/// What has been computed so far about choices, so that each is computed only once.
 #[derive(Debug)]
-pub(super) struct Known {
-    /// Values of choices that were read, by the moment.
+pub(super) struct KnownChoices {
+    /// The bits and words of choices that were read, by call context.
     pub(super) bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
     pub(super) words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
-    /// Those that were worked out here, and where that holds.
+    /// The words that were computed from operations, with the condition under which they are valid.
     pub(super) settled: FxHashMap<(Vec<Frame>, ChoiceId), (Lit, Word)>,
-    /// Choices with which the current instruction havocs: the choice, under which guard, and the part of that guard
-    /// under which nothing was learned, so that the havoc stays.
+    /// The choices with which the current instruction havocs: the choice, the guard of the havoc, and the part of the
+    /// guard for which no result was observed, so that the havoc remains necessary.
     pub(super) written: Vec<(ChoiceId, Lit, Lit)>,
-    /// A choice with which it writes by an index, and the stretches of cells that it may reach so.
+    /// The choice of the current indexed write, and the ranges of cells that it may write.
     pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
-    /// The current instruction's condition.
+    /// The condition of the current instruction.
     pub(super) condition: Lit,
-    /// Where what is read now matters.
+    /// Where this is false, the values that are read now do not matter.
     pub(super) reached: Lit,
-    /// What that implies, once it was asked.
-    pub(super) implied: Option<(Lit, Implied)>,
+    /// What `reached` implies, once computed.
+    pub(super) implied: Option<(Lit, Implications)>,
     /// What holds in every scan.
-    pub(super) always: Rc<Implied>,
-    /// What words hold there.
-    pub(super) spans: Spans,
-    /// Of words in their short form, where something was known: what they were before, and where they are the same.
-    /// Conditions speak of the short form.
+    pub(super) always: Rc<Implications>,
+    /// The intervals of words that hold in every scan.
+    pub(super) spans: Intervals,
+    /// For simplified words: the original word, and the condition under which both are equal. Conditions refer to the
+    /// simplified word.
     pub(super) before: FxHashMap<Word, (Word, Lit)>,
-    /// The short forms of words, by where they are the same.
+    /// Simplified words, by the condition under which they are equal to the original.
     pub(super) fewer: FxHashMap<Lit, FxHashMap<Word, Word>>,
 }
 
-impl Default for Known {
-    fn default() -> Known {
-        Known {
+impl Default for KnownChoices {
+    fn default() -> KnownChoices {
+        KnownChoices {
             bits: FxHashMap::default(),
             words: FxHashMap::default(),
             settled: FxHashMap::default(),
@@ -57,64 +57,64 @@ impl Default for Known {
             reached: Lit::TRUE,
             implied: None,
             always: Rc::default(),
-            spans: Spans::default(),
+            spans: Intervals::default(),
             before: FxHashMap::default(),
             fewer: FxHashMap::default(),
         }
     }
 }
 
-impl Known {
-    /// The next instruction begins, with this condition.
+impl KnownChoices {
+    /// Starts the next instruction, which has this condition.
     pub(super) fn begin(&mut self, condition: Lit) {
         self.written.clear();
         self.reach = None;
         self.condition = condition;
     }
 
-    /// The constraints on the scan's start are all there.
+    /// Takes the constraints on the start of the scan, which are now complete.
     pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
-        self.always = Rc::new(Implied::always(circuit, words, constraints));
+        self.always = Rc::new(Implications::always(circuit, words, constraints));
         self.implied = None;
-        self.spans = Spans::default();
+        self.spans = Intervals::default();
     }
 
-    /// The current instruction's condition.
+    /// The condition of the current instruction.
     pub(super) fn condition(&self) -> Lit {
         self.condition
     }
 
-    /// From now on what is read matters only where this holds.
+    /// Declares that the values that are read from now on matter only if `reached` is true.
     pub(super) fn reach(&mut self, reached: Lit) {
         self.reached = reached;
     }
 
-    /// What is given wherever what is read now matters.
-    pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implied {
-        let Known { reached, ref always, ref before, ref mut implied, .. } = *self;
+    /// What is implied by the current `reached` condition.
+    pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
+        let KnownChoices { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);
         let known = known.unwrap_or_else(|| {
-            let mut given = Implied::by(circuit, words, always, reached);
-            given.keep_also(before, circuit, words);
+            let mut given = Implications::by(circuit, words, always, reached);
+            given.apply_to_originals(before, circuit, words);
             (reached, given)
         });
         &implied.insert(known).1
     }
 
-    /// A word's short form where what is read now matters.
+    /// A word simplified under the current `reached` condition.
     pub(super) fn short(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let reached = self.reached;
         if self.fewer.len() > MOST_SHORT {
             self.fewer.clear();
         }
         let mut known = self.fewer.remove(&reached).unwrap_or_default();
-        let short = self.given(circuit, words).without_others(circuit, words, word, &mut known);
+        let short = self.given(circuit, words).simplified(circuit, words, word, &mut known);
         self.fewer.insert(reached, known);
         short
     }
 
-    /// What a word may hold wherever what is read now matters.
-    pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> Ring {
+    /// The interval of a word under the current `reached` condition.
+    pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> WordInterval {
         self.always.work_out(circuit, words, &mut self.spans, word);
         let spans = std::mem::take(&mut self.spans);
         let found = self.given(circuit, words).span(circuit, words, &spans, word);

@@ -1,37 +1,37 @@
-//! Executes one scan symbolically: every instruction once for all scans, with a guard for each of its charges.
+//! Executes one scan symbolically: each instruction is executed once for all scans, with guards for its charges.
 //!
-//! Follows the page of `program` to the letter. Control is a literal: what is not reached writes and costs
-//! nothing, so one memory serves all paths.
+//! It implements the semantics in the documentation of `scanbound_ir` exactly. Control is a literal: an instruction
+//! that is not reached writes nothing and costs nothing, so one memory serves all paths.
 
 mod answer;
 mod charge;
 #[cfg(test)]
 mod choice_tests;
+mod choices;
 mod derived;
 mod expression;
-mod far;
-pub mod fit;
 mod implied;
-pub mod keeping;
-mod knowing;
+mod intervals;
 mod known;
 mod loops;
 mod memory;
 mod number;
 mod operation;
+mod resolution;
 mod run;
 mod settings;
-mod settling;
-mod spans;
+pub mod size_limits;
 mod term;
-mod watch;
+mod unknown_writes;
+mod violation_log;
+pub mod violations;
 mod word;
 
 pub use settings::{Purpose, ScanError, SizeLimits};
 
-use known::Known;
+use known::KnownChoices;
 use memory::Memory;
-use run::{Activation, ForLoop, Landing, Master, Results, Run};
+use run::{Activation, ForLoop, OpenRegion, PendingJump, Results, Run};
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{
@@ -40,39 +40,38 @@ use scanbound_ir::{
 use scanbound_model::{Lit, ScanModel, Unbounded};
 use settings::Settings;
 use std::collections::{BTreeMap, BTreeSet};
-use watch::Watch;
+use violation_log::ViolationLog;
 use word::Word;
 
-/// More executed instructions in one scan than this are refused (calls and loops unrolled).
+/// The largest number of executed instructions in one scan, with calls and loops unrolled.
 const MOST_EXECUTED: usize = 10_000_000;
 
-/// Executes one scan of the program symbolically, however much that takes.
+/// Executes one scan of the program symbolically, without size limits.
 ///
 /// # Errors
-/// If calls and loops multiply beyond what can be followed, or the program is not well formed.
+/// If there are too many executions, or the program is not well formed.
 pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
     scan_model_within(program, times, &SizeLimits::default())
 }
 
-/// The same within limits of size.
+/// Like [`scan_model`], within size limits.
 ///
 /// # Errors
-/// If it grows beyond the limits, calls and loops multiply beyond what can be followed, or the program is not well
-/// formed.
+/// If the model exceeds the limits, there are too many executions, or the program is not well formed.
 pub fn scan_model_within(
     program: &Program,
     times: &[Times],
     limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
-    scan_model_knowing(program, times, &Knowledge::new(), Purpose::UpperBound, limits)
+    scan_model_with_knowledge(program, times, &Knowledge::new(), Purpose::UpperBound, limits)
 }
 
-/// The same for a purpose, where something is known of exact choices: where the moment matches they have the values
-/// that were learned.
+/// Like [`scan_model_within`], for a purpose, and with observed results of exact choices: if an observation applies,
+/// the choice has the observed result.
 ///
 /// # Errors
-/// The same.
-pub fn scan_model_knowing(
+/// As for [`scan_model_within`].
+pub fn scan_model_with_knowledge(
     program: &Program,
     times: &[Times],
     knowledge: &Knowledge,
@@ -83,10 +82,10 @@ pub fn scan_model_knowing(
     Ok(run(program, settings, None, |_| ())?.0)
 }
 
-/// The model of upper bounds, and what these bits hold when the scan ends.
+/// The model for upper bounds, and the literals that these bits are on at the end of the scan.
 ///
 /// # Errors
-/// The same.
+/// As for [`scan_model_within`].
 pub fn scan_model_to_end(
     program: &Program,
     times: &[Times],
@@ -97,7 +96,7 @@ pub fn scan_model_to_end(
     run(program, Settings::of_upper_bounds(times, limits), None, ends)
 }
 
-/// What a bit holds by now.
+/// The literal that a bit is on now.
 fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => memory.read_bit(cell),
@@ -108,11 +107,11 @@ fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     }
 }
 
-/// The model, and what is asked of memory when the scan ends.
+/// The model, and the result of `end`, which is called on the memory at the end of the scan.
 fn run<T>(
     program: &Program,
     settings: Settings<'_>,
-    watch: Option<Box<Watch>>,
+    watch: Option<Box<ViolationLog>>,
     end: impl FnOnce(&mut Memory<'_>) -> T,
 ) -> Result<(ScanModel, T), ScanError> {
     let Settings { times, knowledge, purpose, limits } = settings;
@@ -121,7 +120,7 @@ fn run<T>(
         times,
         knowledge,
         purpose,
-        known: Known::default(),
+        known: KnownChoices::default(),
         memory: Memory::new(program, word_choices(program)),
         frames: Vec::new(),
         stopped: Lit::FALSE,
@@ -130,12 +129,12 @@ fn run<T>(
         costly: BTreeSet::new(),
     };
     run.memory.watch = watch;
-    for range in &program.ranges {
+    for range in &program.stated_ranges {
         run.constrain(&range.cells, range.low, range.high);
         run.constrain_to(&range.cells, &range.values);
     }
     let readings = match purpose {
-        Purpose::LowerBound => &program.power_up.in_every_reading[..],
+        Purpose::LowerBound => &program.power_up.certain_invariants[..],
         Purpose::UpperBound => &[],
     };
     for invariant in program.invariants.iter().chain(readings) {
@@ -158,15 +157,15 @@ fn run<T>(
         }
     }
     let found = end(&mut run.memory);
-    // Costly instructions do no harm if the model has become whole in spite of them.
+    // If nothing was given up in the end, the costly instructions do not matter.
     if run.memory.words.given_up == 0 {
         return Ok((run.memory.model, found));
     }
     let instruction = run.costly.first().copied().unwrap_or(0);
-    Err(ScanError::Grown { instruction, costly: run.costly })
+    Err(ScanError::TooLarge { instruction, costly: run.costly })
 }
 
-/// Which choices are read as a word somewhere; the others are single bits.
+/// For each choice whether it is read as a word somewhere; others are single bits.
 fn word_choices(program: &Program) -> Vec<bool> {
     let mut words = vec![false; program.choices as usize];
     for kind in program.kinds.values() {
@@ -187,12 +186,12 @@ fn word_choices(program: &Program) -> Vec<bool> {
 }
 
 impl Run<'_> {
-    /// Runs a routine from `from`, to `to` at most; whether control comes back from it.
+    /// Executes a routine from `from`, at most up to `to`. Returns whether control comes back from it.
     fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
         let mut act = Activation {
             active,
             results: Results { stack: Some(Vec::new()), ..Results::default() },
-            masters: Vec::new(),
+            open_regions: Vec::new(),
             landings: BTreeMap::new(),
             returned: Lit::FALSE,
         };
@@ -200,7 +199,7 @@ impl Run<'_> {
         Ok(self.memory.circuit().or(act.returned, act.active))
     }
 
-    /// Runs the instructions from `from` up to, not including, `to`.
+    /// Executes the instructions from `from` (inclusive) to `to` (exclusive).
     fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), ScanError> {
         let mut at = from;
         while at < to {
@@ -208,7 +207,7 @@ impl Run<'_> {
                 self.land(act, landing);
             }
             if act.active == Lit::FALSE {
-                // Nothing is reached before the next landing.
+                // Nothing is reached before the next jump target.
                 match act.landings.range(at..to).next() {
                     Some((&next, _)) => at = next,
                     None => return Ok(()),
@@ -224,20 +223,20 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Joins a jump that lands here with what came here otherwise.
-    fn land(&mut self, act: &mut Activation, landing: Landing) {
-        let here = Landing { taken: act.active, results: std::mem::take(&mut act.results) };
-        let Landing { taken, results } = self.meet(here, landing);
+    /// Merges a jump whose target is here with the control flow from above.
+    fn land(&mut self, act: &mut Activation, landing: PendingJump) {
+        let here = PendingJump { taken: act.active, results: std::mem::take(&mut act.results) };
+        let PendingJump { taken, results } = self.meet(here, landing);
         (act.active, act.results) = (taken, results);
     }
 
-    /// Two paths to one instruction, of which at most one is taken.
-    fn meet(&mut self, here: Landing, there: Landing) -> Landing {
+    /// Merges two paths to one instruction, of which at most one is taken.
+    fn meet(&mut self, here: PendingJump, there: PendingJump) -> PendingJump {
         if here.taken == Lit::FALSE {
             return there;
         }
         let circuit = self.memory.circuit();
-        let Landing { taken, results } = there;
+        let PendingJump { taken, results } = there;
         let mut met = here;
         met.results.stack = match (met.results.stack, results.stack) {
             (Some(here), Some(there)) if here.len() == there.len() => {
@@ -245,7 +244,7 @@ impl Run<'_> {
             }
             _ => None,
         };
-        // What one of the paths did not save is not what the other did: it may not be asked for.
+        // A slot that only one path has saved must not be read.
         met.results.slots.retain(|slot, _| results.slots.contains_key(slot));
         for (slot, here) in &mut met.results.slots {
             *here = circuit.ite(taken, results.slots[slot], *here);
@@ -254,14 +253,14 @@ impl Run<'_> {
         met
     }
 
-    /// The model's size so far, as [`SizeLimits`] count it.
+    /// The size of the model so far, as [`SizeLimits`] define it.
     fn size(&self) -> usize {
         self.memory.model.circuit.nodes().len() + self.memory.words.spent
     }
 
-    /// Holds the model's size, and what an instruction added to it, against the limits.
+    /// Compares the size of the model, and what this instruction added, with the limits.
     fn check_size(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
-        /// Whether the time is over is asked once in so many instructions.
+        /// `is_over` is called once in this many instructions.
         const EVERY: usize = 256;
         let size = self.size();
         let runs_others =
@@ -271,31 +270,31 @@ impl Run<'_> {
         }
         if size > self.limits.in_all {
             let costly = std::mem::take(&mut self.costly);
-            return Err(ScanError::Grown { instruction: at, costly });
+            return Err(ScanError::TooLarge { instruction: at, costly });
         }
         if self.executed.is_multiple_of(EVERY) && (self.limits.is_over)() {
-            return Err(ScanError::Ended { instruction: at });
+            return Err(ScanError::Stopped { instruction: at });
         }
         Ok(())
     }
 
-    /// Runs one instruction; where to go on.
+    /// Executes one instruction. Returns the index of the next one.
     fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, ScanError> {
         self.executed += 1;
         if self.executed > MOST_EXECUTED {
-            return Err(ScanError::TooLong { most: MOST_EXECUTED, instruction: at });
+            return Err(ScanError::TooManyExecutions { most: MOST_EXECUTED, instruction: at });
         }
         let program = self.program;
         let instruction = &program.instructions[at];
         let top = match &act.results.stack {
             Some(stack) => stack.last().copied().unwrap_or(Lit::TRUE),
-            // Unknown, and not needed by what stands between rungs.
+            // The result is unknown, but instructions between rungs do not need it.
             None if needs_no_result(&instruction.step) => Lit::TRUE,
             None => return Err(ScanError::NoResult { instruction: at }),
         };
-        let condition = if instruction.step.acts() {
-            let masters = act.masters.last().map_or(Lit::TRUE, |master| master.all);
-            self.memory.circuit().and(top, masters)
+        let condition = if instruction.step.depends_on_master_control() {
+            let open_regions = act.open_regions.last().map_or(Lit::TRUE, |master| master.all);
+            self.memory.circuit().and(top, open_regions)
         } else {
             top
         };
@@ -316,7 +315,7 @@ impl Run<'_> {
         self.step(act, at, &instruction.step, fires, fired)
     }
 
-    /// Notes where an operation error ends the scan.
+    /// Records that an operation error may end the scan here.
     fn fail(&mut self, at: usize, executed: Lit, condition: Lit) {
         if self.purpose == Purpose::LowerBound
             && let Some(error) = self.program.errors.get(&at)
@@ -329,7 +328,7 @@ impl Run<'_> {
         }
     }
 
-    /// Carries out one effect.
+    /// Executes one effect.
     fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
         let guard = match effect.when {
             When::Always => active,
@@ -350,8 +349,8 @@ impl Run<'_> {
             Write::Havoc(region, choice) => {
                 let guard = self.write_known_of(*choice, guard, at);
                 if guard != Lit::FALSE {
-                    self.note_far(*choice, *region, at);
-                    self.note_reach(guard, *choice, at);
+                    self.note_unknown_write(*choice, *region, at);
+                    self.check_reach(guard, *choice, at);
                     for region in self.reached(*choice, *region, at) {
                         self.memory.havoc(region, guard, &self.frames, *choice);
                     }
@@ -360,7 +359,7 @@ impl Run<'_> {
         }
     }
 
-    /// Carries out the step itself; where to go on.
+    /// Executes the step itself. Returns the index of the next instruction.
     fn step(
         &mut self,
         act: &mut Activation,
@@ -429,35 +428,38 @@ impl Run<'_> {
             }
             Step::ForEnd => {}
             Step::Summary(summary) => return self.summary(act, at, summary),
-            Step::MasterControlBegin { level, .. } => self.open(&mut act.masters, *level, fires),
-            Step::MasterControlEnd { level } => self.close(&mut act.masters, *level),
+            Step::MasterControlBegin { level, .. } => {
+                self.open(&mut act.open_regions, *level, fires)
+            }
+            Step::MasterControlEnd { level } => self.close(&mut act.open_regions, *level),
         }
         Ok(next)
     }
 
     /// Opens a master control region.
-    fn open(&mut self, masters: &mut Vec<Master>, level: u32, condition: Lit) {
+    fn open(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32, condition: Lit) {
         let (all, highest) =
-            masters.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
+            open_regions.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
         let all = self.memory.circuit().and(all, condition);
-        masters.push(Master { level, condition, all, highest: highest.max(level) });
+        open_regions.push(OpenRegion { level, condition, all, highest: highest.max(level) });
     }
 
-    /// Closes all master control regions of a level or a higher one.
-    fn close(&mut self, masters: &mut Vec<Master>, level: u32) {
-        while masters.last().is_some_and(|master| master.level >= level) {
-            masters.pop();
+    /// Closes all master control regions of this level or higher.
+    fn close(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32) {
+        while open_regions.last().is_some_and(|master| master.level >= level) {
+            open_regions.pop();
         }
-        // Seldom: a master control region of a higher level was opened before one of a lower.
-        if masters.last().is_some_and(|master| master.highest >= level) {
-            for master in std::mem::take(masters).into_iter().filter(|master| master.level < level)
+        // Rare case: a region of a higher level was opened before one of a lower level.
+        if open_regions.last().is_some_and(|master| master.highest >= level) {
+            for master in
+                std::mem::take(open_regions).into_iter().filter(|master| master.level < level)
             {
-                self.open(masters, master.level, master.condition);
+                self.open(open_regions, master.level, master.condition);
             }
         }
     }
 
-    /// Puts a value on the stack as a contact does.
+    /// Combines a value with the stack, as a contact does.
     fn join(
         &mut self,
         results: &mut Results,
@@ -486,28 +488,28 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes control off to a later instruction where `fires` holds.
+    /// Jumps to a later instruction if `fires` is true.
     fn jump(&mut self, act: &mut Activation, target: usize, fires: Lit, fired: Lit) {
         let circuit = self.memory.circuit();
         act.active = circuit.and(act.active, !fires);
         if fired == Lit::FALSE {
             return;
         }
-        let mut landing = Landing { taken: fired, results: act.results.clone() };
+        let mut landing = PendingJump { taken: fired, results: act.results.clone() };
         if let Some(earlier) = act.landings.remove(&target) {
             landing = self.meet(earlier, landing);
         }
         act.landings.insert(target, landing);
     }
 
-    /// Holds the start value of one or two words within a signed range.
+    /// Constrains the start value of one or two words to a signed range.
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let within = self.within(&value, true, low, high);
         self.hold(Lit::TRUE, within);
     }
 
-    /// Holds the start value of a word to some values, if there are any.
+    /// Constrains the start value of a word to a list of values, if the list is not empty.
     fn constrain_to(&mut self, cells: &[Cell], values: &[u16]) {
         let ([cell], false) = (cells, values.is_empty()) else { return };
         let word = self.memory.read_word(*cell);
@@ -520,13 +522,13 @@ impl Run<'_> {
         self.hold(Lit::TRUE, is_one);
     }
 
-    /// Whether a number of these words, least first, lies in a range.
+    /// The literal that a number of these words, low word first, lies in a range.
     fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
         let Memory { words, model, .. } = &mut self.memory;
         number::within(words, &mut model.circuit, value, signed, low, high)
     }
 
-    /// Leaves out all scans in which this does not hold where that does.
+    /// Excludes all scans in which `reached` is true and `holds` is false.
     fn hold(&mut self, reached: Lit, holds: Lit) {
         let holds = self.memory.circuit().or(!reached, holds);
         if holds != Lit::TRUE {
@@ -535,7 +537,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether the step can stand between rungs, where there is no result.
+/// Whether the step may occur between rungs, where there is no result.
 fn needs_no_result(step: &Step) -> bool {
     match step {
         Step::Logic { join, .. } => *join == Join::Start,

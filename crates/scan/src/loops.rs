@@ -1,26 +1,26 @@
-//! Loops: followed iteration by iteration, or charged as a summary.
+//! Loops: executed iteration by iteration, or charged as a summary.
 
-use super::far;
 use super::run::{Activation, ForLoop, Results, Run};
 use super::settings::{Purpose, ScanError};
+use super::unknown_writes;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{BitSource, Exit, Frame, Logic, Summary, WordSource};
-use scanbound_model::{Iterations, Lit};
+use scanbound_model::{Lit, LoopCount};
 
 impl Run<'_> {
-    /// Carries out a loop; where to go on.
+    /// Executes a loop. Returns the index of the next instruction.
     pub(super) fn for_loop(
         &mut self,
         act: &mut Activation,
         own: ForLoop,
     ) -> Result<usize, ScanError> {
         self.hold_iterations(act.active, own.at, own.count);
-        self.note_iterations(act.active, own.at, own.count, own.most);
+        self.check_iterations(act.active, own.at, own.count, own.most);
         self.iterations(act, own)?;
         Ok(own.end + 1)
     }
 
-    /// Charges what is not followed and takes what it writes as any value; where to go on.
+    /// Charges a summary and havocs everything that it may write. Returns the index of the next instruction.
     pub(super) fn summary(
         &mut self,
         act: &mut Activation,
@@ -30,7 +30,7 @@ impl Run<'_> {
         let Summary { end, charges, havocs, choice, exits, iterations } = summary;
         if let Some((count, _, most)) = *iterations {
             self.hold_iterations(act.active, at, count);
-            self.note_iterations(act.active, at, count, most);
+            self.check_iterations(act.active, at, count, most);
         }
         match *iterations {
             Some(iterations) if self.purpose == Purpose::LowerBound => {
@@ -54,7 +54,7 @@ impl Run<'_> {
         Ok(end + 1)
     }
 
-    /// Takes control out of what was summarised where `fires` holds.
+    /// Leaves a summary through an exit if `fires` is true.
     fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
         if let Exit::To(target) = exit {
             return self.jump(act, target, fires, fired);
@@ -68,19 +68,19 @@ impl Run<'_> {
         }
     }
 
-    /// The word that says how many iterations a loop makes, and whether it is read as a signed number.
+    /// The word that gives the number of iterations, and whether it is signed.
     pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
         let kind = match count {
             WordSource::Free(choice) => self.program.kinds.get(&choice),
             _ => None,
         };
         match kind {
-            Some(ChoiceKind::Unsigned(word)) => (*word, false),
+            Some(ChoiceKind::UnsignedIterations(word)) => (*word, false),
             _ => (count, true),
         }
     }
 
-    /// Runs a loop iteration by iteration, each where the count reaches it.
+    /// Executes a loop iteration by iteration; each iteration has the guard that the count includes it.
     fn iterations(&mut self, act: &mut Activation, own: ForLoop) -> Result<(), ScanError> {
         let ForLoop { at, count, least, most, end } = own;
         let given_up = self.memory.words.given_up;
@@ -93,7 +93,7 @@ impl Run<'_> {
                 break;
             }
             if iteration >= least {
-                // One iteration more: the count is above the iterations made.
+                // Another iteration is made if the count exceeds the number of iterations so far.
                 let first = u16::try_from(iteration + 1).ok().filter(|&first| first <= largest);
                 let circuit = &mut self.memory.model.circuit;
                 let more = first.map_or(Lit::FALSE, |first| {
@@ -114,14 +114,14 @@ impl Run<'_> {
             result?;
         }
         if done != Lit::FALSE {
-            // What the last iteration left holds only where it was made.
+            // The results of the last iteration are valid only if it was executed.
             act.results = Results::default();
         }
         act.active = self.memory.circuit().or(act.active, done);
         Ok(())
     }
 
-    /// Notes how many iterations a summarised loop can make here.
+    /// Records how many iterations a summarised loop can make in this context.
     fn note_most_iterations(
         &mut self,
         reached: Lit,
@@ -131,33 +131,33 @@ impl Run<'_> {
         let (word, once) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, 1),
-                // What is asked below is asked of signed numbers.
+                // The limit below is that of signed numbers.
                 _ => (count, u32::MAX),
             },
             word => (word, 0),
         };
         let word = self.word(word, at);
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-        self.memory.model.counting.extend(far::parts(words, &[word]));
+        self.memory.model.count_variables.extend(unknown_writes::parts(words, &[word]));
         let known = words.most(circuit, word);
         let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
         if !self.knowledge.is_empty() {
-            // A solver bounds it by what was learned, where the form of the word alone does not.
+            // The solver can use observed results to limit the count where the structure of the word does not.
             let bits = words.bits(circuit, word);
             let least = once.max(least);
-            self.memory.model.counts.push(Iterations { instruction: at, reached, bits, least });
+            self.memory.model.loop_counts.push(LoopCount { instruction: at, reached, bits, least });
         }
         let all = self.memory.model.iterations.entry(at).or_default();
         *all = iterations.clamp(least, most).max(*all);
     }
 
-    /// Leaves out scans in which a loop's count is not as stated.
+    /// Excludes scans in which a loop's count is not as stated.
     fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
-        let Some(&(low, high)) = self.program.counts.get(&at) else { return };
+        let Some(&(low, high)) = self.program.stated_counts.get(&at) else { return };
         let (word, is_signed) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, true),
-                Some(ChoiceKind::Unsigned(word)) => (*word, false),
+                Some(ChoiceKind::UnsignedIterations(word)) => (*word, false),
                 _ => return,
             },
             word => (word, true),

@@ -1,42 +1,43 @@
-//! The symbolic memory: the newest version of every cell, guarded writes, and regions that were havocked.
+//! The symbolic memory: the latest version of every cell, guarded writes, and havocked regions.
 
-use super::watch::Watch;
+use super::violation_log::ViolationLog;
 use super::word::{Word, Words};
 use rustc_hash::FxHashMap;
 use scanbound_ir::{
     AreaId, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Program, Region, WordTarget,
 };
 use scanbound_model::{
-    Atom, Circuit, Concerned, Havoc, Havocs, Lit, Origin, ScanModel, VarId, VarKind, Variable,
+    Atom, Circuit, Coverage, Havoc, Havocs, Lit, Origin, ScanModel, VarId, VarKind, Variable,
 };
 
-/// A cell's newest version, and how many of its area's havocked regions it already takes into account.
+/// The latest version of a cell, and how many havocs of its area it already takes into account.
 #[derive(Debug, Clone, Copy)]
 struct Version<T> {
     value: T,
     seen: usize,
 }
 
-/// The memory during symbolic execution, together with the model that grows along.
+/// The memory during symbolic execution, and the model under construction.
 pub struct Memory<'p> {
     program: &'p Program,
     /// The model under construction.
     pub model: ScanModel,
-    /// The words.
+    /// The symbolic words.
     pub words: Words,
     bit_cells: FxHashMap<Cell, Version<Lit>>,
     word_cells: FxHashMap<Cell, Version<Word>>,
-    /// Whether one of a block of havocs that all concern the same cells happens: by area, and the block's size and number.
+    /// The literal that at least one havoc of a block is executed, for blocks of which all havocs concern the same
+    /// cells: by area, block size and block number.
     happened: FxHashMap<(AreaId, u32, usize), Lit>,
     choices: FxHashMap<ChoiceKey, VarId>,
     word_choices: Vec<bool>,
-    /// What is noted of writes, if anything is.
-    pub watch: Option<Box<Watch>>,
+    /// Records of writes for the checks of [`super::violations`], if requested.
+    pub watch: Option<Box<ViolationLog>>,
 }
 
 impl<'p> Memory<'p> {
-    /// A memory in which every cell has its free start value. `word_choices` says of each choice whether it
-    /// is ever read as a word.
+    /// A memory in which every cell has its free start value. `word_choices` says for each choice whether it is ever
+    /// read as a word.
     pub fn new(program: &'p Program, word_choices: Vec<bool>) -> Self {
         Memory {
             program,
@@ -96,7 +97,7 @@ impl<'p> Memory<'p> {
         self.word_choices[choice.0 as usize]
     }
 
-    /// A choice read as a bit.
+    /// A choice that is read as a bit.
     pub fn bit_choice(
         &mut self,
         frames: &[Frame],
@@ -110,7 +111,7 @@ impl<'p> Memory<'p> {
         })
     }
 
-    /// A choice read as a word.
+    /// A choice that is read as a word.
     pub fn word_choice(
         &mut self,
         frames: &[Frame],
@@ -121,7 +122,7 @@ impl<'p> Memory<'p> {
         self.words.free(variable)
     }
 
-    /// The newest version of a bit cell.
+    /// The current value of a bit cell.
     pub fn read_bit(&mut self, cell: Cell) -> Lit {
         let old = match self.bit_cells.get(&cell) {
             Some(&version) => version,
@@ -134,7 +135,7 @@ impl<'p> Memory<'p> {
             None => old.value,
             Some((happened, origin)) => {
                 let name =
-                    format!("{}, after what may have written it", self.program.cell_name(cell));
+                    format!("{} after a write of unknown values", self.program.cell_name(cell));
                 let fresh = self.free_bit(origin, name);
                 self.model.circuit.ite(happened, fresh, old.value)
             }
@@ -143,7 +144,7 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// The newest version of a word cell.
+    /// The current value of a word cell.
     pub fn read_word(&mut self, cell: Cell) -> Word {
         let old = match self.word_cells.get(&cell) {
             Some(&version) => version,
@@ -156,7 +157,7 @@ impl<'p> Memory<'p> {
             None => old.value,
             Some((happened, origin)) => {
                 let name =
-                    format!("{}, after what may have written it", self.program.cell_name(cell));
+                    format!("{} after a write of unknown values", self.program.cell_name(cell));
                 let fresh = self.free_word(origin, name);
                 self.words.either(happened, fresh, old.value)
             }
@@ -165,18 +166,18 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// A version that takes all regions havocked by now into account.
+    /// A version that takes all havocs so far into account.
     fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
         Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
-    /// Whether a region that holds the cell was havocked since its version, and what the new value stands for.
+    /// Whether the cell was havocked since its version, and the origin of its new value.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let count = self.model.havocs.count(cell.area);
         if count == seen {
             return None;
         }
-        // Nothing of what was before one that always happens is left.
+        // An unconditional havoc makes everything before it irrelevant.
         let since = self.model.havocs.newest_certain(cell, seen).unwrap_or(seen);
         self.words.spent += (count - seen) / 64;
         let happened = self.one_happened(cell, since);
@@ -185,10 +186,10 @@ impl<'p> Memory<'p> {
         (happened != Lit::FALSE).then(|| (happened, origin()))
     }
 
-    /// Whether one of the havocs from `from` on that concern the cell happens.
+    /// The literal that at least one havoc from `from` on that concerns the cell is executed.
     ///
-    /// Each cell was last read at another moment, so each asks for another stretch of the list. Stretches are put
-    /// together from blocks that begin at multiples of their size: cells share the gates of these.
+    /// Each cell was last read at another moment, so each needs a different range of the list. The ranges are composed
+    /// of aligned blocks whose sizes are powers of two, so that cells share the gates of these blocks.
     fn one_happened(&mut self, cell: Cell, from: usize) -> Lit {
         let count = self.model.havocs.count(cell.area);
         let (mut from, mut any) = (from, Lit::FALSE);
@@ -201,17 +202,17 @@ impl<'p> Memory<'p> {
         any
     }
 
-    /// Whether one of a block of havocs happens that concern the cell.
+    /// The literal that at least one havoc of a block that concerns the cell is executed.
     fn one_of_block(&mut self, cell: Cell, level: u32, number: usize) -> Lit {
         let concerned = self.model.havocs.block(cell, level, number);
-        if concerned == Concerned::None {
+        if concerned == Coverage::None {
             return Lit::FALSE;
         }
         if level == 0 {
             return self.model.havocs.happened(cell.area, number);
         }
         let block = (cell.area, level, number);
-        if concerned == Concerned::All
+        if concerned == Coverage::All
             && let Some(&happened) = self.happened.get(&block)
         {
             return happened;
@@ -219,13 +220,13 @@ impl<'p> Memory<'p> {
         let first = self.one_of_block(cell, level - 1, 2 * number);
         let second = self.one_of_block(cell, level - 1, 2 * number + 1);
         let happened = self.model.circuit.or(first, second);
-        if concerned == Concerned::All {
+        if concerned == Coverage::All {
             self.happened.insert(block, happened);
         }
         happened
     }
 
-    /// Writes a bit where `guard` holds.
+    /// Writes a bit if `guard` is true.
     pub fn write_bit(&mut self, target: BitTarget, guard: Lit, value: Lit) {
         match target {
             BitTarget::Cell(cell) => {
@@ -243,7 +244,7 @@ impl<'p> Memory<'p> {
         }
     }
 
-    /// Writes a word where `guard` holds.
+    /// Writes a word if `guard` is true.
     pub fn write_word(&mut self, target: WordTarget, guard: Lit, value: Word) {
         match target {
             WordTarget::Cell(cell) => {
@@ -264,7 +265,7 @@ impl<'p> Memory<'p> {
         }
     }
 
-    /// Havocs a region where `guard` holds. Its cells get their new values when they are next read.
+    /// Havocs a region if `guard` is true. The cells get their new values when they are next read.
     pub fn havoc(&mut self, region: Region, guard: Lit, frames: &[Frame], choice: ChoiceId) {
         if guard == Lit::FALSE {
             return;
@@ -272,6 +273,6 @@ impl<'p> Memory<'p> {
         if let Some(watch) = &mut self.watch {
             watch.lost(&mut self.model.circuit, region, guard);
         }
-        self.model.havocs.push(Havoc { region, happened: guard, frames: frames.to_vec(), choice });
+        self.model.havocs.push(Havoc { region, executed: guard, frames: frames.to_vec(), choice });
     }
 }

@@ -1,10 +1,10 @@
-//! Numbers of one or more symbolic words: sums, bitwise operations, comparisons.
+//! Arithmetic on numbers of one or more symbolic words: sums, bitwise operations, comparisons.
 
 use super::word::{Carry, Gate, Word, Words};
 use scanbound_ir::Relation;
 use scanbound_model::{Circuit, Lit};
 
-/// Sum (or, with `subtract`, difference) of two numbers, least word first, wrapping.
+/// The sum (with `subtract`, the difference) of two numbers, low word first, with wraparound.
 pub fn add(words: &mut Words, a: &[Word], b: &[Word], subtract: bool) -> Vec<Word> {
     let constant = |words: &Words, n: &[Word]| {
         n.iter().map(|&w| words.as_constant(w)).collect::<Option<Vec<u16>>>()
@@ -15,7 +15,7 @@ pub fn add(words: &mut Words, a: &[Word], b: &[Word], subtract: bool) -> Vec<Wor
         _ => {
             let mut carry = Carry::NONE;
             let b: Vec<Word> = if subtract {
-                // Two's complement: the sum with the inverse and one.
+                // Two's complement: a - b = a + !b + 1.
                 carry = Carry::ALWAYS;
                 let ones = words.constant(u16::MAX);
                 b.iter().map(|&word| words.bitwise(Gate::Xor, word, ones)).collect()
@@ -56,7 +56,7 @@ pub fn bitwise(words: &mut Words, a: &[Word], b: &[Word], gate: Gate) -> Vec<Wor
     a.iter().zip(b).map(|(&x, &y)| words.bitwise(gate, x, y)).collect()
 }
 
-/// Whether a number of these words, least first, lies in a range.
+/// The literal that a number of these words, low word first, lies in a range.
 pub fn within(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -126,7 +126,7 @@ fn equal_word(words: &mut Words, circuit: &mut Circuit, a: Word, b: Word) -> Lit
     }
 }
 
-/// Whether `a < b`: the least word first, so each further word outweighs the answer so far.
+/// The literal `a < b`. It starts with the low word, because each higher word takes precedence over the lower ones.
 fn less(words: &mut Words, circuit: &mut Circuit, signed: bool, a: &[Word], b: &[Word]) -> Lit {
     let mut result = Lit::FALSE;
     for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
@@ -150,7 +150,7 @@ fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b:
     }
     match (words.as_constant(a), words.as_constant(b)) {
         (_, Some(c)) => below(words, circuit, signed, a, c),
-        // c < b unless b < c + 1: one range, the same that is asked where a count is held against c.
+        // c < b is the negation of b < c + 1, one range test. The same test occurs where a count is compared with c.
         (Some(c), _) => {
             let greatest = if signed { 0x7FFF } else { 0xFFFF };
             if c == greatest {
@@ -162,7 +162,7 @@ fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b:
         _ => {
             let (mut x, mut y) = (words.bits(circuit, a), words.bits(circuit, b));
             if signed {
-                // Two's complement order is unsigned order with the sign bits flipped.
+                // Signed order is unsigned order with inverted sign bits.
                 (x[15], y[15]) = (!x[15], !y[15]);
             }
             bits_less(circuit, &x, &y)
@@ -170,14 +170,14 @@ fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b:
     }
 }
 
-/// Whether a word lies below a constant.
+/// The literal that a word is less than a constant.
 fn below(words: &mut Words, circuit: &mut Circuit, signed: bool, word: Word, constant: u16) -> Lit {
     const LEAST: u16 = 0x8000;
     match constant {
         0 if !signed => Lit::FALSE,
         LEAST if signed => Lit::FALSE,
         c if !signed => words.in_range(circuit, word, 0, c - 1),
-        // Signed and not positive: from the least number to just below.
+        // Signed, and the constant is not positive: from the least number to just below the constant.
         c if c == 0 || c > LEAST => words.in_range(circuit, word, LEAST, c.wrapping_sub(1)),
         c => {
             let not_between = words.in_range(circuit, word, c, LEAST - 1);
@@ -186,7 +186,7 @@ fn below(words: &mut Words, circuit: &mut Circuit, signed: bool, word: Word, con
     }
 }
 
-/// Whether `a < b` as unsigned numbers of equally many bits, the least first.
+/// The literal `a < b` for unsigned numbers with the same number of bits, least significant bit first.
 fn bits_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     let mut result = Lit::FALSE;
     for (&x, &y) in a.iter().zip(b) {
@@ -197,7 +197,7 @@ fn bits_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     result
 }
 
-/// Compares two IEEE 754 singles; where either is not a normal number or +0 the result is `special`.
+/// Compares two IEEE 754 singles. If either is neither normal nor +0, the result is `special`.
 pub fn compare_real(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -232,7 +232,7 @@ fn real_bits(words: &mut Words, circuit: &mut Circuit, number: &[Word]) -> Vec<L
     number.iter().flat_map(|&word| words.bits(circuit, word)).collect()
 }
 
-/// A normal number (exponent neither all zeros nor all ones) or +0.
+/// Whether the number is normal (exponent neither all zeros nor all ones) or +0.
 fn is_plain(circuit: &mut Circuit, bits: &[Lit]) -> Lit {
     let exponent = &bits[23..31];
     let some_one = circuit.any(exponent.iter().copied());
@@ -242,7 +242,7 @@ fn is_plain(circuit: &mut Circuit, bits: &[Lit]) -> Lit {
     circuit.or(normal, !nothing)
 }
 
-/// Order of plain numbers: by sign, then by magnitude, turned round below zero.
+/// Order of normal numbers and +0: by sign, then by magnitude, reversed for negative numbers.
 fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     let (sign_a, sign_b) = (a[31], b[31]);
     let smaller = bits_less(circuit, &a[..31], &b[..31]);
@@ -252,8 +252,9 @@ fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     circuit.ite(differ, sign_a, same_sign)
 }
 
-/// A number of these bits, the least first, or `most` if it is `over` that, in parts: the number is the sum of those
-/// whose literal is true. All of them together are `most`, so that nothing need be sought where that is possible.
+/// Splits a number into weighted literals: its value is the sum of the weights of the literals that are true. The
+/// number has these bits, least significant first, or is `most` if `over` is true. All weights add up to `most`, so
+/// that the solver has nothing to search where the maximum is possible.
 pub fn in_parts(circuit: &mut Circuit, bits: &[Lit], over: Lit, most: u64) -> Vec<(Lit, u64)> {
     let places = (u64::BITS - most.leading_zeros()) as usize;
     let is_one = |number: u64, place: usize| Lit::constant(number >> place & 1 == 1);
@@ -264,12 +265,13 @@ pub fn in_parts(circuit: &mut Circuit, bits: &[Lit], over: Lit, most: u64) -> Ve
         })
         .collect();
     let Some(&top) = number.last() else { return Vec::new() };
-    // What the highest bit counts; what is left then, or is there without it, the others can say.
+    // The weight of the highest literal. The other literals express the remainder, or the whole number if the highest
+    // is false.
     let highest = most - ((1 << (places - 1)) - 1);
     if highest != 1 << (places - 1) {
         let mut carry = Lit::FALSE;
         for (place, bit) in number.iter_mut().enumerate().take(places - 1) {
-            // Plus the complement of what is taken off.
+            // Add the complement of the weight that was subtracted.
             let other = is_one((1 << places) - highest, place);
             let half = circuit.xor(*bit, other);
             let less = circuit.xor(half, carry);

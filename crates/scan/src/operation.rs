@@ -1,13 +1,13 @@
-//! Operations whose operands are not known, as words that are derived from these; and where what they give is settled.
+//! Results of operations with symbolic operands, and the conditions under which these results are defined.
 
-use super::derived::{Function, Way};
+use super::derived::{Function, ShiftKind};
 use super::word::{Word, Words};
 use scanbound_ir::Relation;
 use scanbound_ir::meaning::{Operation, Unary};
 use scanbound_model::{Circuit, Lit};
 
-/// What an operation gives as one number of so many words, and where that is settled. `None` if it is none of those that are
-/// followed here.
+/// The result of an operation as a number of this many words, and the condition under which it is defined. `None` if
+/// the operation is not supported here.
 pub fn results(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -35,11 +35,11 @@ pub fn results(
         }
         Operation::Shift { .. } | Operation::Rotate { through: false, .. } => {
             let way = match operation {
-                Operation::Shift { left: true, .. } => Way::Left,
-                Operation::Shift { signed: false, .. } => Way::Right,
-                Operation::Shift { signed: true, .. } => Way::SignedRight,
-                Operation::Rotate { left: true, .. } => Way::RoundLeft,
-                _ => Way::RoundRight,
+                Operation::Shift { left: true, .. } => ShiftKind::Left,
+                Operation::Shift { signed: false, .. } => ShiftKind::Right,
+                Operation::Shift { signed: true, .. } => ShiftKind::SignedRight,
+                Operation::Rotate { left: true, .. } => ShiftKind::RoundLeft,
+                _ => ShiftKind::RoundRight,
             };
             let places = vec![second[0]; count];
             let moved = words.derived(Function::Moved(way), first, &places, count);
@@ -88,13 +88,13 @@ pub fn results(
     }
 }
 
-/// Whether a number of places is no larger than there are bits.
+/// The literal that a number of places does not exceed the number of bits.
 fn places_fit(words: &mut Words, circuit: &mut Circuit, places: Word, count: usize) -> Lit {
     let most = if count == 1 { 16 } else { 32 };
     words.in_range(circuit, places, 0, most)
 }
 
-/// Whether a quotient is settled: the divisor is not 0, and it fits.
+/// The literal that a division is defined: the divisor is not 0 and the quotient fits.
 fn can_be_divided(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -138,7 +138,7 @@ mod tests {
     const VALUES: [u16; 14] =
         [0, 1, 2, 3, 7, 10, 99, 0x1234, 0x9999, 0x7FFF, 0x8000, 0x8001, 0xFFFE, 0xFFFF];
 
-    /// Holds what an operation gives on free operands, and where it is settled, against a function of two numbers.
+    /// Compares the result of an operation on free operands, and when it is defined, with a function of two numbers.
     fn check(
         operation: &Operation,
         size: usize,
@@ -161,7 +161,7 @@ mod tests {
             let bits = bits_of(&mut words, &mut circuit, &result);
             for a in VALUES {
                 for b in VALUES {
-                    // The high words hold other values than the low ones.
+                    // The high words have other values than the low words.
                     let assignment = [a, b ^ 0x0101, b, a];
                     let values = circuit.evaluate(&Assignment(assignment.to_vec()));
                     let number = |low: u16, high: u16| match size {

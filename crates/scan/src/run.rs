@@ -1,6 +1,6 @@
 //! The state of the execution.
 
-use super::known::Known;
+use super::known::KnownChoices;
 use super::memory::Memory;
 use super::settings::{Purpose, SizeLimits};
 use scanbound_base::time::Times;
@@ -9,42 +9,42 @@ use scanbound_ir::{Frame, Program, WordSource};
 use scanbound_model::Lit;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The results of a routine's rungs: stack and save slots.
+/// The results of the rungs of a routine: stack and save slots.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Results {
-    /// `None` where paths of different depth met: nothing may be read until a rung starts.
+    /// `None` after paths with different stack depths have joined: nothing may be read until the next rung starts.
     pub(super) stack: Option<Vec<Lit>>,
     pub(super) slots: BTreeMap<u32, Lit>,
 }
 
-/// A jump that has not reached its target yet: whether it was taken, and the results it carries.
+/// A jump that was taken and has not yet reached its target: the condition and the results at the jump.
 #[derive(Debug, Clone)]
-pub(super) struct Landing {
+pub(super) struct PendingJump {
     pub(super) taken: Lit,
     pub(super) results: Results,
 }
 
 /// An open master control region.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Master {
+pub(super) struct OpenRegion {
     pub(super) level: u32,
     pub(super) condition: Lit,
-    /// The conditions of this master control region and of all that were opened before it.
+    /// The conjunction of the conditions of this region and of all regions opened before it.
     pub(super) all: Lit,
-    /// The highest level of these.
+    /// The highest level of these regions.
     pub(super) highest: u32,
 }
 
 /// One activation of a routine.
 pub(super) struct Activation {
-    /// Whether control is here.
+    /// Whether control is at the current instruction.
     pub(super) active: Lit,
     pub(super) results: Results,
-    /// The open master control regions: there may be thousands.
-    pub(super) masters: Vec<Master>,
-    /// Jumps that were taken and whose target is not reached yet, by their target.
-    pub(super) landings: BTreeMap<usize, Landing>,
-    /// Whether a `Return` was reached.
+    /// The open master control regions; there may be thousands.
+    pub(super) open_regions: Vec<OpenRegion>,
+    /// Jumps that were taken and have not yet reached their target, by target.
+    pub(super) landings: BTreeMap<usize, PendingJump>,
+    /// Whether a `Return` was executed.
     pub(super) returned: Lit,
 }
 
@@ -52,32 +52,32 @@ pub(super) struct Activation {
 pub(super) struct Run<'p> {
     pub(super) program: &'p Program,
     pub(super) times: &'p [Times],
-    /// What was learned of exact choices.
+    /// The observed results of exact choices.
     pub(super) knowledge: &'p Knowledge,
     pub(super) purpose: Purpose,
-    /// What the choices of which something is known were found to be so far.
-    pub(super) known: Known,
+    /// What has been computed so far about choices.
+    pub(super) known: KnownChoices,
     pub(super) memory: Memory<'p>,
-    /// The calls, loop iterations and interrupts that lead here, outermost first.
+    /// The current call context, outermost frame first.
     pub(super) frames: Vec<Frame>,
     /// Whether a `Stop` ended the scan.
     pub(super) stopped: Lit,
-    /// How many instructions were executed.
+    /// The number of instructions executed so far.
     pub(super) executed: usize,
-    /// How large the model may get.
+    /// The size limits.
     pub(super) limits: &'p SizeLimits<'p>,
-    /// The instructions of which one execution passed the limit for one.
+    /// The instructions of which one execution exceeded the limit for one execution.
     pub(super) costly: BTreeSet<usize>,
 }
 
-/// A loop that is followed, as [`Step::ForBegin`](scanbound_ir::Step::ForBegin) says.
+/// The operands of a loop that is executed, as in [`Step::ForBegin`](scanbound_ir::Step::ForBegin).
 #[derive(Clone, Copy)]
 pub(super) struct ForLoop {
-    /// Where it begins.
+    /// The index of its `ForBegin`.
     pub at: usize,
     pub count: WordSource,
     pub least: u32,
     pub most: u32,
-    /// Where it ends.
+    /// The index of its `ForEnd`.
     pub end: usize,
 }

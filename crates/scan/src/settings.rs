@@ -4,39 +4,40 @@ use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
 use std::collections::BTreeSet;
 
-/// Why a program has no scan model.
+/// Why a scan has no model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ScanError {
-    /// Calls and loops multiply to more executions than can be followed.
+    /// Calls and loops lead to more executions than the limit.
     #[error("calls and loops make more than {most} executed instructions in one scan")]
-    TooLong {
+    TooManyExecutions {
         /// The limit.
         most: usize,
-        /// The instruction at which it was passed.
+        /// The instruction at which the limit was exceeded.
         instruction: usize,
     },
-    /// Calls and loops multiply so that no number can tell how long an instruction runs.
+    /// Calls and loops lead to so many executions that the cost of an instruction overflows.
     #[error("calls and loops make this run more often than can be counted")]
-    TooOften {
+    CostOverflow {
         /// The instruction.
         instruction: usize,
     },
-    /// The model grows beyond its limits of size. It may fit if the values that costly instructions read are not
-    /// followed.
-    #[error("the values that the program works out take too much to follow")]
-    Grown {
-        /// The instruction at which the model passed its limit; the first of the costly ones if only these did.
+    /// The model exceeds its size limits. It may fit if the inputs of costly instructions become any values.
+    #[error("the program's computed values are too complex")]
+    TooLarge {
+        /// The instruction at which the model exceeded its limit, or the first of the costly ones if only these
+        /// exceeded theirs.
         instruction: usize,
-        /// The instructions of which one execution passed the limit for one.
+        /// The instructions of which one execution exceeded the limit for one execution.
         costly: BTreeSet<usize>,
     },
-    /// It was ended from outside.
+    /// The caller stopped the execution.
     #[error("ended before the scan was followed to its end")]
-    Ended {
-        /// The instruction at which it was.
+    Stopped {
+        /// The instruction that was next.
         instruction: usize,
     },
-    /// A result is used that differs in depth by the path taken: the front end let through what is no rung.
+    /// An instruction reads a result from a stack whose depth depends on the path: the front accepted something that is
+    /// not a rung.
     #[error("the rung's result depends on the path by which control came here")]
     NoResult {
         /// The instruction.
@@ -44,47 +45,48 @@ pub enum ScanError {
     },
 }
 
-/// What a model is for. Where it is not known whether something can happen, the two differ.
+/// The purpose of a model. The two differ where it is unknown whether something can happen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// To bound scans from above: the model has all that may happen.
+    /// Upper bounds: the model includes everything that may happen.
     UpperBound,
-    /// To find scans that a PLC makes: the model has only what is known to happen.
+    /// Lower bounds: the model includes only scans that a PLC can certainly execute.
     LowerBound,
 }
 
-/// How large the model of a scan may get: nodes of its circuit, and steps of the questions to words (which values can
-/// this word have?), which take time but leave no nodes.
+/// Size limits of a scan's model. The size counts the nodes of the circuit, and the steps of queries on words, which
+/// take time even if they add no nodes.
 pub struct SizeLimits<'a> {
-    /// What one execution of one instruction may add; those that would add more are told in [`ScanError::Grown`].
+    /// The largest size that one execution of one instruction may add. Instructions that exceed it are reported in
+    /// [`ScanError::TooLarge`].
     pub per_execution: usize,
-    /// What the whole model may take.
+    /// The largest size of the whole model.
     pub in_all: usize,
-    /// Asked every few hundred instructions; true ends the execution.
+    /// Called every few hundred instructions; the execution stops if it returns true.
     pub is_over: &'a dyn Fn() -> bool,
 }
 
 impl Default for SizeLimits<'_> {
-    /// No limit.
+    /// No limits.
     fn default() -> Self {
         SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
     }
 }
 
-/// By what a scan is followed.
+/// The parameters of a symbolic execution.
 #[derive(Clone, Copy)]
 pub(super) struct Settings<'p> {
-    /// What each instruction costs.
+    /// The times of each instruction.
     pub(super) times: &'p [Times],
-    /// What was learned of exact choices.
+    /// The observed results of exact choices.
     pub(super) knowledge: &'p Knowledge,
     pub(super) purpose: Purpose,
-    /// How large the model may get.
+    /// The size limits.
     pub(super) limits: &'p SizeLimits<'p>,
 }
 
 impl<'p> Settings<'p> {
-    /// Those of a model of upper bounds, without anything learned.
+    /// Parameters for upper bounds, without observations.
     pub(super) fn of_upper_bounds(times: &'p [Times], limits: &'p SizeLimits<'p>) -> Settings<'p> {
         static NOTHING: Knowledge = Knowledge::new();
         Settings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }

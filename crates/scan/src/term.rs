@@ -1,31 +1,31 @@
-//! What symbolic words are made of, and what can be asked of them.
+//! The structure of symbolic words, and the queries on them.
 
 use rustc_hash::FxHashMap;
 use scanbound_model::{Lit, VarId};
 
-/// A symbolic word.
+/// A symbolic word, by number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word(pub(super) u32);
 
-/// How a word comes about.
+/// How a word is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Const(u16),
     Free(VarId),
     Either(Lit, Word, Word),
     Plus(Word, u16),
-    /// Sixteen bits, by their number.
+    /// Sixteen literals, by their number.
     Bits(u32),
     Bitwise(Gate, Word, Word),
     /// The sum of two words and a carry.
     Sum(Word, Word, Carry),
     /// The sum of a word, a constant and a carry.
     Carried(Word, u16, Carry),
-    /// A word of what an operation gives, by the operation's number.
+    /// A word of the result of an operation, by the operation's number.
     Derived(u32, u8),
 }
 
-/// What is done with two bits.
+/// A bitwise operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Gate {
     And,
@@ -33,13 +33,13 @@ pub enum Gate {
     Xor,
 }
 
-/// The carry out of a sum, for the next word of the number.
+/// The carry out of a sum, for the next word of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Carry(pub(super) u32);
 
-/// Of which sum.
+/// The sum to which a carry belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum CarryOf {
+pub(super) enum CarryDefinition {
     None,
     Always,
     Sum(Word, Word, Carry),
@@ -49,30 +49,30 @@ pub(super) enum CarryOf {
 impl Carry {
     /// No carry.
     pub const NONE: Carry = Carry(0);
-    /// A carry, whatever was added.
+    /// A carry that is always 1.
     pub const ALWAYS: Carry = Carry(1);
 }
 
-/// A question.
+/// A query on a word or carry.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Question {
+pub(super) enum Query {
     Range(Range),
     Bits(Word),
     Carry(Carry),
 }
 
-/// Whether a word, unsigned, lies between two values, both included.
+/// The query whether a word, unsigned, lies between two values (inclusive).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Range(pub Word, pub u16, pub u16);
 
-/// What was asked of the words so far.
+/// The queries that were answered, and their answers.
 #[derive(Debug, Default)]
 pub(super) struct Answers {
     pub ranges: FxHashMap<Range, Lit>,
-    /// Of which question a literal is the answer, of several the first.
+    /// The range query of which a literal is the answer; the first if there are several.
     pub asked: FxHashMap<Lit, Range>,
     pub bits: FxHashMap<Word, [Lit; 16]>,
     pub carries: FxHashMap<Carry, Lit>,
-    /// The stack of questions to be answered. Kept between questions, so that it is not allocated each time.
-    pub open: Vec<Question>,
+    /// The stack of pending queries. Kept between queries to avoid allocations.
+    pub open: Vec<Query>,
 }

@@ -1,43 +1,43 @@
-//! Symbolic 16-bit words: constants, free words, either-or, sums and bitwise operations, and words put together from bits.
+//! Symbolic 16-bit words: constants, free words, if-then-else, sums, bitwise operations, and words composed of bits.
 //!
-//! Only how a word comes about is kept here. Its bits, or whether it lies in a range, are worked out where a guard asks
-//! for them (`answer`): most results of a plant's arithmetic decide nothing, so they cost nothing.
+//! A word only records how it is computed. Its bits, or whether it lies in a range, are computed when a guard needs
+//! them (`answer`). Most results of a program's arithmetic affect no guard, so they cost nothing.
 
 use super::derived::{Derived, Function};
-use super::term::{Answers, CarryOf, Node};
+use super::term::{Answers, CarryDefinition, Node};
 pub use super::term::{Carry, Gate, Word};
 use rustc_hash::FxHashSet;
 use scanbound_model::{Atom, Circuit, Lit, Shared, VarId};
 use std::collections::BTreeSet;
 
-/// To find the largest value that a word can have, so many of its parts are looked at.
+/// The largest number of parts that are examined to find the maximum of a word.
 const MOST_PARTS: usize = 64;
-/// Questions to a word's constants are asked only where at least this much of the allowance is left.
+/// The maximum of a word is computed only if at least this much of the allowance remains.
 const LEAST_ALLOWANCE: usize = 1 << 14;
 
-/// All symbolic words of a scan, equal ones shared, and what was already asked of them.
+/// All symbolic words of a scan, with equal words shared, and the queries on them that were answered.
 #[derive(Debug)]
 pub struct Words {
     nodes: Shared<Node>,
     given_bits: Shared<[Lit; 16]>,
-    carries: Shared<CarryOf>,
+    carries: Shared<CarryDefinition>,
     derived: Shared<Derived>,
     pub(super) answers: Answers,
-    /// What may still be spent on questions of the current instruction.
+    /// The work that queries of the current instruction may still cause.
     pub allowance: usize,
-    /// What was spent on questions so far.
+    /// The work that all queries have caused so far.
     pub spent: usize,
-    /// How many questions were given up since they took more than was allowed. Their answers are made up, so the
-    /// model that they stand in is of no use.
+    /// The number of queries that were abandoned because they exceeded the allowance. Their answers are arbitrary, so
+    /// the model must be discarded.
     pub given_up: u32,
 }
 
 impl Default for Words {
-    /// No words, and no limit to what a question may take.
+    /// No words, and unlimited work for queries.
     fn default() -> Self {
         let mut carries = Shared::default();
-        carries.number(CarryOf::None);
-        carries.number(CarryOf::Always);
+        carries.number(CarryDefinition::None);
+        carries.number(CarryDefinition::Always);
         Words {
             nodes: Shared::default(),
             given_bits: Shared::default(),
@@ -62,7 +62,7 @@ impl Words {
         self.shared(Node::Free(variable))
     }
 
-    /// `then` if `condition`, else `other`.
+    /// If-then-else: `then` if `condition`, else `other`.
     pub fn either(&mut self, condition: Lit, then: Word, other: Word) -> Word {
         if condition == Lit::TRUE || then == other {
             return then;
@@ -70,7 +70,7 @@ impl Words {
         if condition == Lit::FALSE {
             return other;
         }
-        // Where the condition is false, an inner choice by the same condition is decided.
+        // In the else branch, a nested if-then-else with the same condition is decided.
         let other = match self.node(other) {
             Node::Either(c, _, b) if c == condition => b,
             Node::Either(c, a, _) if c == !condition => a,
@@ -79,7 +79,7 @@ impl Words {
         if then == other { then } else { self.shared(Node::Either(condition, then, other)) }
     }
 
-    /// Sum with a constant, wrapping.
+    /// Sum with a constant, with wraparound.
     pub fn plus(&mut self, word: Word, addend: u16) -> Word {
         match self.node(word) {
             _ if addend == 0 => word,
@@ -89,7 +89,7 @@ impl Words {
         }
     }
 
-    /// Sum with a constant and a carry, wrapping, and what it carries.
+    /// Sum with a constant and a carry, with wraparound, and the carry out.
     pub fn plus_carried(&mut self, word: Word, addend: u16, carry: Carry) -> (Word, Carry) {
         match (carry, self.as_constant(word)) {
             (Carry::NONE, _) if addend == 0 => (word, Carry::NONE),
@@ -100,20 +100,20 @@ impl Words {
                 (self.constant(sum), if over { Carry::ALWAYS } else { Carry::NONE })
             }
             (Carry::NONE, None) => {
-                (self.plus(word, addend), self.carry(CarryOf::Carried(word, addend, carry)))
+                (self.plus(word, addend), self.carry(CarryDefinition::Carried(word, addend, carry)))
             }
             _ => {
                 let sum = self.shared(Node::Carried(word, addend, carry));
-                (sum, self.carry(CarryOf::Carried(word, addend, carry)))
+                (sum, self.carry(CarryDefinition::Carried(word, addend, carry)))
             }
         }
     }
 
-    /// Sum of two words and a carry, wrapping, and what it carries.
+    /// Sum of two words and a carry, with wraparound, and the carry out.
     pub fn sum(&mut self, a: Word, b: Word, carry: Carry) -> (Word, Carry) {
         let (a, b) = (a.min(b), a.max(b));
         let sum = self.shared(Node::Sum(a, b, carry));
-        (sum, self.carry(CarryOf::Sum(a, b, carry)))
+        (sum, self.carry(CarryDefinition::Sum(a, b, carry)))
     }
 
     /// A bitwise operation.
@@ -138,7 +138,7 @@ impl Words {
         }
     }
 
-    /// The words that an operation gives on two numbers of equally many words, one or two.
+    /// The words of the result of an operation on two numbers of one or two words each.
     pub fn derived(
         &mut self,
         function: Function,
@@ -159,7 +159,7 @@ impl Words {
         self.derived.get(number)
     }
 
-    /// A word of sixteen bits, the least first.
+    /// A word composed of sixteen bits, least significant first.
     pub fn of_bits(&mut self, circuit: &Circuit, bits: [Lit; 16]) -> Word {
         if bits.iter().all(|b| b.is_constant()) {
             let value = (0..16).fold(0, |value, i| value | u16::from(bits[i] == Lit::TRUE) << i);
@@ -182,7 +182,7 @@ impl Words {
         self.shared(Node::Bits(number))
     }
 
-    /// The word's value, if it is a constant.
+    /// The word's value if it is constant.
     pub fn as_constant(&self, word: Word) -> Option<u16> {
         match self.node(word) {
             Node::Const(value) => Some(value),
@@ -190,10 +190,10 @@ impl Words {
         }
     }
 
-    /// The most that the word can be as a signed number, where something bounds it.
+    /// The maximum of the word as a signed number; `None` if nothing limits it.
     ///
-    /// That is what its parts can be, or one of the constants among them that the word is found never to exceed, as
-    /// where a program limits a count before it uses it.
+    /// It is the maximum that its parts allow, or a constant among its parts that the word is proved never to exceed,
+    /// as where a program limits a count before it uses it.
     pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
         let mut constants = BTreeSet::new();
         let most = self.greatest(circuit, word, &mut constants);
@@ -206,8 +206,8 @@ impl Words {
         never_above.or(most).filter(|&most| most < i16::MAX)
     }
 
-    /// The greatest signed number that the word's parts allow, and the constants that it may be. `None` if there are
-    /// too many parts to look at.
+    /// The largest signed number that the word's parts allow, and the constants that the word may equal. `None` if
+    /// there are too many parts.
     fn greatest(
         &mut self,
         circuit: &mut Circuit,
@@ -258,7 +258,7 @@ impl Words {
         Some(most)
     }
 
-    /// Takes off what is allowed; false if that is used up.
+    /// Subtracts work from the allowance; `false` if it is exhausted.
     pub(super) fn spend(&mut self, work: usize) -> bool {
         self.spent += work;
         let enough = self.allowance >= work;
@@ -274,11 +274,11 @@ impl Words {
         self.given_bits.get(number)
     }
 
-    pub(super) fn carry_of(&self, carry: Carry) -> CarryOf {
+    pub(super) fn carry_of(&self, carry: Carry) -> CarryDefinition {
         self.carries.get(carry.0)
     }
 
-    fn carry(&mut self, of: CarryOf) -> Carry {
+    fn carry(&mut self, of: CarryDefinition) -> Carry {
         Carry(self.carries.number(of))
     }
 
@@ -292,7 +292,7 @@ mod tests {
     use super::*;
     use scanbound_model::Assignment;
 
-    /// Checks a word against a function of one free word, for all questions at some values.
+    /// Compares a word with a function of one free word, for all queries, at several values.
     fn check(build: impl Fn(&mut Words, &mut Circuit, Word) -> Word, meaning: impl Fn(u16) -> u16) {
         let (mut words, mut circuit) = (Words::default(), Circuit::default());
         let free = words.free(VarId(0));

@@ -63,11 +63,11 @@ pub fn knowledge(diagram: &Diagram) -> Knowledge {
         None => Operand::Place(at),
         Some(transition) => Operand::Transition(transition),
     };
-    let is_ever = |at: &usize| seen.together[*at].has(*at);
+    let is_ever = |at: &usize| seen.together[*at].contains(*at);
     let ever: Vec<usize> = (0..width).filter(is_ever).collect();
     let mut apart: BTreeSet<Vec<usize>> = BTreeSet::new();
     for (at, &one) in ever.iter().enumerate() {
-        let others = ever[at + 1..].iter().filter(|&&other| !seen.together[one].has(other));
+        let others = ever[at + 1..].iter().filter(|&&other| !seen.together[one].contains(other));
         apart.extend(others.map(|&other| vec![one, other]));
     }
     // Of these not all may have been seen marked, where the search ended too soon.
@@ -148,13 +148,13 @@ impl Seen {
             return;
         }
         for one in on.iter() {
-            self.together[one].join(on);
+            self.together[one].union_with(on);
         }
     }
 
     /// Three places that were never all marked, though any two of them were.
     fn threes(&self, places: &[usize]) -> Vec<Vec<usize>> {
-        let is_two = |one: usize, other: usize| self.together[one].has(other);
+        let is_two = |one: usize, other: usize| self.together[one].contains(other);
         let mut found = Vec::new();
         for (at, &a) in places.iter().enumerate() {
             for (further, &b) in places.iter().enumerate().skip(at + 1) {
@@ -164,7 +164,10 @@ impl Seen {
                 let all = |c: &&usize| {
                     is_two(a, **c)
                         && is_two(b, **c)
-                        && !self.markings.iter().any(|on| on.has(a) && on.has(b) && on.has(**c))
+                        && !self
+                            .markings
+                            .iter()
+                            .any(|on| on.contains(a) && on.contains(b) && on.contains(**c))
                 };
                 found.extend(places[further + 1..].iter().filter(all).map(|&c| vec![a, b, c]));
                 if found.len() > MOST {

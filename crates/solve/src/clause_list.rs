@@ -1,10 +1,10 @@
-//! Clauses, one behind the other: there are millions, most of two literals.
+//! A compact list of clauses: there are millions, most of them with two literals.
 
-/// A list of clauses.
+/// A list of clauses, stored in one array of literals.
 #[derive(Debug, Clone, Default)]
 pub struct ClauseList {
     literals: Vec<i32>,
-    /// Where in the list of literals each clause ends.
+    /// The end of each clause in the array.
     ends: Vec<u32>,
 }
 
@@ -15,7 +15,7 @@ impl ClauseList {
         self.ends.push(u32::try_from(self.literals.len()).expect("fewer literals than numbers"));
     }
 
-    /// All clauses, in the order in which they came.
+    /// All clauses in order of insertion.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[i32]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -25,13 +25,13 @@ impl ClauseList {
         })
     }
 
-    /// All their literals, one clause behind the other, and where in them each clause ends.
+    /// The array of literals, and the end of each clause in it.
     #[must_use]
     pub fn into_literals(self) -> (Vec<i32>, Vec<u32>) {
         (self.literals, self.ends)
     }
 
-    /// All their literals.
+    /// The literals of all clauses.
     #[must_use]
     pub fn literals(&self) -> &[i32] {
         &self.literals

@@ -1,4 +1,4 @@
-//! A problem's circuit as clauses, and the way back from a solver's model to an assignment.
+//! Converts the circuit of a problem to clauses (CNF), and a solver's model back to an assignment.
 
 use super::clause_list::ClauseList;
 use super::problem::Problem;
@@ -6,35 +6,35 @@ use scanbound_model::{Assignment, Atom, Lit, Node, VarId};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// Clauses over variables 1, 2, ...; a literal is a variable or, negated, its negative, as in DIMACS files.
+/// Clauses over the variables 1, 2, ...; a literal is a variable or, if negated, its negative, as in DIMACS files.
 #[derive(Debug, Clone, Default)]
 pub struct Clauses {
-    /// How many variables there are.
+    /// The number of variables.
     pub variables: usize,
-    /// What holds in every model.
+    /// The clauses.
     pub clauses: ClauseList,
-    /// The variable that each clause helps to define.
+    /// For each clause, the variable that it helps to define.
     pub owners: Vec<i32>,
-    /// The literal of each of the problem's items.
+    /// The literal of each item of the problem.
     pub items: Vec<i32>,
-    /// The literal of each node of the circuit; 0 where a node has none of its own.
+    /// The literal of each node of the circuit; 0 if it has no variable.
     nodes: Vec<i32>,
-    /// Which variable stands for which atom, by variable.
+    /// The variables of atoms, ascending, with their atoms.
     pub atoms: Vec<(i32, Atom)>,
-    /// The sixteen bits, least first, of words of which bits are asked.
+    /// For words whose bits are tested: the literals of their sixteen bits, least significant first.
     bits: BTreeMap<VarId, Vec<i32>>,
 }
 
 impl Clauses {
-    /// The clauses of a problem. A word is a chain of thresholds, each implied by the next; where single bits
-    /// of it are asked too, the thresholds are tied to the bits by comparison.
+    /// The clauses of a problem. A word is a chain of thresholds, each of which implies the next lower one. If single
+    /// bits of the word are tested too, comparisons connect thresholds and bits.
     #[must_use]
     pub fn new(problem: &Problem) -> Clauses {
         Clauses::with_late(problem, problem.circuit.nodes().len())
     }
 
-    /// The same of a problem whose gates from `late` on were put behind the others later. The variable of each of these
-    /// stands behind the last of its inputs', as all stands in the order of execution.
+    /// The clauses of a problem whose gates from `late` on were added later. The variable of each of these gates is
+    /// placed after the last of its inputs, so that all variables are in the order of execution.
     #[must_use]
     pub fn with_late(problem: &Problem, late: usize) -> Clauses {
         let nodes = problem.circuit.nodes();
@@ -75,7 +75,7 @@ impl Clauses {
         self.atoms.iter().map(|&(variable, _)| variable).chain(bits)
     }
 
-    /// The bits that occur in most clauses, so many at most.
+    /// The bits that occur in most clauses, at most `most` of them.
     pub fn busiest_bits(&self, most: usize) -> Vec<VarId> {
         let mut occurrences = vec![0usize; self.variables + 1];
         for literal in self.clauses.literals() {
@@ -91,7 +91,7 @@ impl Clauses {
         bits.into_iter().map(|(_, bit)| bit).collect()
     }
 
-    /// The assignment that a model stands for, over the problem's variables.
+    /// The assignment of the problem's variables that corresponds to a model.
     pub fn assignment(&self, problem: &Problem, holds: impl Fn(i32) -> bool) -> Assignment {
         let mut assignment = problem.zeros();
         for &(variable, atom) in &self.atoms {
@@ -165,10 +165,10 @@ impl Clauses {
         }
     }
 
-    /// Ties `reached` to: the number of these bits is at least `threshold`, which is not 0.
+    /// Defines `reached`: the number with these bits is at least `threshold`, which is not 0.
     fn compare(&mut self, bits: &[i32], threshold: u16, reached: i32) {
-        // From the least bit up: whether the bits so far are at least the threshold's bits so far. Below the
-        // threshold's lowest one they always are.
+        // From the least significant bit up: whether the bits so far are at least the threshold's bits so far. Below
+        // the lowest bit of the threshold this is always true.
         let lowest = threshold.trailing_zeros() as usize;
         let mut below = bits[lowest];
         for (place, &bit) in bits.iter().enumerate().skip(lowest + 1) {
@@ -183,7 +183,7 @@ impl Clauses {
     }
 }
 
-/// All nodes, those from `late` on each behind the last of its inputs.
+/// The order of all nodes; each node from `late` on comes after the last of its inputs.
 fn order(nodes: &[Node], late: usize) -> Vec<usize> {
     let mut last: Vec<usize> = Vec::with_capacity(nodes.len() - late);
     let mut behind: Vec<(usize, usize)> = Vec::with_capacity(nodes.len() - late);
@@ -209,14 +209,14 @@ fn order(nodes: &[Node], late: usize) -> Vec<usize> {
     order
 }
 
-/// What becomes of a node.
+/// How a node is represented.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Use {
-    /// No item and no constraint depends on it.
+    /// Not at all: no item and no constraint depends on it.
     None,
-    /// It is an input of one gate only, not negated, and is taken into that gate.
+    /// As part of the only gate that uses it; it is not negated there.
     Inside,
-    /// It has a variable of its own.
+    /// By a variable.
     Gate,
 }
 
@@ -238,7 +238,7 @@ fn uses(problem: &Problem) -> Vec<Use> {
     uses
 }
 
-/// The inputs of a gate and of the gates that are taken into it.
+/// The inputs of a gate and of the gates that are merged into it.
 fn inputs(nodes: &[Node], uses: &[Use], a: Lit, b: Lit) -> Vec<Lit> {
     let mut inputs = Vec::new();
     let mut stack = vec![b, a];
@@ -262,7 +262,8 @@ mod tests {
         let mut circuit = Circuit::default();
         let bits: Vec<Lit> = (0..4).map(|n| circuit.atom(Atom::Bit(VarId(n)))).collect();
         let late = circuit.nodes().len();
-        // Of the first two bits, of the last two, and of the first gate and the third bit: in the order of their last inputs.
+        // Gates over the first two bits, the last two, and the first gate with the third bit: sorted by their last
+        // inputs.
         let first = circuit.and(bits[0], bits[1]);
         let last = circuit.and(bits[2], bits[3]);
         let middle = circuit.and(first, bits[2]);

@@ -1,25 +1,25 @@
-//! Copies parts of a circuit into another.
+//! Copies parts of a circuit into another circuit.
 
 use rustc_hash::FxHashMap;
 use scanbound_model::{Circuit, Lit, Node};
 
-/// Copies parts of a circuit into another.
+/// Copies parts of one source circuit.
 pub struct Cone<'a> {
     source: &'a Circuit,
     known: Known,
 }
 
-/// What nodes of the source are in the copy. There are many groups of a few nodes, and one that has most of the circuit.
+/// The nodes that have been copied. Many groups have only a few nodes, one has most of the circuit.
 enum Known {
-    /// By node: those that are copied.
+    /// A hash map by node.
     Few(FxHashMap<usize, Lit>),
-    /// By node; [`UNKNOWN`] where one is not copied.
+    /// An array by node; [`UNKNOWN`] for nodes that are not copied.
     Many(Vec<Lit>),
 }
 
 const UNKNOWN: Lit = Lit(u32::MAX);
 
-/// Where more than one in so many nodes of a circuit is copied, each has a place in a list.
+/// The array is used if more than one in this many nodes is copied.
 const MANY: usize = 32;
 
 impl Known {
@@ -30,7 +30,7 @@ impl Known {
         }
     }
 
-    /// Notes what a node of a circuit of so many is.
+    /// Stores the copy of a node; `nodes` is the size of the source circuit.
     fn put(&mut self, node: usize, copied: Lit, nodes: usize) {
         match self {
             Known::Many(known) => known[node] = copied,
@@ -47,12 +47,12 @@ impl Known {
 }
 
 impl<'a> Cone<'a> {
-    /// Of a circuit; nothing is copied yet.
+    /// Prepares copying from a circuit.
     pub fn new(source: &'a Circuit) -> Cone<'a> {
         Cone { source, known: Known::Few(FxHashMap::default()) }
     }
 
-    /// Copies a literal and all that it depends on, each gate once; what it is there.
+    /// Copies a literal and everything on which it depends, each gate once. Returns the literal of the copy.
     pub fn copy(&mut self, into: &mut Circuit, lit: Lit) -> Lit {
         let mut stack = vec![lit.node()];
         while let Some(&node) = stack.last() {
@@ -66,7 +66,7 @@ impl<'a> Cone<'a> {
                 Node::And(a, b) => match (self.get(a), self.get(b)) {
                     (Some(a), Some(b)) => into.and(a, b),
                     (left, right) => {
-                        // The left input first: the copy's numbering then follows the order of execution.
+                        // The left input first, so that the copy's numbering follows the order of execution.
                         stack.extend(right.is_none().then_some(b.node()));
                         stack.extend(left.is_none().then_some(a.node()));
                         continue;

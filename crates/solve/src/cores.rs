@@ -1,19 +1,20 @@
-//! Core-guided search: the OLL algorithm of MaxSAT solvers, partition by partition of the program.
+//! Core-guided search: the OLL algorithm of MaxSAT solvers, applied to one partition of the program after another.
 //!
-//! Every guard is a *soft literal* with a weight: the time that is lost if it is false. Soft literals that cannot all
-//! be true are a *core*. At least one of them is false in every scan, so the bound falls by the core's weight, the
-//! least of its literals' weights. That weight is subtracted from each of them, and the core is *relaxed*: that no
-//! second one of them is false becomes a new soft literal of that weight, an output of a totalizer. When all soft
-//! literals that are left can be true together, the bound is met. Heavier ones come first (stratification).
+//! Every guard is a *soft literal*; its weight is the time that is lost if it is false. Soft literals that cannot all
+//! be true are a *core*. At least one of them is false in every scan, so the bound falls by the weight of the core,
+//! which is the smallest of its literals' weights. This weight is subtracted from each literal, and the core is
+//! *relaxed*: a new soft literal of this weight says that no second literal of the core is false; it is an output of a
+//! totalizer. When all remaining soft literals can be true together, the bound is exact. Heavier literals come first
+//! (stratification).
 //!
-//! Guards that exclude each other by their form are taken together first (`exclusive`). What is special to ladder
-//! programs: nearly all conflicts are local. So the search begins with small partitions of
-//! the program, as they follow each other in the order of execution, each with a small solver of its own, and goes on
-//! with larger ones. A partition's clauses are a subset of the whole's, so its cores are cores of the whole. No two
-//! partitions share a soft literal, so all threads work on them side by side. In between, `propagation` looks for cores
-//! over the whole program: modes and run flags tie it together.
+//! Guards that exclude each other by their structure are combined first (`exclusive`). Ladder programs have a special
+//! property: nearly all conflicts are local. Therefore the search begins with small partitions of the program, in the
+//! order of execution, each with a small solver of its own, and continues with larger ones. The clauses of a partition
+//! are a subset of all clauses, so its cores are cores of the whole program. No two partitions share a soft literal, so
+//! all threads work on them in parallel. In between, `propagation` finds cores over the whole program, because mode
+//! bits and run flags connect all parts of it.
 //!
-//! Charts are searched case by case (`cases`): which of their steps are active decides most of a scan.
+//! Charts are searched case by case (`cases`), because the set of active steps decides most of a scan.
 
 mod cases;
 mod exclusive;
@@ -34,13 +35,13 @@ use exclusive::Merged;
 use ground::{Ground, Sizes};
 use scanbound_base::time::Picos;
 
-/// How many variables the smallest partitions have.
+/// The number of variables of the smallest partitions.
 const SMALLEST: usize = 300;
 
-/// How many mode bits are tried with both values when the partitions' scans are combined.
+/// The number of mode bits that are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;
 
-/// How many conflicts an easy question takes at most.
+/// The largest number of conflicts of an easy query.
 const EASY: u64 = 300;
 
 const SIZES: Sizes = Sizes {
@@ -50,12 +51,12 @@ const SIZES: Sizes = Sizes {
     decisions: cases::DECISIONS,
 };
 
-/// Searches until the bounds meet or the limits end it.
+/// Searches until the bounds meet or the limits are reached.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
     search_from(SIZES, problem, bounds);
 }
 
-/// The same from other sizes on.
+/// The same with other parameters.
 fn search_from(sizes: Sizes, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;

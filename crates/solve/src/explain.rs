@@ -1,4 +1,4 @@
-//! Why a charge does not cost its most: a smallest set of charges that do and keep it from it.
+//! Explains why a charge does not have its largest cost: a minimal set of charges that exclude it by having theirs.
 
 use super::Limits;
 use super::clauses::Clauses;
@@ -8,17 +8,18 @@ use super::problem::Problem;
 use scanbound_model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
 
-/// Decisions of the solver for one question, beyond one for each assumption; what takes more is left unexplained.
+/// The decisions of the solver for one query, beyond one for each assumption. If it needs more, there is no
+/// explanation.
 const EFFORT: u64 = 10_000;
 
-/// What is asked why charges of a group do not cost their most.
+/// Answers why charges of a group do not have their largest costs.
 pub struct Exclusions<'a> {
     problem: Problem,
     judge: Judge<'a>,
 }
 
 impl<'a> Exclusions<'a> {
-    /// All that does not hang on a scan, which is most of the work.
+    /// Prepares everything that does not depend on a particular scan, which is most of the work.
     #[must_use]
     pub fn of(model: &ScanModel, group: &Group, limits: &Limits<'a>) -> Exclusions<'a> {
         let problem = Problem::with_negations(model, group);
@@ -26,10 +27,10 @@ impl<'a> Exclusions<'a> {
         Exclusions { problem, judge }
     }
 
-    /// For each wanted charge (an index into `ScanModel::charges` of the model that it was made of) that does not cost its most under the
-    /// assignment: charges that do and together keep it from it, none of them to spare; empty if it never can.
-    /// `None` if the charge costs its most, or nothing keeps it from that, or no reason is found in short time and
-    /// within the limits.
+    /// For each wanted charge (an index into `ScanModel::charges` of the same model) that does not have its largest
+    /// cost under the assignment: a minimal set of charges that have theirs and exclude it. The set is empty if the
+    /// charge never can have it. `None` if the charge has its largest cost, if nothing excludes that, or if no reason
+    /// is found within the effort and the limits.
     pub fn in_scan(
         &mut self,
         model: &ScanModel,
@@ -53,7 +54,7 @@ impl<'a> Exclusions<'a> {
                 let reason = judge.reason(missing, &running)?;
                 let dearest = |item: usize| {
                     let charges = problem.items[item].charges.iter().rev().copied();
-                    charges.max_by_key(|&charge| model.charges[charge].dearer())
+                    charges.max_by_key(|&charge| model.charges[charge].largest_cost())
                 };
                 Some(reason.into_iter().filter_map(dearest).collect())
             })
@@ -73,7 +74,7 @@ impl<'a> Judge<'a> {
         Judge { oracle, guards: clauses.items }
     }
 
-    /// Of the running items, the dearest first, some that the missing one cannot hold together with, none to spare.
+    /// A minimal subset of the true items (sorted by weight, heaviest first) that excludes the missing one.
     fn reason(&mut self, missing: usize, running: &[usize]) -> Option<Vec<usize>> {
         if !self.conflict(missing, running)? {
             return None;
@@ -81,7 +82,7 @@ impl<'a> Judge<'a> {
         let named = self.oracle.core();
         let mut reason: Vec<usize> =
             running.iter().copied().filter(|&item| named.contains(&self.guards[item])).collect();
-        // The cheapest are tried first: a reason of dear items says more.
+        // The lightest are removed first, because a reason with heavy items says more.
         for item in reason.clone().into_iter().rev() {
             let rest: Vec<usize> = reason.iter().copied().filter(|&o| o != item).collect();
             if self.conflict(missing, &rest)? {
@@ -119,7 +120,7 @@ mod tests {
         let limits = Limits::default();
         let mut exclusions = Exclusions::of(&b.model, &b.group(), &limits);
         let found = exclusions.in_scan(&b.model, &best, &[0, 2, 4, 5]);
-        // Charge 2 is excluded by 0 and by 3, of which the dearer is named; 4 by 0 alone; 5 by the constraint.
+        // Charge 2 is excluded by 0 and by 3, of which the heavier is named; 4 by 0 alone; 5 by the constraint.
         assert_eq!(found, [None, Some(vec![0]), Some(vec![0]), Some(vec![])]);
     }
 

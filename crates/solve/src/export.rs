@@ -1,17 +1,17 @@
-//! A group's question in the formats of other solvers: WCNF for MaxSAT, SMT-LIB 2 for SMT.
+//! Exports the problem of a group in the formats of other solvers: WCNF for MaxSAT, SMT-LIB 2 for SMT.
 
 use super::clauses::Clauses;
 use super::{Group, Item, Problem};
 use scanbound_base::time::Picos;
-use scanbound_model::{Atom, Lit, Node, Portion, ScanModel, VarId, VarKind};
+use scanbound_model::{Atom, GroupAssignment, Lit, Node, ScanModel, VarId, VarKind};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// The group's question as weighted partial MaxSAT, in the format of the MaxSAT evaluations since 2022:
-/// `h` begins a hard clause, a weight a soft one. The group's maximum in picoseconds is the constant and the
-/// weights, both of which a comment gives, less the least weight of violated soft clauses.
+/// The problem as weighted partial MaxSAT, in the format of the MaxSAT evaluations since 2022: a hard clause begins
+/// with `h`, a soft clause with its weight. The group's maximum in picoseconds is the constant plus all weights (given
+/// in a comment) minus the least weight of violated soft clauses.
 ///
-/// `charge` says what a charge (an index into `ScanModel::charges`) is, on one line.
+/// `charge` describes a charge (an index into `ScanModel::charges`) in one line.
 #[must_use]
 pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) -> String {
     let problem = Problem::new(model, group);
@@ -19,14 +19,14 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     let mut text = String::new();
     line(
         &mut text,
-        format_args!("c The most that this group of charges costs in one scan, in picoseconds:"),
+        format_args!("c The maximum cost of this group of charges in one scan, in picoseconds:"),
     );
     line(
         &mut text,
-        format_args!("c {} less the weight of the violated soft clauses.", problem.naive()),
+        format_args!("c {} minus the weight of the violated soft clauses.", problem.naive()),
     );
     let always = problem.constant.saturating_sub(problem.deducted);
-    line(&mut text, format_args!("c {always} of it is always there."));
+    line(&mut text, format_args!("c {always} of this is constant."));
     for &(variable, atom) in &clauses.atoms {
         let atom = atom_text(model, &problem, atom);
         line(&mut text, format_args!("c variable {variable}: {atom}"));
@@ -43,16 +43,16 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     text
 }
 
-/// The group's question for an SMT solver with optimisation (`assert-soft`).
+/// The problem for an SMT solver with optimisation (`assert-soft`).
 #[must_use]
 pub fn smt2(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) -> String {
     let problem = Problem::new(model, group);
     let mut text = String::new();
     line(
         &mut text,
-        format_args!("; The most that this group of charges costs in one scan, in picoseconds:"),
+        format_args!("; The maximum cost of this group of charges in one scan, in picoseconds:"),
     );
-    line(&mut text, format_args!("; {} less the objective.", problem.naive()));
+    line(&mut text, format_args!("; {} minus the objective.", problem.naive()));
     definitions(&mut text, model, &problem);
     for item in &problem.items {
         for &index in &item.charges {
@@ -65,8 +65,8 @@ pub fn smt2(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     text
 }
 
-/// A question without optimisation: can the group cost more than `bound`? A solver that answers `unsat`
-/// confirms the bound.
+/// A decision problem without optimisation: can the group cost more than `bound`? The answer `unsat` confirms the
+/// bound.
 #[must_use]
 pub fn certificate(
     model: &ScanModel,
@@ -89,8 +89,8 @@ pub fn certificate(
     text
 }
 
-/// Whether any of a group's charges can be reached, whatever it costs: `head` says what is asked, `charge` what it is
-/// that never happens. A solver that answers `unsat` confirms that none can.
+/// A decision problem: can any of the group's charges be reached? `head` is the comment at the top; `charge` describes
+/// a charge. The answer `unsat` confirms that none can.
 #[must_use]
 pub fn never(
     model: &ScanModel,
@@ -105,7 +105,7 @@ pub fn never(
     definitions(&mut text, model, &problem);
     text.push_str("(assert (or false\n");
     for &index in &group.charges {
-        // What the formula rules out by its form is asked of no gate.
+        // Charges that are excluded by their structure have no item and need no query.
         let of = |item: &&Item| item.charges.contains(&index);
         let guard = problem.items.iter().find(of).map_or(Lit::FALSE, |item| item.guard);
         let guard = if model.charges[index].reached == Lit::TRUE { Lit::TRUE } else { guard };
@@ -115,13 +115,13 @@ pub fn never(
     text
 }
 
-/// The scan that costs `cost`, as a question without a choice: every variable has its value. A solver that
-/// answers `sat` confirms that the group can cost that much.
+/// A decision problem in which every variable is fixed to its value in the scan that costs `cost`. The answer `sat`
+/// confirms that the group can cost that much.
 #[must_use]
 pub fn attained(
     model: &ScanModel,
     group: &Group,
-    best: &Portion,
+    best: &GroupAssignment,
     cost: Picos,
     charge: &dyn Fn(usize) -> String,
 ) -> String {
@@ -145,12 +145,12 @@ pub fn attained(
     text
 }
 
-/// Defines `total`, what the group costs.
+/// Defines `total`, the cost of the group.
 fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String) {
     text.push_str("(define-fun total () Int (+\n");
     line(text, format_args!("  {} ; always", problem.constant));
     if problem.deducted > 0 {
-        line(text, format_args!("  (- {}) ; counted units that are missing", problem.deducted));
+        line(text, format_args!("  (- {}) ; units that are not processed", problem.deducted));
     }
     for item in &problem.items {
         let names: Vec<String> = item.charges.iter().map(|&c| one_line(&charge(c))).collect();
@@ -160,7 +160,7 @@ fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String)
     text.push_str("  0))\n");
 }
 
-/// Declares the variables, defines the circuit's gates and asserts what must hold; the variables.
+/// Declares the variables, defines the gates of the circuit and asserts the constraints. Returns the variables.
 fn definitions<'a>(text: &mut String, model: &ScanModel, problem: &'a Problem) -> &'a [VarId] {
     let nodes = problem.circuit.nodes();
     let number = |own: VarId| problem.variable(own).0;
@@ -216,7 +216,7 @@ fn literals(clause: &[i32]) -> String {
     clause.iter().map(|literal| format!("{literal} ")).collect()
 }
 
-/// A comment ends where its line does.
+/// Replaces line breaks, since a comment ends with its line.
 fn one_line(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
 }

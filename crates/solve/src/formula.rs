@@ -3,31 +3,31 @@
 use super::clauses::Clauses;
 use super::oracle::Oracle;
 
-/// Clauses, and their positions in the order of execution.
+/// Clauses with their positions in the order of execution.
 ///
-/// Every clause has a position, a place in the order of execution: the variable that it helps to define, and for what
-/// a search adds the position of what it was added for. So the clauses at position in a partition of the program can be
-/// looked at by themselves: what they exclude is excluded, since the whole only adds to them.
+/// The position of a clause is the variable that it helps to define; a clause that a search adds has the position of
+/// the thing for which it was added. So the clauses in one partition of the program can be examined alone. What they
+/// exclude is excluded in the whole program, which only has more clauses.
 pub struct Formula {
-    /// How many variables there are.
+    /// The number of variables.
     variables: usize,
     clauses: Vec<Place>,
-    /// The clauses' literals, one clause behind the other.
+    /// The literals of all clauses.
     literals: Vec<i32>,
 }
 
 #[derive(Clone, Copy)]
 struct Place {
     position: u32,
-    /// The variable whose value the clause helps to derive from others; 0 if it defines none.
+    /// The variable that the clause helps to define; 0 if it defines none.
     defines: i32,
-    /// Where in the list of literals it ends.
+    /// The end of the clause in the array of literals.
     end: u32,
 }
 
 impl Formula {
-    /// The clauses of a circuit, whose variables are numbered in the order of execution. They are taken from there: there
-    /// are millions.
+    /// Takes the clauses of a circuit, whose variables are numbered in the order of execution. They are moved, not
+    /// copied, because there are millions.
     pub fn new(clauses: &mut Clauses) -> Formula {
         let mut defined = vec![true; clauses.variables + 1];
         for input in clauses.inputs() {
@@ -57,7 +57,8 @@ impl Formula {
         });
     }
 
-    /// What is left of the clauses where some values are fixed: 1 for a literal that is true, -1 for one that is false.
+    /// The clauses that remain if some values are fixed: 1 for a literal that is true, -1 for one that is false, else
+    /// 0.
     pub fn under(&self, value: impl Fn(i32) -> i8) -> Formula {
         let mut left = Formula::empty(self.variables);
         let mut open = Vec::new();
@@ -73,7 +74,7 @@ impl Formula {
         left
     }
 
-    /// How many variables there are.
+    /// The number of variables.
     pub fn variable_count(&self) -> usize {
         self.variables
     }
@@ -83,28 +84,28 @@ impl Formula {
         1..=i32::try_from(self.variables).expect("variables are counted in 31 bits")
     }
 
-    /// A further variable, which further clauses define.
+    /// Adds a variable, to be defined by further clauses.
     pub fn new_variable(&mut self) -> i32 {
         self.variables += 1;
         i32::try_from(self.variables).expect("variables are counted in 31 bits")
     }
 
-    /// A further clause that helps to define a further variable.
+    /// Adds a clause that helps to define an added variable.
     pub fn define(&mut self, position: usize, variable: i32, clause: &[i32]) {
         self.push(position, variable, clause);
     }
 
-    /// A further clause that holds.
+    /// Adds a clause.
     pub fn add(&mut self, position: usize, clause: &[i32]) {
         self.push(position, 0, clause);
     }
 
-    /// How many clauses there are.
+    /// The number of clauses.
     pub fn len(&self) -> usize {
         self.clauses.len()
     }
 
-    /// All clauses from this index on.
+    /// The clauses from this index on.
     pub fn since(&self, index: usize) -> impl Iterator<Item = &[i32]> {
         (index..self.len()).map(|index| self.clause(index))
     }
@@ -114,7 +115,7 @@ impl Formula {
         &self.literals[start..self.clauses[index].end as usize]
     }
 
-    /// Tells a solver all clauses from this index on.
+    /// Passes the clauses from this index on to a solver.
     pub fn teach(&self, index: usize, oracle: &mut Oracle<'_>) {
         for place in &self.clauses[index..] {
             if place.defines != 0 {
@@ -126,7 +127,7 @@ impl Formula {
         }
     }
 
-    /// The clauses of each partition, which has `size` positions; no clause stays here.
+    /// Splits the clauses into partitions of `size` positions. No clause remains here.
     pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Formula> {
         if partitions == 1 {
             let none = Formula::empty(self.variables);
@@ -142,8 +143,9 @@ impl Formula {
         split
     }
 
-    /// Takes back a partition. What it added is numbered anew, behind what the partitions before it added.
-    pub fn join(&mut self, partition: Formula, renumber: &Renumber) {
+    /// Takes back the clauses of a partition. The variables that it added are renumbered after those of the partitions
+    /// before it.
+    pub fn join(&mut self, partition: Formula, renumber: &Renumbering) {
         if self.clauses.is_empty() && renumber.by == 0 {
             *self = partition;
             return;
@@ -157,28 +159,28 @@ impl Formula {
         self.variables += partition.variables - renumber.shared;
     }
 
-    /// New numbers for what the next partition to be joined has added: `shared` variables were there when the partitions were
-    /// split.
-    pub fn renumber(&self, shared: usize) -> Renumber {
-        Renumber { shared, by: self.variables - shared }
+    /// The renumbering for the next partition to be joined. `shared` is the number of variables when the partitions
+    /// were split.
+    pub fn renumber(&self, shared: usize) -> Renumbering {
+        Renumbering { shared, by: self.variables - shared }
     }
 }
 
-/// There are too many clauses to give each number eight bytes.
+/// Stores an index in 32 bits, because there are very many clauses.
 fn small(number: usize) -> u32 {
     u32::try_from(number).expect("literals are counted in 32 bits")
 }
 
-/// New numbers for the variables that a partition of a formula added by itself.
-pub struct Renumber {
-    /// The number of variables that all partitions have in common: these keep their numbers.
+/// A renumbering of the variables that a partition has added.
+pub struct Renumbering {
+    /// The number of variables that all partitions share; these keep their numbers.
     shared: usize,
-    /// How many variables the partitions before it added.
+    /// The number of variables that the partitions before it have added.
     by: usize,
 }
 
-impl Renumber {
-    /// The literal under its new number.
+impl Renumbering {
+    /// The literal with its new number.
     pub fn of(&self, literal: i32) -> i32 {
         if literal.unsigned_abs() as usize <= self.shared {
             return literal;

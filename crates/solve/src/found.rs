@@ -2,33 +2,33 @@
 
 use super::trace::Trace;
 use scanbound_base::time::Picos;
-use scanbound_model::Portion;
+use scanbound_model::GroupAssignment;
 
-/// What found the maximum out, or went furthest.
+/// The search that found the maximum, or that ran last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Engine {
-    /// The search by subsets, on Z3 (in a build without Z3: on BatSat).
+    /// The search by subsets, with Z3 (with BatSat in a build without Z3).
     Subsets,
-    /// The core-guided search, on BatSat.
+    /// The core-guided search, with BatSat.
     Cores,
 }
 
-/// What was found out about a group's maximum.
+/// The result of searching a group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Maximum {
     /// No scan costs more.
     pub upper: Picos,
-    /// The assignment below costs this.
+    /// The lower bound: the cost under `best`.
     pub lower: Picos,
-    /// Values of the group's variables.
-    pub best: Portion,
-    /// Whether these keep the group's constraints. They do unless the search ended before any that do were found (or
-    /// there are none): then all are 0 and so is `lower`.
-    pub kept: bool,
-    /// Questions put to a solver.
+    /// The best assignment found, for the group's variables.
+    pub best: GroupAssignment,
+    /// Whether `best` satisfies the group's constraints. It does, unless the search ended before it found an assignment
+    /// that does, or none exists; then `best` and `lower` are 0.
+    pub feasible: bool,
+    /// The number of queries to a solver.
     pub calls: u64,
-    /// What found it out.
+    /// The search that found the result.
     pub engine: Engine,
-    /// How, if the limits ask for it.
+    /// The steps of the search, if requested.
     pub trace: Trace,
 }

@@ -1,7 +1,7 @@
-//! The least weight of items that takes at least one out of every core.
+//! Minimum-weight hitting sets: the cheapest items that contain at least one element of every core.
 
-/// Finds a set that has an element of every core and the least weight of all such; cores are not empty and have
-/// no element twice. `None` if `stop` said so first.
+/// Finds a hitting set of least weight. Cores are not empty, and contain no element twice. `None` if `stop` ended the
+/// search.
 pub fn least_hitting_set(
     weights: &[u64],
     cores: &[Vec<usize>],
@@ -33,7 +33,7 @@ impl Search<'_> {
             return None;
         }
         let (mut weight, mut set) = (0, Vec::new());
-        // A core of one element leaves no choice.
+        // The element of a core with one element must be taken.
         while let Some(core) = cores.iter().find(|core| core.len() == 1) {
             let forced = core[0];
             weight += self.weights[forced];
@@ -60,7 +60,7 @@ impl Search<'_> {
         (weight < limit).then_some((weight, set))
     }
 
-    /// Takes or leaves the element that hits most.
+    /// Branches on the element that is in most cores: it is taken, or not.
     fn branch(&mut self, cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
         if self.lower_bound(&cores) >= limit {
             return None;
@@ -89,7 +89,7 @@ impl Search<'_> {
         self.least(rest, limit).or(best)
     }
 
-    /// No hitting set weighs less: each core in turn takes the least of what is left of its elements' weights.
+    /// A lower bound: each core in turn takes the smallest remaining weight of its elements.
     fn lower_bound(&self, cores: &[Vec<usize>]) -> u64 {
         let mut left = std::collections::BTreeMap::new();
         let mut bound = 0;
@@ -108,8 +108,8 @@ impl Search<'_> {
     }
 }
 
-/// Cores that share elements, directly or through others, stay together. No core: one empty part would have
-/// nothing to branch on, so there is none.
+/// Divides the cores into components that share elements, directly or through others. No cores give no component, since
+/// an empty one could not be branched on.
 fn components(cores: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
     let mut parts: Vec<(Vec<usize>, Vec<Vec<usize>>)> = Vec::new();
     for core in cores {
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn equals_trying_every_set() {
-        // A fixed mix of cores over eight items, from a small linear congruence.
+        // A fixed mix of cores over eight items, from a linear congruential generator.
         let mut state = 1u64;
         let mut next = |below: u64| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

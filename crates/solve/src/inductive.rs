@@ -1,8 +1,8 @@
-//! What scan after scan keeps: sets of bits that are never all on, as an inductive fixpoint.
+//! Inductive invariants over scans: sets of bits that are never all on at the start of a scan.
 //!
-//! All candidates hold in the state in which runs begin. Those that a scan can break which starts where all of them hold
-//! are dropped, until a scan that starts where all that are left hold keeps them all (Houdini: C. Flanagan and K. R. M.
-//! Leino, FME 2001). What is left does not depend on the order: it is the largest inductive set of candidates.
+//! All candidates hold in the initial state. Repeatedly, candidates are dropped that a scan can violate which starts
+//! with all candidates true, until every scan preserves all that remain (Houdini: C. Flanagan and K. R. M. Leino, FME
+//! 2001). The result does not depend on the order: it is the largest inductive subset of the candidates.
 
 use super::Limits;
 use super::clauses::Clauses;
@@ -13,30 +13,30 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use rustc_hash::FxHashMap;
 use scanbound_model::{Assignment, Atom, Lit, Node, ScanModel, VarId, VarKind};
 
-/// So many scans are evaluated at once: a bit each of a machine word.
+/// The number of scans that are evaluated at once, one in each bit of a machine word.
 const LANES: usize = 64;
-/// So many decisions one question may take, besides those for what it assumes.
+/// The largest number of decisions of one query, besides those for its assumptions.
 const DECISIONS: u64 = 5_000_000;
-/// So many scans are followed from the one that was found on.
+/// The number of successive scans that are simulated after the one that was found.
 const FOLLOWING: usize = 16;
-/// So many questions are asked before the search is given up.
+/// The largest number of queries before the search is given up.
 const ROUNDS: usize = 3_000;
 
-/// A bit when a scan starts and when it ends.
+/// A bit at the start and at the end of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kept {
-    /// Its value when the scan starts.
+pub struct BitTransition {
+    /// Its value at the start of the scan.
     pub start: Lit,
-    /// Its value when it ends.
+    /// Its value at the end of the scan.
     pub end: Lit,
 }
 
-/// Those of the candidates that every scan keeps which starts where they all hold: each is a list of indices into `bits`
-/// of which not all are ever on. `None` if the limits end the search: nothing is known of any then.
+/// The candidates that every scan preserves which starts with all of them true. A candidate is a list of indices into
+/// `bits`; it says that these bits are never all on. `None` if the limits end the search; then nothing is known.
 #[must_use]
 pub fn inductive(
     model: &ScanModel,
-    bits: &[Kept],
+    bits: &[BitTransition],
     candidates: Vec<Vec<usize>>,
     limits: &Limits<'_>,
 ) -> Option<Vec<Vec<usize>>> {
@@ -51,7 +51,7 @@ pub fn inductive(
             return Some(open.into_iter().map(|one| one.bits).collect());
         };
         let before = open.len();
-        // Further scans may follow: where one ends all candidates hold that are left then.
+        // Simulate successive scans: at the end of one, all remaining candidates hold, so another may start there.
         let mut lanes = search.like(&scan);
         for _ in 0..FOLLOWING {
             let scans = Scans::of(model, &lanes);
@@ -62,34 +62,34 @@ pub fn inductive(
             search.follow(&scan, &scans, bits, &mut lanes);
         }
         if open.len() == before {
-            // What the solver found is no scan that breaks one of them, which is never so.
+            // The solver's model violates no candidate, which must not happen.
             return None;
         }
     }
     None
 }
 
-/// Some bits that may never be all on.
+/// A candidate: bits that may never be all on.
 struct Candidate {
     bits: Vec<usize>,
-    /// While this variable is assumed, they are not all on when the scan starts.
+    /// The variable whose assumption means that the bits are not all on at the start of the scan.
     holds: i32,
-    /// Where this one is true, they are all on when it ends.
+    /// The variable that implies that they are all on at the end.
     broken: i32,
 }
 
-/// A solver that knows what one scan makes of the bits.
+/// A solver with the clauses of one scan.
 struct Search<'a> {
     model: &'a ScanModel,
     problem: Problem,
     clauses: Clauses,
-    /// The clauses' literal of each node that is a bit's start or end.
+    /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
-    /// The variables that are a bit's start: to turn one off breaks no candidate.
+    /// Variables that are the start value of a bit. Turning one off violates no candidate.
     starts: Vec<bool>,
-    /// The variables that constraints speak of.
+    /// Variables that occur in constraints.
     tied: Vec<bool>,
-    /// What words are compared with.
+    /// For each word, the constants with which it is compared.
     thresholds: FxHashMap<VarId, Vec<u16>>,
     oracle: Oracle<'a>,
     variables: i32,
@@ -97,7 +97,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(model: &'a ScanModel, bits: &[Kept], limits: &'a Limits<'a>) -> Search<'a> {
+    fn new(model: &'a ScanModel, bits: &[BitTransition], limits: &'a Limits<'a>) -> Search<'a> {
         let mut nodes: Vec<usize> =
             bits.iter().flat_map(|bit| [bit.start.node(), bit.end.node()]).collect();
         nodes.sort_unstable();
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
         self.variables
     }
 
-    /// A literal is true where this variable is.
+    /// Adds the clause that the variable implies the literal.
     fn implies(&mut self, variable: i32, lit: Lit) {
         match lit {
             Lit::TRUE => {}
@@ -163,8 +163,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Tells the solver of a candidate.
-    fn candidate(&mut self, bits: Vec<usize>, kept: &[Kept]) -> Candidate {
+    /// Adds the clauses of a candidate.
+    fn candidate(&mut self, bits: Vec<usize>, kept: &[BitTransition]) -> Candidate {
         let (holds, broken) = (self.fresh(), self.fresh());
         let start = |&bit: &usize| {
             let start = kept[bit].start;
@@ -179,8 +179,8 @@ impl<'a> Search<'a> {
         Candidate { bits, holds, broken }
     }
 
-    /// A scan that starts where all of these hold and breaks one of them, if there is one. Ends with `None` if that takes too
-    /// much.
+    /// A scan that starts with all of these candidates true and violates one of them, if there is one. The outer `None`
+    /// means that the query took too long.
     fn broken(&mut self, open: &[Candidate]) -> Option<Option<Assignment>> {
         let round = self.fresh();
         let one: Vec<i32> = open.iter().map(|one| one.broken).chain([-round]).collect();
@@ -194,14 +194,22 @@ impl<'a> Search<'a> {
         Some(scan)
     }
 
-    /// A scan, the first lane, and others that start where the same candidates hold.
+    /// Lanes with this scan in the first bit, and variations of it in the others that start with the same candidates
+    /// true.
     fn like(&mut self, scan: &Assignment) -> Vec<Lane> {
         let places = 0..scan.0.len();
         places.map(|place| self.varied(scan, place, self.starts[place])).collect()
     }
 
-    /// The scans after these: they start with what the bits held at the end, and all else is much as in the first one.
-    fn follow(&mut self, scan: &Assignment, scans: &Scans, bits: &[Kept], lanes: &mut [Lane]) {
+    /// Continues with the next scans: they start with the bits' values at the end of these; the other variables are
+    /// similar to the first scan's.
+    fn follow(
+        &mut self,
+        scan: &Assignment,
+        scans: &Scans,
+        bits: &[BitTransition],
+        lanes: &mut [Lane],
+    ) {
         for (place, lane) in lanes.iter_mut().enumerate() {
             if !self.starts[place] {
                 *lane = self.varied(scan, place, false);
@@ -209,7 +217,7 @@ impl<'a> Search<'a> {
         }
         for bit in bits {
             let Node::Atom(atom) = self.model.circuit.node(bit.start) else { continue };
-            // What was no scan is followed by none: its start is taken again.
+            // An impossible scan has no successor, so its start is used again.
             let end = scans.lit(bit.end);
             match (&mut lanes[atom.variable().0 as usize], atom) {
                 (Lane::Bit(values), _) => {
@@ -227,7 +235,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A variable's value in a scan, and others in the lanes behind the first; only off where it is on if `down`.
+    /// The values of a variable: that of the scan in the first lane, random variations in the others. With `down`, bits
+    /// are only turned off.
     fn varied(&mut self, scan: &Assignment, place: usize, down: bool) -> Lane {
         let Search { model, tied, thresholds, random, .. } = self;
         let value = scan.0[place];
@@ -259,7 +268,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The variables that a model's constraints speak of.
+/// The variables that occur in a model's constraints.
 fn tied(model: &ScanModel) -> Vec<bool> {
     let nodes = model.circuit.nodes();
     let mut reached = vec![false; nodes.len()];
@@ -276,16 +285,16 @@ fn tied(model: &ScanModel) -> Vec<bool> {
     tied
 }
 
-/// A variable's values in some scans.
+/// The values of one variable in all lanes.
 enum Lane {
     Bit(u64),
-    /// The same in all.
+    /// A word with the same value in all lanes.
     Word(u16),
     Words(Box<[u16; LANES]>),
 }
 
 impl Lane {
-    /// The words of a word's lane, each of which may be changed.
+    /// The separate words of a lane, so that each can be changed.
     fn words(&mut self) -> &mut [u16] {
         if let Lane::Word(value) = *self {
             *self = Lane::Words(Box::new([value; LANES]));
@@ -319,10 +328,10 @@ impl Lane {
     }
 }
 
-/// The values of all nodes in some scans.
+/// The values of all nodes in all lanes.
 struct Scans {
     nodes: Vec<u64>,
-    /// Those that keep the constraints.
+    /// The lanes whose scans satisfy the constraints.
     possible: u64,
 }
 
@@ -354,11 +363,12 @@ mod tests {
     use scanbound_ir::{AreaId, Cell};
     use scanbound_model::{Circuit, Origin, Variable};
 
-    /// A model of bits that hold from scan to scan what these functions make of them and of one free bit, the last.
+    /// A model of bits whose values at the end of a scan are these functions of their start values and of one free bit,
+    /// the last one.
     fn model(
         bits: u32,
         ends: impl Fn(&mut Circuit, &[Lit], Lit) -> Vec<Lit>,
-    ) -> (ScanModel, Vec<Kept>) {
+    ) -> (ScanModel, Vec<BitTransition>) {
         let mut model = ScanModel::default();
         for index in 0..=bits {
             let origin = Origin::Start(Cell { area: AreaId(0), index });
@@ -368,7 +378,8 @@ mod tests {
             (0..=bits).map(|index| model.circuit.atom(Atom::Bit(VarId(index)))).collect();
         let (starts, free) = (&all[..bits as usize], all[bits as usize]);
         let ends = ends(&mut model.circuit, starts, free);
-        let kept = starts.iter().zip(ends).map(|(&start, end)| Kept { start, end }).collect();
+        let kept =
+            starts.iter().zip(ends).map(|(&start, end)| BitTransition { start, end }).collect();
         (model, kept)
     }
 
@@ -378,7 +389,7 @@ mod tests {
 
     #[test]
     fn steps_of_a_ring_are_never_both_on_and_all_pairs_are_needed_for_that() {
-        // Each step hands on to the next where the free bit is on.
+        // A ring counter: each step passes its token to the next if the free bit is on.
         let ring = |circuit: &mut Circuit, steps: &[Lit], go: Lit| -> Vec<Lit> {
             let before = |step: usize| steps[(step + steps.len() - 1) % steps.len()];
             (0..steps.len()).map(|step| circuit.ite(go, before(step), steps[step])).collect()
@@ -389,13 +400,13 @@ mod tests {
         assert_eq!(found.len(), 10);
         let fewer: Vec<Vec<usize>> = pairs(5).into_iter().filter(|pair| *pair != [0, 3]).collect();
         let found = inductive(&model, &bits, fewer, &limits).expect("in time");
-        // That steps 0 and 3 exclude each other is what any two steps that far apart rest on.
+        // The mutual exclusion of steps 0 and 3 is needed to prove that of the other steps at the same distance.
         assert!(found.len() == 5 && !found.contains(&vec![1, 4]), "{found:?}");
     }
 
     #[test]
     fn what_one_scan_can_break_is_dropped_and_what_rests_on_it() {
-        // Bit 0 follows the free bit, 1 its negation, 2 is 0 and 1 together, 3 keeps itself or takes 2.
+        // Bit 0 follows the free bit, bit 1 its negation, bit 2 is 0 AND 1, bit 3 holds itself or is set by 2.
         let ends = |circuit: &mut Circuit, bits: &[Lit], free: Lit| {
             let both = circuit.and(bits[0], bits[1]);
             let kept = circuit.or(bits[3], bits[2]);
@@ -405,7 +416,7 @@ mod tests {
         let limits = Limits::default();
         let units: Vec<Vec<usize>> = (0..4).map(|bit| vec![bit]).collect();
         let found = |candidates| inductive(&model, &bits, candidates, &limits).expect("in time");
-        // Without the pair, 2 may come on; with it neither it nor 3 ever does.
+        // Without the pair, bit 2 may be on; with it neither bit 2 nor bit 3 is ever on.
         assert_eq!(found(units.clone()), [[0usize; 1]; 0]);
         let with: Vec<Vec<usize>> = units.into_iter().chain([vec![0, 1]]).collect();
         assert_eq!(found(with), [vec![2], vec![3], vec![0, 1]]);

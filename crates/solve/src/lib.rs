@@ -1,4 +1,4 @@
-//! The maximum of one group: the most that its charges can cost in one scan.
+//! Finds the maximum of a group: the largest cost of its charges in one scan.
 
 mod bounds;
 mod clause_list;
@@ -10,7 +10,6 @@ pub mod export;
 mod formula;
 mod found;
 mod hitting;
-mod impossible;
 pub mod inductive;
 mod limits;
 mod maxima;
@@ -24,10 +23,10 @@ mod second;
 mod subsets;
 mod totalizer;
 pub mod trace;
+mod unreachable;
 
 pub use explain::Exclusions;
 pub use found::{Engine, Maximum};
-pub use impossible::impossible;
 pub use limits::{Decisions, Limits};
 pub use maxima::{maxima, methods};
 #[cfg(not(feature = "z3"))]
@@ -36,24 +35,25 @@ pub use opinion::{HAS_Z3, Opinion, SUBSET_SOLVER};
 pub use problem::{Item, Problem};
 #[cfg(feature = "z3")]
 pub use second::second_opinion;
+pub use unreachable::unreachable_charges;
 
 use bounds::Bounds;
 use scanbound_model::{Group, ScanModel};
 use trace::Step;
 
-/// Which search to use.
+/// The search method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Subsets where the group is small, as far as a budget goes; else cores.
+    /// Subsets for a small group, up to an effort limit; else cores.
     #[default]
     Auto,
-    /// The paper's: take away what conflicts, one at a time, bounded by T_MAX.
+    /// The paper's method: removes conflicting items one at a time, with T_MAX as the bound.
     Subsets,
     /// Core-guided search.
     Cores,
 }
 
-/// The group's maximum. The bounds are valid however early the search ends.
+/// The maximum of a group. Its bounds are valid however early the search ends.
 #[must_use]
 pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
     let problem = Problem::new(model, group);
@@ -64,7 +64,7 @@ pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits
     }
 }
 
-/// The same, within `with_solver` if it needs a solver.
+/// Searches a problem with a method, within `with_solver` if the method needs a solver.
 fn search(problem: &Problem, method: Method, limits: &Limits<'_>) -> Maximum {
     let mut bounds = Bounds::new(problem, limits);
     let subsets = match method {
@@ -73,22 +73,22 @@ fn search(problem: &Problem, method: Method, limits: &Limits<'_>) -> Maximum {
         Method::Cores => None,
     };
     if let Some(budget) = subsets {
-        bounds.by(Engine::Subsets);
-        if subsets::search(problem, &mut bounds, budget) == subsets::End::OutOfBudget {
+        bounds.set_engine(Engine::Subsets);
+        if subsets::search(problem, &mut bounds, budget) == subsets::SearchEnd::OutOfBudget {
             bounds.step(|| Step::TakenOver);
         } else {
             return bounds.finish();
         }
     }
-    bounds.by(Engine::Cores);
+    bounds.set_engine(Engine::Cores);
     cores::search(problem, &mut bounds);
     bounds.finish()
 }
 
 #[cfg(test)]
-mod testing;
+mod cross_checks;
 #[cfg(test)]
-mod versus;
+mod testing;
 
 #[cfg(test)]
 mod tests {
@@ -153,7 +153,7 @@ mod tests {
             assert_eq!((found.lower, found.upper), (found.upper, found.lower));
             assert_eq!(found.upper + constant, most, "seed {seed}");
             sound(&model, &group, &found);
-            // And again, to the last bit.
+            // A second run gives the identical result.
             assert_eq!(maximum(&model, &group, Method::Cores, &Limits::default()), found);
         }
     }
@@ -169,10 +169,10 @@ mod tests {
             for questions in [0, 1, 2, 3, 5, 8, 13] {
                 let limits = Limits::default();
                 let mut bounds = Bounds::new(&problem, &limits);
-                let budget = subsets::Budget { questions, ..subsets::BUDGET };
+                let budget = subsets::EffortLimit { questions, ..subsets::BUDGET };
                 let end =
                     subsets::with_solver(|| subsets::search(&problem, &mut bounds, Some(budget)));
-                taken_over += usize::from(end == subsets::End::OutOfBudget);
+                taken_over += usize::from(end == subsets::SearchEnd::OutOfBudget);
                 cores::search(&problem, &mut bounds);
                 let found = bounds.finish();
                 sound(&model, &group, &found);
@@ -198,7 +198,7 @@ mod tests {
         assert!((10..40).contains(&subsets), "{subsets}");
         assert!(found[..subsets].iter().all(|found| found.engine == Engine::Subsets));
         assert!(methods(&groups, Method::Cores).iter().all(|&by| by == Method::Cores));
-        // A large group is left to the cores.
+        // A large group goes to the core-guided search.
         let (model, _) = plant(3, 20);
         let group = Builder { model: model.clone() }.group();
         let found = maximum(&model, &group, Method::Auto, &Limits::default());
@@ -249,13 +249,13 @@ mod tests {
     fn the_papers_example_is_asked_in_the_papers_order() {
         let questions =
             [(vec![0, 1, 2], false), (vec![0, 1], true), (vec![0, 2], false), (vec![1, 2], true)];
-        // Blocks 1 and 6 together are not above the best pair, so they are not taken apart.
+        // Blocks 1 and 6 together do not exceed the best pair, so their subsets are not tried.
         for (times, most) in [([30, 20, 10], 50), ([10, 20, 30], 50), ([10, 20, 10], 30)] {
             let (found, asked) = example(times);
             assert_eq!((found.upper, found.lower), (Picos(most), Picos(most)));
             assert_eq!(asked, questions);
         }
-        // They are above it here, so each is asked alone.
+        // Here they exceed it, so each is tried alone.
         let (found, asked) = example([30, 5, 20]);
         assert_eq!(found.upper, Picos(35));
         let alone = [(vec![0], true), (vec![2], true)];

@@ -4,46 +4,46 @@ use scanbound_base::time::Picos;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// What ends a search, and who learns of its progress.
+/// The limits of a search, and the callback for its progress.
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {
-    /// When to stop with what is proved.
+    /// The time at which to stop with what is proved.
     pub deadline: Option<Instant>,
-    /// Asked now and then; true stops the search as the deadline does.
+    /// Called regularly; if it returns true, the search stops as at the deadline.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
-    /// Told of every better bound: upper and lower.
+    /// Called with every better pair of bounds: upper, lower.
     pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
-    /// Whether the steps of the search are kept.
+    /// Whether to record the steps of the search.
     pub trace: bool,
-    /// What a group's search may take at most, if that is limited.
+    /// The largest number of decisions for the group, if limited.
     pub decisions: Option<&'a Decisions>,
 }
 
-/// Decisions that a satisfiability solver may still make: the same on every machine, as time is not.
+/// A limit on the decisions of a SAT solver. Unlike a time limit, it gives the same result on every machine.
 #[derive(Debug)]
 pub struct Decisions {
     left: AtomicU64,
 }
 
 impl Decisions {
-    /// So many.
+    /// A limit of `most` decisions.
     #[must_use]
     pub fn new(most: u64) -> Decisions {
         Decisions { left: AtomicU64::new(most) }
     }
 
-    /// As many as are left here, to be spent apart.
+    /// A separate limit with as many decisions as remain here.
     pub(super) fn again(&self) -> Decisions {
         Decisions::new(self.left.load(Ordering::Relaxed))
     }
 
-    /// Spends some.
+    /// Uses up some decisions.
     pub(super) fn spend(&self, decisions: u64) {
         let less = |left: u64| Some(left.saturating_sub(decisions));
         let _ = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
     }
 
-    /// Whether none is left.
+    /// Whether no decisions remain.
     #[must_use]
     pub fn are_spent(&self) -> bool {
         self.left.load(Ordering::Relaxed) == 0
@@ -51,7 +51,7 @@ impl Decisions {
 }
 
 impl Default for Limits<'_> {
-    /// No limit, and no progress is reported.
+    /// No limits, and no progress reports.
     fn default() -> Self {
         Limits {
             deadline: None,

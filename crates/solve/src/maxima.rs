@@ -1,4 +1,4 @@
-//! The maxima of all groups, side by side under one deadline.
+//! Computes the maxima of all groups in parallel, under one deadline.
 
 use super::subsets::with_solver;
 use super::{Decisions, Limits, Maximum, Method, Problem};
@@ -9,18 +9,18 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Of the time left, the part that one round of groups may take; what they leave over is the next ones'.
+/// The fraction of the remaining time that one round of groups may use; what they do not use is left for the next ones.
 const SHARE: f64 = 0.9;
 
-/// The most small groups that are searched by subsets where the method is not stated. Some projects have thousands of a
-/// single charge, and Z3 takes a millisecond to begin with one.
+/// The largest number of small groups that are searched by subsets if the user does not choose a method. Some projects
+/// have thousands of groups with a single charge, and Z3 takes a millisecond to start with one.
 const FEW: usize = 24;
 
-/// A group of more charges is not small: it is not looked at how many different guards they have.
+/// A group with more charges is not small, even if many of them have the same guard.
 const CHARGES: usize = 100;
 
-/// How each of a scan's groups is searched: of those that look small the first few as `Method::Auto` says, the
-/// others by cores, unless the method is stated.
+/// The search method of each group: the one that the user chose; else `Method::Auto` for the first few groups that look
+/// small, and cores for the others.
 #[must_use]
 pub fn methods(groups: &[Group], method: Method) -> Vec<Method> {
     let mut left = FEW;
@@ -34,11 +34,11 @@ pub fn methods(groups: &[Group], method: Method) -> Vec<Method> {
     each.collect()
 }
 
-/// The maximum of every group, in the groups' order, on the threads of the rayon pool this is called in.
+/// The maximum of every group, in the order of the groups, on the threads of the current rayon pool.
 ///
-/// The groups share the one deadline: each may take of the time that is left what its charges are of all the
-/// charges that are left, so that a hard group leaves time for the others. `each` is told of every better
-/// bound: the group's index, its upper and its lower bound.
+/// The groups share one deadline: the remaining time is divided in proportion to the groups' charges, so that a hard
+/// group leaves time for the others. `each` is called with every better bound: the group's index, its upper bound, its
+/// lower bound.
 #[must_use]
 pub fn maxima(
     model: &ScanModel,
@@ -47,10 +47,10 @@ pub fn maxima(
     limits: &Limits<'_>,
     each: &(dyn Fn(usize, Picos, Picos) + Sync),
 ) -> Vec<Maximum> {
-    // The largest first: it takes longest, and the others fit beside it.
+    // The largest group first: it takes longest, and the others run in parallel to it.
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&group| Reverse(groups[group].charges.len()));
-    // Small groups follow each other: to take Z3's memory for each takes longer than to search it.
+    // Small groups run one after the other: allocating Z3's memory for each takes longer than searching it.
     let (small, others): (Vec<usize>, Vec<usize>) =
         order.into_iter().partition(|&group| methods[group] == Method::Auto);
     let mut tasks: Vec<Vec<usize>> = others.into_iter().map(|group| vec![group]).collect();
@@ -87,7 +87,7 @@ pub fn maxima(
                 let all = || task.iter().for_each(|&group| search(group));
                 match task.first().map(|&group| methods[group]) {
                     None | Some(Method::Cores) => all(),
-                    // One after the other, always the same: so they may share one solver context.
+                    // One after the other in a fixed order, so they can share one solver context.
                     Some(Method::Auto | Method::Subsets) => with_solver(all),
                 }
             });
@@ -116,7 +116,7 @@ mod tests {
     fn a_groups_best_scan_says_nothing_of_what_decides_nothing_in_it() {
         let mut builder = Builder::default();
         let [jump, dear] = [builder.bit(), builder.bit()];
-        // What is jumped over costs the same on and off, so that the two groups share nothing.
+        // The skipped instruction costs the same in both cases, so the two groups share nothing.
         builder.charge(jump, dear, 3, 3);
         builder.charge(Lit::TRUE, dear, 70, 0);
         let model = builder.model;

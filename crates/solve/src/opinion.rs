@@ -1,25 +1,25 @@
-//! What a second solver makes of a group's maximum.
+//! The result of checking a group's maximum with a second solver.
 
-/// What Z3 makes of a group's maximum.
+/// The result of checking a group's maximum with Z3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Opinion {
-    /// Nothing costs a picosecond more than the upper bound, and the best scan is one and costs the lower bound.
+    /// No scan costs more than the upper bound, and the best scan satisfies the constraints and costs the lower bound.
     Confirmed,
-    /// The group is too large to ask.
+    /// The group is too large to check.
     TooLarge,
-    /// Z3 came to no answer within its budget or the time limit.
+    /// Z3 found no answer within its effort limit or the time limit.
     RanOut,
-    /// This build has no Z3 (feature `z3`).
+    /// This build does not include Z3 (feature `z3`).
     NoSolver,
 }
 
-/// Whether this build has Z3, which gives second opinions and searches small groups.
+/// Whether this build includes Z3, which gives second opinions and searches small groups.
 pub const HAS_Z3: bool = cfg!(feature = "z3");
 
-/// The solver behind the search by subsets.
+/// The SAT solver of the search by subsets.
 pub const SUBSET_SOLVER: &str = if HAS_Z3 { "Z3" } else { "BatSat" };
 
-/// Asks nobody: this build has no Z3.
+/// Does nothing: this build does not include Z3.
 ///
 /// # Errors
 /// None.

@@ -1,4 +1,4 @@
-//! A satisfiability solver that answers one question after another about a growing set of clauses.
+//! A SAT solver that answers queries about a growing set of clauses.
 
 use super::limits::Limits;
 use batsat::callbacks::Callbacks;
@@ -6,54 +6,55 @@ use batsat::clause::Kind;
 use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};
 use std::cell::Cell;
 
-/// How many decisions there are between two looks at the clock.
+/// The number of decisions between two looks at the clock.
 const LOOK: u64 = 1 << 12;
 
-/// Which variables the solver chooses values for.
+/// The variables on which the solver branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Branching {
-    /// Those whose values do not follow from others'. Most questions about a scan are easy, and yes is told soonest so.
+    /// Only variables that are not defined by others. Most queries about a scan are easy, and satisfiable ones are
+    /// answered fastest this way.
     Inputs,
-    /// All. What is hard to refute needs lemmas about what lies between: a question about 40,000 instructions that
-    /// took 20 s otherwise takes 0.1 s.
+    /// All variables. Hard refutations need lemmas about defined variables: a query about 40,000 instructions that took
+    /// 20 s otherwise takes 0.1 s.
     All,
 }
 
-/// What a question may take at most.
+/// The largest effort of a query.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Decisions; each assumption may be one.
+    /// Decisions; each assumption may cost one.
     pub decisions: u64,
     /// Conflicts.
     pub conflicts: u64,
 }
 
 impl Effort {
-    /// As much as it takes.
+    /// No limit.
     pub const ANY: Effort = Effort::decisions(u64::MAX);
 
-    /// So many decisions, however many conflicts.
+    /// A limit on decisions only.
     pub const fn decisions(decisions: u64) -> Effort {
         Effort { decisions, conflicts: u64::MAX }
     }
 }
 
-/// Ends a question that takes too much effort, or too long.
-struct Watch<'a> {
+/// Stops a query that exceeds its effort or the limits.
+struct StopCheck<'a> {
     limits: Limits<'a>,
     decisions: Cell<u64>,
     conflicts: u64,
     most: Effort,
-    /// The question has been ended. The solver asks more than once before it stops, and goes on at any no.
+    /// The query was stopped. The solver calls several times before it stops, and continues if one call returns false.
     ended: Cell<bool>,
 }
 
-impl Callbacks for Watch<'_> {
+impl Callbacks for StopCheck<'_> {
     fn on_new_clause(&mut self, _: &[Lit], _: Kind) {
         self.conflicts += 1;
     }
 
-    /// The solver asks before each of its decisions.
+    /// Called by the solver before each decision.
     fn stop(&self) -> bool {
         let decisions = self.decisions.get() + 1;
         self.decisions.set(decisions);
@@ -69,22 +70,22 @@ impl Callbacks for Watch<'_> {
     }
 }
 
-/// Literals are as in DIMACS files: a variable (from 1) or its negative. The solver knows only the variables
-/// that occur, under numbers of its own.
+/// A solver with a set of clauses. Literals are integers as in DIMACS files: a variable (from 1) or its negative. The
+/// solver uses its own numbers, and only for variables that occur.
 pub struct Oracle<'a> {
-    solver: Solver<Watch<'a>>,
+    solver: Solver<StopCheck<'a>>,
     branching: Branching,
-    /// By variable: the value that is tried first, where there is one.
+    /// By variable: the value to try first; may be shorter than the list of variables.
     hints: &'a [bool],
     inner: Numbers,
     outer: Vec<i32>,
 }
 
-/// How many variables one page of numbers has.
+/// The number of variables in a page of the table.
 const PAGE: usize = 512;
 
-/// The solver's own numbers of the variables that occur. A small part of a large program names few of its variables, from
-/// anywhere in it: so they stand in pages, most of which are never made.
+/// Maps variables to the solver's numbers. A small part of a large program has few variables with widely spread
+/// numbers, so the table is divided into pages, most of which are never allocated.
 #[derive(Default)]
 struct Numbers(Vec<Option<Box<[Option<Var>; PAGE]>>>);
 
@@ -105,7 +106,7 @@ impl Numbers {
 
 impl<'a> Oracle<'a> {
     pub fn new(limits: &Limits<'a>, branching: Branching) -> Oracle<'a> {
-        let watch = Watch {
+        let watch = StopCheck {
             limits: *limits,
             decisions: Cell::new(0),
             conflicts: 0,
@@ -116,30 +117,29 @@ impl<'a> Oracle<'a> {
         Oracle { solver, branching, hints: &[], inner: Numbers::default(), outer: Vec::new() }
     }
 
-    /// The same, with the values to try first, by variable. It changes no answer, only how soon it is found.
+    /// The same solver with values to try first, by variable. They change no answer, only the time to find it.
     pub fn with_hints(self, hints: &'a [bool]) -> Oracle<'a> {
         Oracle { hints, ..self }
     }
 
-    /// What holds from now on.
+    /// Adds a clause.
     pub fn add(&mut self, clause: &[i32]) {
         let mut clause = self.translate(clause);
         self.solver.add_clause_reuse(&mut clause);
     }
 
-    /// A variable whose value follows from others', or does not matter: no input. To be told before the variable
-    /// occurs.
+    /// Declares that the value of a variable follows from others or does not matter, so that it is not an input. Must
+    /// be called before the variable occurs in a clause.
     pub fn define(&mut self, variable: i32) {
         self.variable(variable, self.branching == Branching::All);
     }
 
-    /// Whether all assumptions can hold together; `None` if that takes more effort than this or the limits are
-    /// reached.
+    /// Whether all assumptions can be true together; `None` if this takes more effort, or the limits are reached.
     pub fn ask(&mut self, assumptions: &[i32], most: Effort) -> Option<bool> {
         let assumptions = self.translate(assumptions);
         let watch = self.solver.cb_mut();
         if let Some(left) = watch.limits.decisions {
-            // What the question before took since it was looked at last.
+            // The previous query's decisions since its last look at the clock.
             left.spend(watch.decisions.get() % LOOK);
         }
         watch.decisions.set(0);
@@ -153,13 +153,13 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// After no answer: whether it would have taken more conflicts than it might.
+    /// After `None`: whether the limit on conflicts was the reason.
     pub fn had_conflicts(&self) -> bool {
         let watch = self.solver.cb();
         watch.conflicts > watch.most.conflicts
     }
 
-    /// After the answer no: assumptions that cannot hold together.
+    /// After a negative answer: a subset of the assumptions that cannot be true together.
     pub fn core(&self) -> Vec<i32> {
         let refuted = self.solver.unsat_core().iter();
         refuted
@@ -170,8 +170,7 @@ impl<'a> Oracle<'a> {
             .collect()
     }
 
-    /// After the answer yes: whether the literal holds in the model found. A variable that occurs nowhere
-    /// is false.
+    /// After a positive answer: whether the literal is true in the model. A variable that occurs nowhere is false.
     pub fn holds(&self, literal: i32) -> bool {
         let variable = self.inner.get(literal.unsigned_abs() as usize);
         let value = variable.map_or(lbool::FALSE, |variable| self.solver.value_var(variable));
@@ -203,7 +202,7 @@ mod tests {
     fn limits_end_a_hard_question() {
         let limits = Limits { cancelled: &|| true, ..Limits::default() };
         let mut oracle = Oracle::new(&limits, Branching::Inputs);
-        // Eleven pigeons in ten holes: the solver needs far more decisions than it makes between two looks.
+        // Eleven pigeons in ten holes: the solver needs far more decisions than between two looks at the clock.
         let (pigeons, holes) = (11, 10);
         let sits = |pigeon: i32, hole: i32| 1 + pigeon * holes + hole;
         for pigeon in 0..pigeons {

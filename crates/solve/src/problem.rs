@@ -1,41 +1,41 @@
-//! A group's question in normal form: a constant and a sum of weighted guards over a circuit of its own.
+//! The problem of a group in normal form: maximise a constant plus a sum of weighted guards over a separate circuit.
 
 use super::cone::Cone;
 use rustc_hash::{FxHashMap, FxHashSet};
 use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Circuit, Group, Lit, Node, ScanModel, VarId};
 
-/// A guard and what it adds to the sum when it is true.
+/// A guard and its weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
-    /// The guard, in the problem's circuit; never constant.
+    /// The guard, a literal of the problem's circuit; never constant.
     pub guard: Lit,
-    /// What it adds, in picoseconds; never zero.
+    /// What a true guard adds to the cost, in picoseconds; never zero.
     pub weight: u64,
-    /// The charges it stands for, indices into `ScanModel::charges`, ascending.
+    /// The charges that it represents, indices into `ScanModel::charges`, ascending.
     pub charges: Vec<usize>,
 }
 
-/// Find an assignment that makes every `hard` literal true and the sum of the weights of the true guards
-/// largest. The group's maximum is that sum and the constant.
+/// Find an assignment that makes every `hard` literal true and maximises the sum of the weights of true guards. The
+/// group's maximum is this sum plus `constant` minus `deducted`.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
-    /// What the group's guards and constraints depend on, and nothing else, over variables of its own: `variables`
-    /// says which each is in the model.
+    /// The part of the model's circuit on which the group's guards and constraints depend, over the problem's own
+    /// variables; `variables` maps them to the model's.
     pub circuit: Circuit,
-    /// What every assignment costs, in picoseconds.
+    /// The cost under every assignment, in picoseconds.
     pub constant: u64,
-    /// What is taken off again: items hold counted units also where none is handled.
+    /// What is subtracted from the sum: items of counted units are also true where no unit is processed.
     pub deducted: u64,
-    /// Distinct guards, none the negation of another, in order of their first charge.
+    /// Distinct guards, none the negation of another, in the order of their first charges.
     pub items: Vec<Item>,
-    /// What must hold; never constant true.
+    /// The constraints; never constant true.
     pub hard: Vec<Lit>,
-    /// The model's variables that these are, ascending.
+    /// The model's variable of each of the problem's variables, ascending.
     pub variables: Vec<VarId>,
 }
 
-/// What a charge adds to the sum where a guard is true.
+/// What a charge adds to the sum if a guard is true.
 struct Term {
     guard: Lit,
     weight: u64,
@@ -43,22 +43,22 @@ struct Term {
     charge: usize,
 }
 
-/// The item of a node of the circuit, and that of its negation.
+/// The item of a node of the circuit, and the item of its negation.
 type NodeSum = [Item; 2];
 
 impl Problem {
     /// The normal form of a group.
     ///
-    /// A charge with times `on` and `off` costs `off` where it is reached and `on - off` more where it fires;
-    /// with `on < off`, it costs `on` where it is reached and `off - on` more where it is reached and does not
-    /// fire. Counted units that are not handled are taken off. Equal guards are one item. Of a guard and its negation one
-    /// is always true, so the lesser weight goes to the constant.
+    /// A charge with times `on` and `off` costs `off` if it is reached and `on - off` more if it fires. If `on < off`,
+    /// it costs `on` if it is reached and `off - on` more if it is reached and does not fire. Counted units that are
+    /// not processed are subtracted. Equal guards become one item. Of a guard and its negation one is always true, so
+    /// the smaller weight goes to the constant.
     #[must_use]
     pub fn new(model: &ScanModel, group: &Group) -> Problem {
         Problem::build(model, group, true)
     }
 
-    /// The same with an item for every guard, also for one that is the negation of another.
+    /// The normal form with an item for every guard, even if it is the negation of another.
     #[must_use]
     pub fn with_negations(model: &ScanModel, group: &Group) -> Problem {
         Problem::build(model, group, false)
@@ -71,16 +71,16 @@ impl Problem {
         for &index in &group.charges {
             let charge = &model.charges[index];
             let reached = cone.copy(&mut problem.circuit, charge.reached);
-            // What decides nothing belongs to other groups: a search's values for it would overwrite theirs.
+            // Guards that do not affect the cost may belong to other groups; a search would overwrite their values.
             let fires = match charge.fires_matters() {
                 true => cone.copy(&mut problem.circuit, charge.fires),
                 false => Lit::FALSE,
             };
-            let (Picos(base), units) = charge.fired();
+            let (Picos(base), units) = charge.cost_if_fired();
             let (mut on, Picos(off)) = (base, charge.off);
             for &(handled, Picos(more)) in units {
-                // Charged with all its units where it fires, so that charges that exclude each other do so once, and
-                // not by every unit; what is missing is taken off again.
+                // The charge has all its units whenever it fires, so that mutually exclusive charges exclude each other
+                // once and not for every unit. What is missing is subtracted.
                 let handled = cone.copy(&mut problem.circuit, handled);
                 let missing = problem.circuit.and(fires, !handled);
                 on = sum(on, more);
@@ -107,7 +107,7 @@ impl Problem {
         problem
     }
 
-    /// Numbers the variables from 0, in the model's order: what a search keeps of them is as small as the group.
+    /// Renumbers the variables from 0 in the model's order, so that search results are as small as the group.
     fn number(&mut self) {
         let atoms = self.circuit.nodes().iter().filter_map(|node| match node {
             Node::Atom(atom) => Some(atom.variable()),
@@ -122,20 +122,20 @@ impl Problem {
         self.variables = variables;
     }
 
-    /// The model's variable that one of this problem's is.
+    /// The model's variable for one of this problem's variables.
     #[must_use]
     pub fn variable(&self, own: VarId) -> VarId {
         self.variables[own.0 as usize]
     }
 
-    /// What an assignment of the model's variables says of this problem's.
+    /// The values of this problem's variables in an assignment of the model's variables.
     #[must_use]
     pub fn own(&self, all: &Assignment) -> Assignment {
         Assignment(self.variables.iter().map(|variable| all.0[variable.0 as usize]).collect())
     }
 
-    /// Makes items of terms, one of those with equal guards; `cancel` says whether what a guard and its negation have in
-    /// common goes to the constant.
+    /// Combines terms with equal guards to items. `cancel` says whether the common weight of a guard and its negation
+    /// goes to the constant.
     fn collect(&mut self, terms: Vec<Term>, cancel: bool) {
         let mut place: FxHashMap<usize, usize> = FxHashMap::default();
         let mut sums: Vec<NodeSum> = Vec::new();
@@ -174,20 +174,21 @@ impl Problem {
         }
     }
 
-    /// The constant and all weights: the bound before any search.
+    /// The constant plus all weights: the bound before any search.
     #[must_use]
     pub fn naive(&self) -> u64 {
         self.total(self.items.iter().map(|item| item.weight))
     }
 
-    /// What items of these weights cost together.
+    /// The cost if items with these weights are true.
     #[must_use]
     pub fn total(&self, weights: impl Iterator<Item = u64>) -> u64 {
-        // The items of an assignment are never less than what is taken off, though some of them may be.
+        // Under any assignment, the true items weigh at least what is subtracted; an arbitrary subset of them may weigh
+        // less.
         weights.fold(self.constant, sum).saturating_sub(self.deducted)
     }
 
-    /// What an assignment of this problem's variables costs, or `None` if it breaks a constraint.
+    /// The cost under an assignment of this problem's variables, or `None` if it violates a constraint.
     #[must_use]
     pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
         let values = self.circuit.evaluate(assignment);
@@ -196,7 +197,7 @@ impl Problem {
         holds.then(|| self.total(held.map(|item| item.weight)))
     }
 
-    /// The assignment that is 0 everywhere.
+    /// The assignment with all variables 0.
     #[must_use]
     pub fn zeros(&self) -> Assignment {
         Assignment(vec![0; self.variables.len()])

@@ -1,47 +1,47 @@
-//! Unit propagation over a growing set of clauses, with the assumptions behind each conflict.
+//! Unit propagation over a growing set of clauses, with the assumptions that cause each conflict.
 
-/// A clause of more than two literals: its place in the arena. The first two are watched.
+/// The index in the arena of a clause with more than two literals. Its first two literals are watched.
 type Place = u32;
 
 /// Why a literal is true.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Reason {
-    /// It was assumed, or it holds for good.
+    /// It was assumed, or is true without assumptions.
     None,
-    /// The other literal of a clause of two, which is false.
+    /// The other literal of a binary clause, which is false.
     Binary(i32),
-    /// The clause at this place, whose other literals are false.
+    /// A clause in the arena whose other literals are false.
     Clause(Place),
 }
 
 #[derive(Clone, Copy)]
 struct Watch {
-    /// Another literal of the clause: while it is true there is nothing to do.
+    /// Another literal of the clause; while it is true, nothing has to be done.
     blocker: i32,
     place: Place,
 }
 
-/// Marks a watch of a clause of two literals, which has no place in the arena.
+/// Marks the watch of a binary clause, which is not in the arena.
 const BINARY: Place = u32::MAX;
 
-/// Literals are as in DIMACS files.
+/// A propagator. Literals are integers as in DIMACS files.
 #[derive(Clone, Default)]
 pub struct Propagator {
-    /// Length, then literals, of every clause of more than two.
+    /// For every clause with more than two literals: its length, then its literals.
     arena: Vec<i32>,
     watches: Vec<Vec<Watch>>,
-    /// By literal: 1 true, -1 false, 0 open.
+    /// By literal: 1 true, -1 false, 0 unassigned.
     values: Vec<i8>,
     levels: Vec<u32>,
     reasons: Vec<Reason>,
     trail: Vec<i32>,
-    /// Where in the trail each level begins.
+    /// The index in the trail at which each level begins.
     limits: Vec<usize>,
     head: usize,
     seen: Vec<bool>,
-    /// Literals that hold without assumptions, to be told when there are none.
+    /// Literals that are true without assumptions, to be assigned when the last assumption is removed.
     late: Vec<i32>,
-    /// Room for the literals of a clause that is added.
+    /// A buffer for the literals of a clause that is being added.
     open: Vec<i32>,
 }
 
@@ -50,8 +50,8 @@ fn code(literal: i32) -> usize {
 }
 
 impl Propagator {
-    /// Nothing yet, with room for so many variables and a few further ones, and for clauses of so many literals: of both
-    /// there may be millions.
+    /// An empty propagator with room for this many variables, and for clauses with this many literals in total. There
+    /// may be millions of both.
     pub fn with_room(variables: usize, literals: usize) -> Propagator {
         let mut propagator = Propagator::default();
         let further = variables / 8;
@@ -75,8 +75,8 @@ impl Propagator {
         }
     }
 
-    /// What holds from now on. Under assumptions, a clause that is already false or leaves one literal open may
-    /// go unnoticed until these are taken back.
+    /// Adds a clause. Under assumptions, a clause that is already false or unit may go unnoticed until the assumptions
+    /// are removed.
     pub fn add(&mut self, clause: &[i32]) {
         self.reserve(
             clause.iter().map(|literal| literal.unsigned_abs() as usize).max().unwrap_or(0),
@@ -89,7 +89,8 @@ impl Propagator {
         self.open = open;
     }
 
-    /// Whether the clause holds without assumptions; if not, its literals that are `open` without any.
+    /// Whether the clause is true without assumptions. If not, `open` gets its literals that are unassigned without
+    /// assumptions.
     fn always_holds(&self, clause: &[i32], open: &mut Vec<i32>) -> bool {
         for &literal in clause {
             match self.values[code(literal)] {
@@ -103,15 +104,15 @@ impl Propagator {
         false
     }
 
-    /// Takes in a clause of these literals, which are open without assumptions.
+    /// Adds a clause of these literals, which are unassigned without assumptions.
     fn watch(&mut self, open: &mut [i32]) {
-        // Watched are literals that are not false, else those that are false last.
+        // Watch literals that are not false, else those that became false last.
         open.sort_by_key(|&l| match self.values[code(l)] {
             -1 => u32::MAX - self.level_of(l),
             _ => 0,
         });
         match *open {
-            // The clauses exclude each other: there is nothing left to find out.
+            // The clauses are contradictory, so there is nothing left to find.
             [] => {}
             [literal] => {
                 self.late.push(literal);
@@ -143,38 +144,38 @@ impl Propagator {
         self.levels[literal.unsigned_abs() as usize]
     }
 
-    /// 1 if the literal is true, -1 if it is false, 0 if it is open.
+    /// 1 if the literal is true, -1 if it is false, 0 if it is unassigned.
     pub fn value(&self, literal: i32) -> i8 {
         self.values.get(code(literal)).copied().unwrap_or(0)
     }
 
-    /// How many clauses have the variable in a place that is watched.
+    /// The number of clauses in which the variable is watched.
     pub fn occurrences(&self, variable: i32) -> usize {
         let of = |literal| self.watches.get(code(literal)).map_or(0, Vec::len);
         of(variable) + of(-variable)
     }
 
-    /// How many assumptions are held.
+    /// The number of assumptions.
     pub fn level(&self) -> usize {
         self.limits.len()
     }
 
-    /// What follows from the assumptions, these among them.
+    /// The trail: the assumptions and all literals that follow from them.
     pub fn implied(&self) -> &[i32] {
         &self.trail[self.limits.first().copied().unwrap_or(0)..]
     }
 
-    /// How many literals hold.
+    /// The length of the trail.
     pub fn length(&self) -> usize {
         self.trail.len()
     }
 
-    /// The literals that came to hold behind so many.
+    /// The part of the trail after this length.
     pub fn since(&self, length: usize) -> &[i32] {
         &self.trail[length..]
     }
 
-    /// Takes back assumptions until so many are left.
+    /// Removes assumptions until this many remain.
     pub fn back(&mut self, level: usize) {
         if level < self.limits.len() {
             self.undo(level);
@@ -184,8 +185,8 @@ impl Propagator {
         }
     }
 
-    /// Sets what holds without assumptions. Should that contradict itself, later questions find less; the
-    /// clauses then have no model, which is for others to say.
+    /// Assigns the literals that are true without assumptions. If they contradict each other, the clauses are
+    /// unsatisfiable; then later queries find less. The caller must detect this elsewhere.
     fn settle(&mut self) {
         for literal in std::mem::take(&mut self.late) {
             if self.value(literal) == 0 {
@@ -206,14 +207,14 @@ impl Propagator {
         self.head = keep;
     }
 
-    /// Assumes an open literal. The answer is a conflict: assumptions (this one among them) that cannot hold
-    /// together; the literal is then taken back.
+    /// Assumes an unassigned literal. On a conflict, returns assumptions (including this one) that cannot be true
+    /// together, and removes the assumption.
     pub fn assume(&mut self, literal: i32) -> Option<Vec<i32>> {
         self.reserve(literal.unsigned_abs() as usize);
         self.limits.push(self.trail.len());
         self.set(literal, Reason::None);
         let (first, reason) = self.propagate()?;
-        // `first` is false, and so is everything in the reason.
+        // `first` is false, as are all other literals of the reason.
         let mut false_literals = vec![first];
         self.others(first, reason, &mut false_literals);
         let core = self.ancestors(false_literals);
@@ -221,15 +222,15 @@ impl Propagator {
         Some(core)
     }
 
-    /// Of a false literal: it and the assumptions that make it false.
+    /// For a false literal: the literal and the assumptions that make it false.
     fn against(&mut self, literal: i32) -> Vec<i32> {
         let mut core = self.ancestors(vec![literal]);
         core.push(literal);
         core
     }
 
-    /// Assumes a literal whatever is known of it. The answer is assumptions that cannot hold together, as far as
-    /// propagation shows: then it is not assumed.
+    /// Assumes a literal, whatever its current value is. If propagation shows a conflict, returns assumptions that
+    /// cannot be true together, and does not assume the literal.
     pub fn require(&mut self, literal: i32) -> Option<Vec<i32>> {
         match self.value(literal) {
             0 => self.assume(literal),
@@ -312,7 +313,7 @@ impl Propagator {
         None
     }
 
-    /// Adds the false literals of a reason, other than `literal` and its negation.
+    /// Adds the false literals of a reason, except `literal` and its negation.
     fn others(&self, literal: i32, reason: Reason, found: &mut Vec<i32>) {
         match reason {
             Reason::None => {}
@@ -325,7 +326,7 @@ impl Propagator {
         }
     }
 
-    /// The assumptions behind false literals.
+    /// The assumptions that caused these literals to be false.
     fn ancestors(&mut self, mut open: Vec<i32>) -> Vec<i32> {
         let (mut core, mut marked) = (Vec::new(), Vec::new());
         while let Some(literal) = open.pop() {

@@ -1,8 +1,8 @@
-//! A second opinion on a group's maximum: Z3 decides anew, from the model itself, whether one picosecond more is
-//! possible, and whether the best scan is one.
+//! A second opinion on a group's maximum: Z3 checks, from the model itself, whether a scan may cost one picosecond more
+//! than the upper bound, and whether the best scan is possible.
 //!
-//! Nothing is shared with the search but the model: no normal form, no clauses, no solver. Words are bit-vectors and
-//! the cost is a sum of integers.
+//! It shares only the model with the search: no normal form, no clauses, no solver. Words are bit-vectors, and the cost
+//! is a sum of integers.
 
 use super::{Limits, Maximum, Opinion};
 use scanbound_base::time::Picos;
@@ -12,18 +12,18 @@ use std::time::{Duration, Instant};
 use z3::ast::{BV, Bool, Int};
 use z3::{Config, Model, Optimize, Params, SatResult, Solver, with_z3_config};
 
-/// Of more charges, or over more nodes, Z3 is not asked.
+/// With more charges or nodes, Z3 is not asked.
 const CHARGES: usize = 400;
 const NODES: usize = 20_000;
 
-/// Z3's own measure of effort: for the question itself, and where that is not enough, for its maximum.
+/// The effort limits (Z3's `rlimit`) for the query, and for Z3's own optimisation if the query is not answered.
 const EFFORT: u32 = 8_000_000;
 const MAXIMUM_EFFORT: u32 = 20_000_000;
 
-/// Asks Z3 about a group's maximum.
+/// Checks a group's maximum with Z3.
 ///
 /// # Errors
-/// If Z3 contradicts it, which says what it found.
+/// If Z3 contradicts the maximum; the text says how.
 pub fn second_opinion(
     model: &ScanModel,
     group: &Group,
@@ -41,13 +41,13 @@ pub fn second_opinion(
         return Ok(Opinion::RanOut);
     }
     with_z3_config(&Config::new(), || {
-        let asked = Question::new(model, group, &needed);
+        let asked = Z3Problem::new(model, group, &needed);
         asked.attained(maximum)?;
         asked.no_more(maximum, limits)
     })
 }
 
-/// The nodes on which the group's charges and constraints depend, inputs first.
+/// The nodes on which the group's charges and constraints depend; inputs come first.
 fn cone(model: &ScanModel, group: &Group) -> Vec<usize> {
     let nodes = model.circuit.nodes();
     let charges = group.charges.iter().map(|&charge| &model.charges[charge]);
@@ -65,8 +65,8 @@ fn cone(model: &ScanModel, group: &Group) -> Vec<usize> {
     needed.into_iter().collect()
 }
 
-/// A group as Z3 sees it.
-struct Question<'a> {
+/// A group as a Z3 problem.
+struct Z3Problem<'a> {
     model: &'a ScanModel,
     group: &'a Group,
     bits: BTreeMap<usize, Bool>,
@@ -74,10 +74,10 @@ struct Question<'a> {
     nodes: BTreeMap<usize, Bool>,
 }
 
-impl<'a> Question<'a> {
-    fn new(model: &'a ScanModel, group: &'a Group, needed: &[usize]) -> Question<'a> {
+impl<'a> Z3Problem<'a> {
+    fn new(model: &'a ScanModel, group: &'a Group, needed: &[usize]) -> Z3Problem<'a> {
         let (bits, words, nodes) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        let mut question = Question { model, group, bits, words, nodes };
+        let mut question = Z3Problem { model, group, bits, words, nodes };
         for &index in needed {
             let meaning = match model.circuit.nodes()[index] {
                 Node::True => Bool::from_bool(true),
@@ -119,11 +119,11 @@ impl<'a> Question<'a> {
         constraints.map(|&constraint| self.literal(self.model.constraints[constraint]))
     }
 
-    /// What the group costs.
+    /// The cost of the group.
     fn total(&self) -> Int {
         let costs = self.group.charges.iter().map(|&charge| {
             let charge = &self.model.charges[charge];
-            let (on, units) = charge.fired();
+            let (on, units) = charge.cost_if_fired();
             let nothing = Int::from_u64(0);
             let idle = self.literal(charge.reached).ite(&Int::from_u64(charge.off.0), &nothing);
             let units = units.iter().map(|(handled, more)| {
@@ -149,11 +149,11 @@ impl<'a> Question<'a> {
         scan
     }
 
-    /// That the best scan keeps the constraints and costs the lower bound.
+    /// Checks that the best scan satisfies the constraints and costs the lower bound.
     fn attained(&self, maximum: &Maximum) -> Result<(), String> {
         let solver = Solver::new();
         self.constraints().for_each(|constraint| solver.assert(constraint));
-        let best = maximum.best.whole(self.model).0;
+        let best = maximum.best.complete(self.model).0;
         for (&place, bit) in &self.bits {
             debug_assert_eq!(self.model.variables[place].kind, VarKind::Bit);
             solver.assert(if best[place] != 0 { bit.clone() } else { bit.not() });
@@ -164,13 +164,14 @@ impl<'a> Question<'a> {
         solver.assert(self.total().eq(Int::from_u64(maximum.lower.0)));
         match solver.check() {
             SatResult::Sat => Ok(()),
-            answer => {
-                Err(format!("its best scan does not cost {}: Z3 says {answer:?}", maximum.lower))
-            }
+            answer => Err(format!(
+                "the best scan found does not cost {}: Z3 answers {answer:?}",
+                maximum.lower
+            )),
         }
     }
 
-    /// That no scan costs a picosecond more than the upper bound.
+    /// Checks that no scan costs a picosecond more than the upper bound.
     fn no_more(&self, maximum: &Maximum, limits: &Limits<'_>) -> Result<Opinion, String> {
         let solver = Solver::new();
         self.constraints().for_each(|constraint| solver.assert(constraint));
@@ -186,14 +187,14 @@ impl<'a> Question<'a> {
             SatResult::Unknown if limits.reached() => return Ok(Opinion::RanOut),
             SatResult::Unknown => {}
         }
-        // The same question to Z3's own search for a maximum.
+        // The same question as an optimisation problem.
         let optimum = Optimize::new();
         self.constraints().for_each(|constraint| optimum.assert(&constraint));
         for &charge in &self.group.charges {
             let charge = &self.model.charges[charge];
             let (reached, fires) = (self.literal(charge.reached), self.literal(charge.fires));
             let idle = Bool::and(&[reached, fires.not()]);
-            let (on, units) = charge.fired();
+            let (on, units) = charge.cost_if_fired();
             let units = units.iter().map(|(handled, more)| (self.literal(*handled), *more));
             for (holds, cost) in units.chain([(fires, on), (idle, charge.off)]) {
                 if cost > Picos::ZERO {
@@ -220,10 +221,13 @@ impl<'a> Question<'a> {
 }
 
 fn above(maximum: &Maximum, cost: Picos) -> String {
-    format!("Z3 finds a scan in which it costs {cost}, its search says at most {}", maximum.upper)
+    format!(
+        "Z3 finds a scan in which the group costs {cost}, but the upper bound is {}",
+        maximum.upper
+    )
 }
 
-/// What a question may take.
+/// The effort limit as Z3 parameters.
 fn spend(effort: u32, limits: &Limits<'_>) -> Params {
     let mut params = Params::new();
     params.set_u32("rlimit", effort);
@@ -249,7 +253,7 @@ mod tests {
             let found = maximum(&model, &group, Method::Cores, &limits);
             let asked = |found: &Maximum| second_opinion(&model, &group, found, &limits);
             assert_eq!(asked(&found), Ok(Opinion::Confirmed), "seed {seed}");
-            // A bound that is a picosecond too low, a scan that costs a picosecond less than is said.
+            // Wrong results: a bound that is a picosecond too low, and a scan that costs a picosecond less than stated.
             if found.upper > Picos::ZERO {
                 let low = Picos(found.upper.0 - 1);
                 let why = asked(&Maximum { upper: low, ..found.clone() }).expect_err("too low");

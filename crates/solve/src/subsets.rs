@@ -1,4 +1,4 @@
-//! The paper's search: ask which guards can hold together, and take away what conflicts.
+//! The paper's search: asks which guards can be true together, and removes those that conflict.
 
 use super::bounds::Bounds;
 use super::clauses::Clauses;
@@ -10,66 +10,71 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-/// Up to so many items the search takes away one item at a time, as the paper does; with more, it takes away
-/// what unsatisfiable cores show to conflict.
+/// With at most this many items, the search removes one item at a time, as the paper does; with more, it uses
+/// unsatisfiable cores.
 const PLAIN: usize = 8;
 
-/// A group of at most so many items, over so many nodes, is small. With 24 items a search takes some twenty
-/// milliseconds, with 60 a tenth of a second; the cores take one or two.
+/// The largest numbers of items and nodes of a small group. With 24 items a search takes about twenty milliseconds,
+/// with 60 a tenth of a second; the core-guided search takes one or two.
 const SMALL: usize = 24;
 const NODES: usize = 2_000;
 
-/// What a search may spend before it gives way to another. It counts questions and the solver's own effort, not
-/// time, so that every run gives way at the same place.
+/// The effort after which the search is abandoned for another one. It is counted in queries and the solver's own
+/// measure, not in time, so that every run ends at the same point.
 #[derive(Debug, Clone, Copy)]
-pub struct Budget {
-    /// Questions put to the solver.
+pub struct EffortLimit {
+    /// The number of queries.
     pub questions: u64,
-    /// The solver's own measure of effort for each.
+    /// The effort of each query, in the solver's own measure.
     pub effort: u32,
-    /// Looks at the clock while a least set to take away is sought.
+    /// The number of times that the clock may be read while a minimum hitting set is computed.
     pub looks: u32,
 }
 
-/// What is spent on a small group.
-pub const BUDGET: Budget = Budget { questions: 300, effort: 200_000, looks: 4 };
+/// The limit for a small group.
+pub const BUDGET: EffortLimit = EffortLimit { questions: 300, effort: 200_000, looks: 4 };
 
-/// How a search came to its end.
+/// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The bounds have met, or the limits ended it.
+pub enum SearchEnd {
+    /// The bounds have met, or the limits were reached.
     Done,
-    /// It has used up its budget.
+    /// The effort limit was reached.
     OutOfBudget,
 }
 
-/// Whether the search by subsets is tried first.
+/// Whether to try the search by subsets first.
 pub fn is_small(problem: &Problem) -> bool {
     (1..=SMALL).contains(&problem.items.len()) && problem.circuit.nodes().len() <= NODES
 }
 
-/// The solver's own measure of effort for one question between two looks at the clock. A question that needs more
-/// is asked again with twice as much.
+/// The effort of one query, in the solver's own measure, between two looks at the clock. A query that needs more is
+/// repeated with twice as much.
 const EFFORT: u32 = 2_000_000;
 
-/// Searches, within `with_solver`, until the bounds meet, the limits end it, or the budget is used up if there is one.
-pub fn search(problem: &Problem, bounds: &mut Bounds<'_>, budget: Option<Budget>) -> End {
+/// Searches, within `with_solver`, until the bounds meet, the limits are reached, or the effort limit, if any, is
+/// reached.
+pub fn search(
+    problem: &Problem,
+    bounds: &mut Bounds<'_>,
+    budget: Option<EffortLimit>,
+) -> SearchEnd {
     if bounds.exact() || bounds.limits().reached() {
-        return End::Done;
+        return SearchEnd::Done;
     }
     let clauses = Clauses::new(problem);
-    let mut judge = Judge::new(problem, &clauses, bounds, budget);
+    let mut judge = SubsetSearch::new(problem, &clauses, bounds, budget);
     let ended = if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
-    // A search that is stopped leaves the bounds as far as it got.
-    ended.err().map_or(End::Done, |Stopped(end)| end)
+    // A search that is stopped leaves the bounds that it has proved so far.
+    ended.err().map_or(SearchEnd::Done, |Stopped(end)| end)
 }
 
-/// The limits or the budget ended the search.
-struct Stopped(End);
+/// The limits or the effort limit ended the search.
+struct Stopped(SearchEnd);
 
-/// The paper's order: all items, then all sets with one item less, and so on; of an unsatisfiable set only if
-/// its total is above the best satisfiable set so far.
-fn plain(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
+/// The paper's order: all items, then all subsets with one item less, and so on. The subsets of an unsatisfiable set
+/// are tried only if its total exceeds the best satisfiable set so far.
+fn plain(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
     let all: Vec<usize> = (0..judge.problem.items.len()).collect();
     let mut level = BTreeSet::from([all]);
     while !level.is_empty() {
@@ -95,8 +100,8 @@ fn plain(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
     Ok(())
 }
 
-/// Takes away the cheapest items that break every conflict found so far, until what is left can hold together.
-fn by_cores(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
+/// Removes a minimum-weight hitting set of all conflicts found so far, until the remaining items can be true together.
+fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
     let weights: Vec<u64> = judge.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
     while !judge.bounds.exact() {
@@ -107,14 +112,14 @@ fn by_cores(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
             spent() || (judge.budget.is_none() && limits.reached())
         };
         let Some(taken) = least_hitting_set(&weights, &cores, &stop) else {
-            return Err(Stopped(if spent() { End::OutOfBudget } else { End::Done }));
+            return Err(Stopped(if spent() { SearchEnd::OutOfBudget } else { SearchEnd::Done }));
         };
         let mut left: Vec<usize> =
             (0..weights.len()).filter(|item| taken.binary_search(item).is_err()).collect();
         let upper = judge.total(&left);
         judge.bounds.proved(upper);
         judge.bounds.round();
-        // Conflicts that have nothing in common, as many as there are: each lowers the bound by itself.
+        // Find conflicts without common items, as many as there are: each lowers the bound separately.
         while !judge.ask(&left)? {
             let core = judge.core(&left)?;
             if core.is_empty() {
@@ -127,27 +132,27 @@ fn by_cores(judge: &mut Judge<'_, '_>) -> Result<(), Stopped> {
     Ok(())
 }
 
-/// The solver with the problem's clauses, and the answers it gave.
-struct Judge<'a, 'b> {
+/// The solver with the problem's clauses, and the last answer.
+struct SubsetSearch<'a, 'b> {
     problem: &'a Problem,
     clauses: &'a Clauses,
     bounds: &'a mut Bounds<'b>,
-    budget: Option<Budget>,
+    budget: Option<EffortLimit>,
     asked: u64,
     solver: Sat,
     answers: BTreeMap<Vec<usize>, bool>,
-    /// What the solver was last asked, if the answer was no.
+    /// The items of the last query, if the answer was negative.
     refuted: Option<Vec<usize>>,
 }
 
-impl<'a, 'b> Judge<'a, 'b> {
+impl<'a, 'b> SubsetSearch<'a, 'b> {
     fn new(
         problem: &'a Problem,
         clauses: &'a Clauses,
         bounds: &'a mut Bounds<'b>,
-        budget: Option<Budget>,
-    ) -> Judge<'a, 'b> {
-        Judge {
+        budget: Option<EffortLimit>,
+    ) -> SubsetSearch<'a, 'b> {
+        SubsetSearch {
             problem,
             clauses,
             bounds,
@@ -159,12 +164,12 @@ impl<'a, 'b> Judge<'a, 'b> {
         }
     }
 
-    /// What these items and the constant cost together.
+    /// The cost of these items and the constant.
     fn total(&self, items: &[usize]) -> u64 {
         self.problem.total(items.iter().map(|&item| self.problem.items[item].weight))
     }
 
-    /// Whether these items can hold together. Takes note of the scan in which they do.
+    /// Whether these items can be true together. If so, records the scan.
     fn ask(&mut self, items: &[usize]) -> Result<bool, Stopped> {
         if let Some(&answer) = self.answers.get(items) {
             return Ok(answer);
@@ -180,13 +185,13 @@ impl<'a, 'b> Judge<'a, 'b> {
         Ok(answer)
     }
 
-    /// Of items that cannot hold together, some that cannot either, none of them to spare.
+    /// A minimal subset of these items, which cannot be true together, that still cannot.
     fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, Stopped> {
         let mut core = items.to_vec();
         if self.refuted.as_deref() == Some(items) || !self.check(items)? {
             self.keep_named(&mut core);
         }
-        // The dearest are tried first: a core of cheap items costs least to break.
+        // Remove the heaviest items first: a core of light items costs least to break.
         let mut order = core.clone();
         order.sort_by_key(|&item| std::cmp::Reverse(self.problem.items[item].weight));
         for item in order {
@@ -201,7 +206,7 @@ impl<'a, 'b> Judge<'a, 'b> {
         Ok(core)
     }
 
-    /// Of the items just refuted, those that the solver names as excluding each other.
+    /// Keeps those of the refuted items that the solver's core names.
     fn keep_named(&self, items: &mut Vec<usize>) {
         let guard = |item: usize| self.clauses.items[item];
         let asked: Vec<i32> = items.iter().map(|&item| guard(item)).collect();
@@ -214,10 +219,10 @@ impl<'a, 'b> Judge<'a, 'b> {
         let mut effort = self.budget.map_or(EFFORT, |budget| budget.effort);
         loop {
             if self.ended() {
-                return Err(Stopped(End::Done));
+                return Err(Stopped(SearchEnd::Done));
             }
             if self.budget.is_some_and(|budget| self.asked >= budget.questions) {
-                return Err(Stopped(End::OutOfBudget));
+                return Err(Stopped(SearchEnd::OutOfBudget));
             }
             self.asked += 1;
             self.bounds.count();
@@ -231,15 +236,15 @@ impl<'a, 'b> Judge<'a, 'b> {
                     return Ok(false);
                 }
                 None if self.budget.is_some() => {
-                    return Err(Stopped(End::OutOfBudget));
+                    return Err(Stopped(SearchEnd::OutOfBudget));
                 }
                 None => effort = effort.saturating_mul(2),
             }
         }
     }
 
-    /// Whether the limits end the search. One that has a budget takes no longer than is noticed: only its time may run
-    /// out, so that a limit that is decided meanwhile does not leave a small group half done.
+    /// Whether the limits end the search. A search with an effort limit is so short that it checks only the deadline;
+    /// other limits must not stop a small group half done.
     fn ended(&self) -> bool {
         let limits = self.bounds.limits();
         match self.budget {

@@ -1,4 +1,4 @@
-//! Random small models, and their maxima found by trying every assignment.
+//! Small random models, and their maxima by brute force.
 
 use super::{Limits, Maximum, Method, maximum};
 use scanbound_base::time::Picos;
@@ -10,7 +10,7 @@ use scanbound_model::{
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Numbers that look random and are the same on every run.
+/// A pseudo-random number generator with a fixed seed.
 pub struct Dice(pub u64);
 
 impl Dice {
@@ -45,7 +45,7 @@ impl Builder {
         self.model.circuit.atom(Atom::Bit(variable))
     }
 
-    /// The word is this number.
+    /// The literal that the word equals this number.
     pub fn equals(&mut self, word: VarId, value: u16) -> Lit {
         let low = self.model.circuit.atom(Atom::AtLeast(word, value));
         let Some(above) = value.checked_add(1) else { return low };
@@ -68,7 +68,7 @@ impl Builder {
         });
     }
 
-    /// All charges that are not constant, as one group.
+    /// All charges with variable cost, as one group.
     pub fn group(&self) -> Group {
         let charges = &self.model.charges;
         Group {
@@ -133,7 +133,7 @@ pub fn random(seed: u64, charges: u64) -> ScanModel {
             }
         }
     }
-    // A constraint only where something keeps it.
+    // Add the constraint only if it is satisfiable.
     if dice.one_in(2) {
         let (x, y) = (pick(&mut dice, &pool), pick(&mut dice, &pool));
         let lit = b.model.circuit.or(x, y);
@@ -145,8 +145,8 @@ pub fn random(seed: u64, charges: u64) -> ScanModel {
     b.model
 }
 
-/// The maximum over all assignments that keep the constraints. Words take one value of each kind that no
-/// atom of the circuit tells apart.
+/// The maximum over all assignments that satisfy the constraints. For a word, one value of each class that the
+/// circuit's atoms distinguish is tried.
 pub fn brute(model: &ScanModel, group: &Group) -> Option<Picos> {
     use scanbound_model::Node;
     let values = |variable: usize| -> Vec<u16> {
@@ -192,21 +192,21 @@ pub fn brute(model: &ScanModel, group: &Group) -> Option<Picos> {
     }
 }
 
-/// Asserts what holds of every result.
+/// Asserts the properties that every result must have.
 pub fn sound(model: &ScanModel, group: &Group, found: &Maximum) {
     assert!(found.lower <= found.upper);
-    let best = found.best.whole(model);
+    let best = found.best.complete(model);
     let truth = model.circuit.evaluate(&best);
     if group.constraints.iter().all(|&c| truth.get(model.constraints[c])) {
         assert_eq!(model.cost(&group.charges, &best), found.lower);
-        assert!(found.kept);
+        assert!(found.feasible);
     } else {
-        assert!(!found.kept);
+        assert!(!found.feasible);
         assert_eq!(found.lower, Picos::ZERO);
     }
 }
 
-/// The method equals trying everything, and stays sound wherever it is interrupted.
+/// Asserts that a method finds the same maximum as brute force, and gives valid bounds wherever it is interrupted.
 pub fn equals_brute(method: Method, seed: u64, charges: u64) {
     let model = random(seed, charges);
     let group = Builder { model: model.clone() }.group();
@@ -238,11 +238,11 @@ pub fn equals_brute(method: Method, seed: u64, charges: u64) {
     }
 }
 
-/// What must hold for a charge of a station to fire.
+/// The condition under which a charge of a station fires.
 struct Rule {
-    /// The step word has this value.
+    /// The required step number.
     step: Option<u16>,
-    /// Bits of the station, and shared modes, with their values.
+    /// Bits of the station and shared mode bits, with their required values.
     bits: Vec<(usize, bool)>,
     modes: Vec<(usize, bool)>,
     on: u64,
@@ -252,8 +252,8 @@ struct Rule {
 const MODES: usize = 3;
 const BITS: usize = 4;
 
-/// Stations that have nothing in common but three mode bits, and their maximum: for each setting of the modes
-/// the stations' maxima add up.
+/// Stations that share only three mode bits, and their maximum: for each setting of the mode bits, the maxima of the
+/// stations add up.
 pub fn plant(seed: u64, stations: usize) -> (ScanModel, Picos) {
     let mut dice = Dice(seed);
     let mut b = Builder::default();
@@ -296,7 +296,7 @@ pub fn plant(seed: u64, stations: usize) -> (ScanModel, Picos) {
                 };
                 rules.iter().map(|r| if fires(&r) { r.on } else { r.off }).sum()
             };
-            // Any step, or none of them (5).
+            // Any step, or no step (5).
             let words = (0..steps).map(|step| 10 * step).chain([5]);
             *total += words
                 .flat_map(|word| (0..1 << BITS).map(move |bits| cost(bits, word)))

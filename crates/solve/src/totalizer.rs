@@ -1,23 +1,23 @@
-//! Counts how many of some literals are true, as far as was asked so far.
+//! A totalizer: counts how many of some literals are true, built as far as needed.
 
-use super::formula::{Formula, Renumber};
+use super::formula::{Formula, Renumbering};
 
-/// A balanced tree of unary sums. Output `k` (from 1) is true if at least `k` inputs are; it may be true
-/// otherwise, too.
+/// A balanced tree of unary sums. Output `k` (from 1) is true if at least `k` inputs are true. The converse is not
+/// encoded.
 pub struct Totalizer {
     nodes: Vec<Sum>,
     position: usize,
 }
 
 struct Sum {
-    /// Output `k` is at `k - 1`.
+    /// Output `k` is at index `k - 1`.
     outputs: Vec<i32>,
     size: usize,
     children: Option<(usize, usize)>,
 }
 
 impl Totalizer {
-    /// Counts the inputs, of which there is at least one. No output yet.
+    /// Prepares to count the inputs, at least one. It has no outputs yet.
     pub fn new(inputs: &[i32], position: usize) -> Totalizer {
         let leaf = |&input: &i32| Sum { outputs: vec![input], size: 1, children: None };
         let mut nodes: Vec<Sum> = inputs.iter().map(leaf).collect();
@@ -36,17 +36,17 @@ impl Totalizer {
         Totalizer { nodes, position }
     }
 
-    /// How many inputs there are.
+    /// The number of inputs.
     pub fn size(&self) -> usize {
         self.nodes.last().map_or(0, |root| root.size)
     }
 
-    /// Where in the circuit the counter belongs.
+    /// Its position in the order of execution.
     pub fn position(&self) -> usize {
         self.position
     }
 
-    /// The output for at least `count` inputs, 1 to `size`.
+    /// The output for at least `count` inputs, from 1 to `size`. Adds the clauses that are still missing.
     pub fn output(&mut self, count: usize, formula: &mut Formula) -> i32 {
         let root = self.nodes.len() - 1;
         self.extend(root, count, formula);
@@ -79,8 +79,8 @@ impl Totalizer {
         }
     }
 
-    /// Gives its outputs new numbers.
-    pub fn renumber(&mut self, renumber: &Renumber) {
+    /// Renumbers its outputs.
+    pub fn renumber(&mut self, renumber: &Renumbering) {
         for output in self.nodes.iter_mut().flat_map(|node| &mut node.outputs) {
             *output = renumber.of(*output);
         }

@@ -1,69 +1,69 @@
-//! What a search asked and what it found, step by step, for those who want to follow it.
+//! The trace of a search: its queries and results, step by step.
 
 use scanbound_base::time::Picos;
 use std::time::Duration;
 
-/// The most steps of a group that are kept; further ones are counted.
+/// The largest number of steps that are kept for a group; further steps are only counted.
 const MOST: usize = 5_000;
 
 /// The steps of a search, in an order that does not depend on threads.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Trace {
-    /// The first of them.
+    /// The first steps.
     pub steps: Vec<Step>,
-    /// How many more there were.
+    /// The number of further steps.
     pub left_out: usize,
 }
 
 /// A step of a search. Items are indices into the group's `Problem::items`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// Whether these items can hold together was asked.
+    /// A query whether these items can be true together.
     Asked {
         /// The items, ascending.
         items: Vec<usize>,
-        /// What they cost together, with what the group always costs.
+        /// The cost of these items and of the constant part of the group.
         total: Picos,
         /// The answer.
         together: bool,
-        /// How long it took.
+        /// The time that it took.
         time: Duration,
-        /// The best scan known then: the paper's T_MAX.
+        /// The cost of the best scan found so far: the paper's T_MAX.
         most: Picos,
     },
-    /// The search by subsets has used up its budget: the cores take over with the bounds that it leaves.
+    /// The search by subsets has reached its effort limit; the core-guided search continues with its bounds.
     TakenOver,
-    /// The core-guided search begins a round of so many partitions.
+    /// The core-guided search begins a round with this many partitions.
     Partitions {
-        /// How many.
+        /// The number of partitions.
         count: usize,
-        /// How many variables each has.
+        /// The number of variables of each.
         size: usize,
     },
-    /// The core-guided search looks for cores that propagation shows over the whole program.
+    /// The core-guided search looks for cores by propagation over the whole program.
     Propagation,
-    /// The core-guided search goes on case by case.
+    /// The core-guided search continues case by case.
     Cases,
-    /// Items that cannot hold together.
+    /// A core: items that cannot be true together.
     Core {
         /// The items, ascending.
         items: Vec<usize>,
-        /// How many counts of earlier cores exclude each other with them.
+        /// The number of totalizer outputs of earlier cores that are also part of the core.
         counts: usize,
-        /// The core's weight: what it takes off the upper bound.
+        /// The weight of the core, by which the upper bound falls.
         weight: Picos,
     },
-    /// What is known at the end of a round.
+    /// The bounds at the end of a round.
     Bounds {
-        /// No scan costs more.
+        /// The upper bound.
         upper: Picos,
-        /// A scan costs as much.
+        /// The cost of the best scan found.
         lower: Picos,
     },
 }
 
 impl Trace {
-    /// One more step.
+    /// Appends a step.
     pub fn push(&mut self, step: Step) {
         if self.steps.len() < MOST {
             self.steps.push(step);
@@ -72,7 +72,7 @@ impl Trace {
         }
     }
 
-    /// The steps of another search behind these.
+    /// Appends the steps of another search.
     pub fn append(&mut self, other: Trace) {
         self.left_out += other.left_out;
         other.steps.into_iter().for_each(|step| self.push(step));

@@ -148,7 +148,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let mut instructions = Vec::with_capacity(program.instructions.len());
     let mut block = 0;
     let absent: BTreeMap<usize, Picos> =
-        program.absent.iter().map(|one| (one.entry, one.time)).collect();
+        program.missing_routines.iter().map(|one| (one.entry, one.time)).collect();
     for (at, instruction) in program.instructions.iter().enumerate() {
         if let Some(&time) = absent.get(&at) {
             instructions.push(match stated_time(table, time) {
@@ -173,7 +173,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
                 } else {
                     Tags::new()
                 };
-                let switches = [key.dearer, key.optional];
+                let switches = [key.use_larger_time, key.optional];
                 let here = [begins.is_some(), entered.is_some()];
                 let asked = (&*key.names, key.class, &key.units, switches, touched, here);
                 let known = known.entry(asked).or_insert_with_key(|(.., touched, _)| {
@@ -281,7 +281,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
             Sum { instead_of: Some(name.into()), ..sum }
         }
     };
-    if key.dearer {
+    if key.use_larger_time {
         sum.on = sum.on.max(sum.off);
         sum.off = sum.on;
     }

@@ -229,7 +229,7 @@ fn all_formats_of_several_checks_show_one_bound() {
         let us = |key: &str| scan[key].as_u64().expect("a time") as f64 / 1e6;
         assert_eq!(cells[4].parse::<f64>().expect("a time"), us("proved_ps"), "{row}");
         assert_eq!(cells[5].parse::<f64>().expect("a time"), us("refuted_ps"), "{row}");
-        let told = scanbound::base::spoken::at_most(scanbound::base::time::Picos(
+        let told = scanbound::base::time_text::at_most(scanbound::base::time::Picos(
             scan["proved_ps"].as_u64().expect("a time"),
         ));
         assert!(html.contains(&format!("<td class=\"n\">{told}</td>")), "{told}: {html}");

@@ -248,7 +248,7 @@ fn a_range_without_0_is_not_kept_from_power_up_on() {
         let facts = format!("[ranges]\nD50 = {range}\n");
         let facts = Facts::parse("facts.toml", &facts).expect("facts");
         let followed = follow(&asked(&inputs, &table, &facts, Trust::None)).expect("a model");
-        followed.program.kept.len()
+        followed.program.proved_ranges.len()
     };
     assert_eq!([kept("[0, 7]"), kept("[1, 7]"), kept("[0, 6]"), kept("[0, 20]")], [1, 0, 0, 1]);
 }

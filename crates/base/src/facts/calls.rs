@@ -1,25 +1,25 @@
-//! What the user states of routines that calls ask for and that are not among the files given.
+//! Facts about routines that a program calls but whose source is not among the files given.
 
 use crate::time::Picos;
 
-/// What is stated of a routine that is not there.
+/// What the user states about one missing routine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StatedCall {
-    /// The routine as the facts file has it.
+    /// The routine's name as it stands in the facts file.
     pub name: String,
-    /// What it takes from its call to its return, without the call itself.
+    /// The time from its call to its return, without the call instruction itself.
     pub time: Picos,
-    /// The devices that it writes, each from the first to the last (`D100-D199`) or one; `None`: it may write any.
+    /// The devices that it writes: single devices or ranges (`D100-D199`). `None` means that it may write any device.
     pub writes: Option<Vec<String>>,
 }
 
-/// A name without what one may write in several ways: letter case, blanks, zeros in front of the number, function codes.
-/// A program's name may stand before it (`SUB:P10`).
+/// Normalises a routine's name: removes what may be written in several ways (letter case, blanks, leading zeros of the
+/// number, function codes). A program's name may precede it (`SUB:P10`).
 #[must_use]
-pub fn plain(name: &str) -> String {
+pub fn normalized(name: &str) -> String {
     let joined = |text: &str| text.split_whitespace().collect::<String>().to_uppercase();
     if let Some((program, name)) = name.rsplit_once(':') {
-        return format!("{}:{}", joined(program), plain(name));
+        return format!("{}:{}", joined(program), normalized(name));
     }
     let mut name = joined(name);
     if let (Some(open), Some(close)) = (name.find('('), name.find(')'))
@@ -29,14 +29,14 @@ pub fn plain(name: &str) -> String {
     }
     let at = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
     let (letters, number) = name.split_at(at);
-    // A number of zeros alone is 0.
+    // If all digits are zeros, one zero remains.
     let zeros = number.bytes().take_while(|&digit| digit == b'0').count();
     let is_zero = number.as_bytes().get(zeros).is_none_or(|next| !next.is_ascii_alphanumeric());
     let zeros = if is_zero { zeros.saturating_sub(1) } else { zeros };
     format!("{letters}{}", &number[zeros..])
 }
 
-/// A name as a key of a facts file: in quotes where it must be.
+/// Formats a name as a key of a facts file, in quotation marks where TOML needs them.
 #[must_use]
 pub fn key(name: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn names_are_the_same_however_they_are_written() {
         let names = ["p007", "P 7", "SUB:p07", "SBN(092) 010", "gsbn 0", "P00", "D10.A", "W0FF"];
-        let plain = names.map(plain);
+        let plain = names.map(normalized);
         assert_eq!(plain, ["P7", "P7", "SUB:P7", "SBN10", "GSBN0", "P0", "D10.A", "WFF"]);
     }
 
@@ -75,12 +75,12 @@ mod tests {
         assert_eq!(
             told,
             [
-                (2, "what is stated of P1 is no time in braces"),
+                (2, "the facts about P1 must be in braces"),
                 (3, "the time of P2 is not stated"),
-                (4, "the time of P3 is no time with its unit, up to 10 s"),
-                (5, "'write' is not known of a routine"),
-                (6, "what P5 writes is no list of devices"),
-                (7, "the time of P06 is no time with its unit, up to 10 s"),
+                (4, "the time of P3 must be a time of at most 10 s, in quotes with its unit"),
+                (5, "'write' is not a fact about a routine"),
+                (6, "writes of P5 must be a list of devices"),
+                (7, "the time of P06 must be a time of at most 10 s, in quotes with its unit"),
                 (8, "P7 and P07 are the same routine"),
             ]
         );

@@ -1,39 +1,39 @@
-//! Where in its file each fact stands, for what is found wrong with it later.
+//! The position of each fact in its file, so that later findings about a fact can point to it.
 
 use crate::code::Code;
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The part of a fact that a finding is about.
+/// The part of a fact to which a finding points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// What stands in front of the equals sign.
+    /// The key, left of the equals sign.
     Key,
-    /// What stands behind it.
+    /// The value, right of the equals sign.
     Value,
 }
 
-/// A facts file's text, and where its facts stand in it.
+/// The text of a facts file and the byte ranges of its facts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Places {
     file: String,
     text: String,
-    /// Where each line begins.
+    /// The byte offset at which each line begins.
     lines: Vec<usize>,
-    /// Key and value by table and key.
+    /// The byte ranges of key and value, by table and key.
     facts: BTreeMap<String, BTreeMap<String, [Range<usize>; 2]>>,
 }
 
 impl Places {
-    /// Those of a file that is about to be read.
+    /// Prepares the positions for a file whose facts are about to be read.
     pub(super) fn new(file: &str, text: &str) -> Places {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let lines = [0].into_iter().chain(breaks.map(|(at, _)| at + 1)).collect();
         Places { file: file.to_owned(), text: text.to_owned(), lines, facts: BTreeMap::new() }
     }
 
-    /// Notes where a fact stands.
+    /// Records the byte ranges of a fact's key and value.
     pub(super) fn put(&mut self, table: &str, key: &str, places: [Range<usize>; 2]) {
         if !self.facts.contains_key(table) {
             self.facts.insert(table.to_owned(), BTreeMap::new());
@@ -43,14 +43,14 @@ impl Places {
         }
     }
 
-    /// Forgets where a fact stands that is now stated elsewhere.
+    /// Removes the position of a fact that another source (such as the command line) now states.
     pub(super) fn forget(&mut self, table: &str, key: &str) {
         if let Some(facts) = self.facts.get_mut(table) {
             facts.retain(|known, _| !known.eq_ignore_ascii_case(key));
         }
     }
 
-    /// A finding about a fact, at its place; about no file where it was not stated in one.
+    /// An error about a fact, at its position. The file name is empty if the fact was not read from a file.
     pub(super) fn fault(
         &self,
         [table, key]: [&str; 2],
@@ -69,7 +69,7 @@ impl Places {
         }
     }
 
-    /// A finding about a part of the text.
+    /// An error at a byte range of the text.
     pub(super) fn at(
         &self,
         code: Code,
@@ -82,7 +82,7 @@ impl Places {
         let end = self.lines.get(line).map_or(self.text.len(), |next| next - 1);
         let text = self.text[start..end].trim_end_matches('\r');
         let number = u32::try_from(line).unwrap_or(u32::MAX);
-        // A long line is shown around what is meant.
+        // If the line is long, only the part around the error is shown.
         let (from, text) = around(text, span.start - start);
         let own = |at: usize| (at - start).saturating_sub(from).min(text.len());
         let mut fault = Diagnostic::line(code, &self.file, number, text, message, help);
@@ -91,10 +91,10 @@ impl Places {
     }
 }
 
-/// More of a line than so many bytes to either side of what is meant is not shown.
+/// At most this many bytes of a line are shown on either side of an error.
 const SHOWN: usize = 200;
 
-/// The part of a line around a place, and where it begins.
+/// The part of a line around byte `at`, and the offset at which this part begins.
 fn around(text: &str, at: usize) -> (usize, &str) {
     let at = at.min(text.len());
     let from = (0..=at.saturating_sub(SHOWN)).rev().find(|&from| text.is_char_boundary(from));

@@ -1,8 +1,8 @@
 //! Reads a facts file.
 
-use super::calls::{StatedCall, plain};
+use super::calls::{StatedCall, normalized};
 use super::places::Places;
-use super::{ActionOrder, Facts, HowOften, StatedFactor};
+use super::{ActionOrder, Facts, InterruptRate, StatedFactor};
 use crate::checksum::sha256;
 use crate::code::Code;
 use crate::diagnostic::Diagnostic;
@@ -12,13 +12,13 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What a facts file may say, shown where it says something else.
+/// The syntax of a facts file, shown as help for an entry that does not follow it.
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
-const SCAN: &str = "write factor = 1.1, by which what else the CPU serves lengthens a scan at most; constant = \"20ms\", the constant or minimum scan time that its parameters set, or \"none\"; watchdog = \"500ms\", the watchdog's time that they set";
-const DOWNLOAD: &str = "write download = true to have the first scans after a download covered, when memory may hold anything";
-const SELECTION: &str = "write selection = \"all\" where all transitions clear that compete for a step without priorities and are true, else selection = \"first\"";
-const ACTION_ORDER: &str = "write action_order = \"named\" (as the chart first names actions), \"declared\" (Boolean variables, then actions as they are declared: matiec) or \"alphabetical\" (those that have ended first, each by their names: CODESYS, TwinCAT)";
-const ON_ERROR: &str = "write on_error = \"stop\" where the CPU stops at an operation error (division by zero, an index beyond its area), on_error = \"continue\" where it goes on, as its parameters say";
+const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
+const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
+const SELECTION: &str = "write selection = \"all\" if the runtime clears every enabled transition of a step that has transitions without priority, else selection = \"first\"";
+const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (actions that have ended first, each group by name: CODESYS, TwinCAT)";
+const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
 /// The tables of a facts file.
 pub const TABLES: [&str; 13] = [
     "ranges",
@@ -35,19 +35,19 @@ pub const TABLES: [&str; 13] = [
     "start",
     "sfc",
 ];
-/// More faults than this are counted, not listed.
+/// At most this many errors are listed; the rest are only counted.
 const MOST_FAULTS: usize = 100;
-/// No network's refresh takes longer, nor is any scan multiplied by more.
+/// The longest refresh time of networks, and time of a missing routine, that is accepted: 10 s.
 const LONGEST: Picos = Picos(10_000_000_000_000);
-/// No watchdog and no constant scan is set to more: 60 s.
+/// The longest watchdog time and constant scan time that is accepted: 60 s.
 const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
 const LARGEST_FACTOR: u64 = 10_000_000;
 
 impl Facts {
-    /// Reads a facts file in TOML. `name` is the file's name for the diagnostics.
+    /// Reads a facts file in TOML. `name` is the file's name in error messages.
     ///
     /// # Errors
-    /// All faults at once, up to a limit.
+    /// All errors of the file, up to a limit.
     ///
     /// # Examples
     /// ```
@@ -65,7 +65,7 @@ impl Facts {
         let (table, errors) = DeTable::parse_recoverable(text);
         for error in errors {
             let help = match error.message() {
-                "duplicate key" => "write each table, and each key in it, once",
+                "duplicate key" => "write each table once, and each key of a table once",
                 _ => FORM,
             };
             reader.fault(error.span(), format!("not TOML: {}", error.message()), help);
@@ -80,10 +80,10 @@ impl Facts {
                     }
                 }
                 None if TABLES.contains(&name) => {
-                    reader.fault(Some(key.span()), format!("'{name}' is a table"), FORM);
+                    reader.fault(Some(key.span()), format!("'{name}' must be a table"), FORM);
                 }
                 _ => {
-                    let message = format!("'{name}' is not a fact");
+                    let message = format!("'{name}' is not a table of facts");
                     reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
                 }
             }
@@ -99,7 +99,7 @@ struct Reader<'a> {
     dropped: usize,
 }
 
-/// A key and its value.
+/// A key with its byte range in the file.
 type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
@@ -107,17 +107,17 @@ impl Reader<'_> {
     fn finish(mut self) -> Result<Facts, Vec<Diagnostic>> {
         self.faults.sort_by_key(|fault| fault.line);
         if self.dropped > 0 {
-            let message = format!("and {} further faults, not listed", self.dropped);
-            let help = "mend those listed first";
+            let message = format!("{} more errors are not listed", self.dropped);
+            let help = "correct the listed errors first";
             self.faults.push(Diagnostic::file(Code::Facts, self.name, message, help));
         }
         if self.faults.is_empty() { Ok(self.facts) } else { Err(self.faults) }
     }
 
     fn call(&mut self, name: &str, value: &Value<'_>) {
-        const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: what the routine takes at most, and all that it writes; without writes it may write anything";
+        const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: the longest time of the routine, and all devices that it writes; without writes, it may write any device";
         let Some(entries) = value.get_ref().as_table() else {
-            let message = format!("what is stated of {name} is no time in braces");
+            let message = format!("the facts about {name} must be in braces");
             return self.fault(Some(value.span()), message, HELP);
         };
         let (mut time, mut writes) = (None, None);
@@ -136,15 +136,17 @@ impl Reader<'_> {
                     writes.is_some()
                 }
                 other => {
-                    let message = format!("'{other}' is not known of a routine");
+                    let message = format!("'{other}' is not a fact about a routine");
                     self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
                     continue;
                 }
             };
             if !known {
                 let message = match key.get_ref().as_ref() {
-                    "time" => format!("the time of {name} is no time with its unit, up to 10 s"),
-                    _ => format!("what {name} writes is no list of devices"),
+                    "time" => format!(
+                        "the time of {name} must be a time of at most 10 s, in quotes with its unit"
+                    ),
+                    _ => format!("writes of {name} must be a list of devices"),
                 };
                 self.fault(Some(value.span()), message, HELP);
             }
@@ -157,10 +159,10 @@ impl Reader<'_> {
             return;
         };
         let call = StatedCall { name: name.to_owned(), time, writes };
-        let first = self.facts.calls.insert(plain(name), call);
+        let first = self.facts.calls.insert(normalized(name), call);
         if let Some(first) = first {
             let message = format!("{name} and {} are the same routine", first.name);
-            self.fault(Some(value.span()), message, "state each routine once");
+            self.fault(Some(value.span()), message, "state the facts of each routine once");
         }
     }
 
@@ -173,12 +175,13 @@ impl Reader<'_> {
             "interrupts" if value.get_ref().as_str().is_some() => {
                 let text = value.get_ref().as_str().unwrap_or_default().trim();
                 match text.parse() {
-                    Ok(HowOften::Every(interval)) => {
+                    Ok(InterruptRate::Every(interval)) => {
                         let label = key.get_ref().to_ascii_uppercase();
                         self.facts.intervals.insert(label, interval);
                     }
                     _ => {
-                        let message = format!("{} is not an interval above 0", key.get_ref());
+                        let message =
+                            format!("the interval of {} must be a time above 0", key.get_ref());
                         let help = "write an interval in quotes, such as I28 = \"4ms\", or a count, such as I28 = 2";
                         self.fault(Some(value.span()), message, help);
                     }
@@ -194,14 +197,13 @@ impl Reader<'_> {
             "io" => self.points(key, value),
             "network" => self.network(key, value),
             "external" => {
-                let help = "write devices = [\"D100-D199\", \"M50\"], all that HMIs and others write between scans";
+                let help = "write devices = [\"D100-D199\", \"M50\"], the devices that HMIs and other stations write between scans";
                 if let Some(devices) = self.devices(table, key, value, help) {
                     self.facts.external = devices;
                 }
             }
             "internal" => {
-                let help =
-                    "write devices = [\"D100-D199\", \"M50\"], what nobody but the program writes";
+                let help = "write devices = [\"D100-D199\", \"M50\"], the devices that only the program writes";
                 if let Some(devices) = self.devices(table, key, value, help) {
                     self.facts.internal = devices;
                 }
@@ -209,9 +211,11 @@ impl Reader<'_> {
             "exclusive" => self.exclusive(key, value),
             "start" => match (key.get_ref().as_ref(), value.get_ref().as_bool()) {
                 ("download", Some(download)) => self.facts.download = download,
-                ("download", None) => {
-                    self.fault(Some(value.span()), "download is true or false".to_owned(), DOWNLOAD)
-                }
+                ("download", None) => self.fault(
+                    Some(value.span()),
+                    "download must be true or false".to_owned(),
+                    DOWNLOAD,
+                ),
                 (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
             },
             "sfc" => self.chart(key, value),
@@ -226,7 +230,7 @@ impl Reader<'_> {
                 Some("all") => self.facts.all_clear = true,
                 Some("first") => self.facts.all_clear = false,
                 _ => {
-                    let message = "selection is \"first\" or \"all\"".to_owned();
+                    let message = "selection must be \"first\" or \"all\"".to_owned();
                     self.fault(Some(value.span()), message, SELECTION);
                 }
             },
@@ -235,7 +239,8 @@ impl Reader<'_> {
                 self.facts.action_order = ActionOrder::ALL.into_iter().find(named);
                 if self.facts.action_order.is_none() {
                     let message =
-                        "action_order is \"named\", \"declared\" or \"alphabetical\"".to_owned();
+                        "action_order must be \"named\", \"declared\" or \"alphabetical\""
+                            .to_owned();
                     self.fault(Some(value.span()), message, ACTION_ORDER);
                 }
             }
@@ -258,8 +263,8 @@ impl Reader<'_> {
             ),
             _ => self.fault(
                 Some(value.span()),
-                format!("the range of {device} is not two whole numbers"),
-                "write D100 = [0, 10]; a device with a point in its name goes in quotes: \"D10.A\"",
+                format!("the range of {device} must be two integers: [min, max]"),
+                "write D100 = [0, 10]; put a device with a point in its name in quotes: \"D10.A\"",
             ),
         }
     }
@@ -276,8 +281,8 @@ impl Reader<'_> {
             }
             _ => self.fault(
                 Some(value.span()),
-                format!("the count at {place} is no number from 0 on, nor two of them, the least first"),
-                "write \"MAIN.csv:543\" = 20 for a count that is always 20, = [0, 20] for one of at most 20",
+                format!("the count at {place} must be a non-negative integer or [min, max]"),
+                "write \"MAIN.csv:543\" = 20 if the count is always 20, or = [0, 20] if it is at most 20",
             ),
         }
     }
@@ -289,8 +294,8 @@ impl Reader<'_> {
                 Some(32) => self.facts.index_bits = Some(32),
                 _ => self.fault(
                     Some(value.span()),
-                    "bits is neither 16 nor 32".to_owned(),
-                    "write bits = 16 or bits = 32, as the CPU's parameters say of the index of file registers (ZR)",
+                    "bits must be 16 or 32".to_owned(),
+                    "write bits = 16 or bits = 32: the size of an index to file registers (ZR) in the CPU's parameters",
                 ),
             },
             "indirect" => {
@@ -300,8 +305,8 @@ impl Reader<'_> {
                     Some(Some(devices)) => self.facts.indirect = Some(devices),
                     _ => self.fault(
                         Some(value.span()),
-                        "indirect is no list of devices".to_owned(),
-                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], all that the program writes through @",
+                        "indirect must be a list of devices".to_owned(),
+                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], the only devices that the program writes through @",
                     ),
                 }
             }
@@ -312,7 +317,7 @@ impl Reader<'_> {
                     }
                     _ => self.fault(
                         Some(value.span()),
-                        format!("the index at {place} is no two numbers, the least first"),
+                        format!("the index at {place} must be two integers: [min, max]"),
                         "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
                     ),
                 }
@@ -324,7 +329,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The devices of a table that has nothing else.
+    /// Reads a table whose only content is a list of devices.
     fn devices(
         &mut self,
         table: &str,
@@ -339,13 +344,13 @@ impl Reader<'_> {
         let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
         let devices = value.get_ref().as_array().and_then(|all| all.iter().map(text).collect());
         if devices.is_none() {
-            self.fault(Some(value.span()), "devices is no list of devices".to_owned(), help);
+            self.fault(Some(value.span()), "devices must be a list of devices".to_owned(), help);
         }
         devices
     }
 
     fn exclusive(&mut self, key: &Key<'_>, value: &Value<'_>) {
-        let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], in each set bits of which no two are on when a scan starts";
+        let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], where no two bits of a set are on at the same time when a scan starts";
         if key.get_ref().as_ref() != "sets" {
             return self.unknown(key, "exclusive", &meant(key.get_ref(), &["sets"], help));
         }
@@ -358,7 +363,8 @@ impl Reader<'_> {
         match value.get_ref().as_array().and_then(|all| all.iter().map(set).collect()) {
             Some(sets) => self.facts.exclusive = sets,
             None => {
-                let message = "sets is no list of lists of two bits or more".to_owned();
+                let message =
+                    "sets must be a list of lists, each with at least two bits".to_owned();
                 self.fault(Some(value.span()), message, help);
             }
         }
@@ -372,16 +378,16 @@ impl Reader<'_> {
                 Some(base) => self.facts.base = Some(base.trim().to_ascii_lowercase()),
                 None => self.fault(
                     Some(value.span()),
-                    "base is not a text in quotes".to_owned(),
-                    "write base = \"main\", the kind of base unit that all I/O modules sit on",
+                    "base must be a text in quotes".to_owned(),
+                    "write base = \"main\", the type of base unit that holds all I/O modules",
                 ),
             },
             "latched" => match value.get_ref().as_bool() {
                 Some(latched) => self.facts.latched = Some(latched),
                 None => self.fault(
                     Some(value.span()),
-                    "latched is true or false".to_owned(),
-                    "write latched = true if the PC reads its inputs once a pass, into an image",
+                    "latched must be true or false".to_owned(),
+                    "write latched = true if the PC copies its inputs to an image once at the start of each pass",
                 ),
             },
             other => self.unknown(
@@ -396,12 +402,13 @@ impl Reader<'_> {
         }
     }
 
-    /// The points of a side: one number, or one for each base.
+    /// Reads the number of input or output points (`side` 0 or 1): one number, or one number for each type of base
+    /// unit.
     fn side(&mut self, side: usize, name: &str, value: &Value<'_>) -> Option<u32> {
         let Some(bases) = value.get_ref().as_table() else { return self.count(name, value) };
         let mut sum = Some(0_u32);
         for (base, points) in bases {
-            let own = self.count(&format!("{name} on the base {}", base.get_ref()), points)?;
+            let own = self.count(&format!("{name} on the base unit {}", base.get_ref()), points)?;
             let own_name = base.get_ref().trim().to_ascii_lowercase();
             let key = format!("{name}.{own_name}");
             self.facts.places.put("io", &key, [base.span(), points.span()]);
@@ -410,14 +417,18 @@ impl Reader<'_> {
             sum = sum.and_then(|sum| sum.checked_add(own));
         }
         if sum.is_none() {
-            let message = format!("{name} are more points than can be counted");
-            self.fault(Some(value.span()), message, "give the points of each base");
+            let message = format!("the sum of the {name} is too large");
+            self.fault(
+                Some(value.span()),
+                message,
+                "correct the number of points of each base unit",
+            );
         }
         sum
     }
 
     fn network(&mut self, key: &Key<'_>, value: &Value<'_>) {
-        let help = "write refresh = \"1.5ms\", what the refresh of all networks takes in one scan at most, or refresh = \"none\" where there is none";
+        let help = "write refresh = \"1.5ms\", the longest time that the refresh of all networks takes in one scan, or refresh = \"none\" if there is no network";
         if key.get_ref().as_ref() != "refresh" {
             return self.unknown(key, "network", &meant(key.get_ref(), &["refresh"], help));
         }
@@ -429,16 +440,18 @@ impl Reader<'_> {
         };
         match time {
             Some(time) => self.facts.network = Some(time),
-            None => {
-                self.fault(Some(value.span()), "refresh is no time up to 10 s".to_owned(), help)
-            }
+            None => self.fault(
+                Some(value.span()),
+                "refresh must be a time of at most 10 s, in quotes with its unit".to_owned(),
+                help,
+            ),
         }
     }
 
     fn scan(&mut self, key: &Key<'_>, value: &Value<'_>) {
         let help = match key.get_ref().as_ref() {
             "factor" => {
-                "write factor = 1.1, by which what else the CPU serves lengthens a scan at most"
+                "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %"
             }
             "on_error" => return self.on_error(value),
             "constant" | "watchdog" => return self.scan_time(key.get_ref(), value),
@@ -464,7 +477,7 @@ impl Reader<'_> {
             }
             _ => self.fault(
                 Some(value.span()),
-                "factor is not a decimal from 1 to 10".to_owned(),
+                "factor must be a decimal number from 1 to 10".to_owned(),
                 help,
             ),
         }
@@ -475,13 +488,13 @@ impl Reader<'_> {
             Some("stop") => self.facts.stops_on_error = Some(true),
             Some("continue") => self.facts.stops_on_error = Some(false),
             _ => {
-                let message = "on_error is \"stop\" or \"continue\"".to_owned();
+                let message = "on_error must be \"stop\" or \"continue\"".to_owned();
                 self.fault(Some(value.span()), message, ON_ERROR);
             }
         }
     }
 
-    /// The constant scan time or the watchdog's time.
+    /// Reads the constant scan time or the watchdog time.
     fn scan_time(&mut self, name: &str, value: &Value<'_>) {
         let text = value.get_ref().as_str().map_or("", str::trim);
         let is_none = name == "constant" && text.eq_ignore_ascii_case("none");
@@ -491,14 +504,16 @@ impl Reader<'_> {
             ("constant", Some(time)) => self.facts.constant_scan = Some(time),
             (_, Some(time)) => self.facts.watchdog = Some(time),
             (_, None) => {
-                let message = format!("{name} is not a time above 0 and up to 60 s");
+                let message = format!(
+                    "{name} must be a time above 0 and at most 60 s, in quotes with its unit"
+                );
                 self.fault(Some(value.span()), message, SCAN);
             }
         }
     }
 
     fn unknown(&mut self, key: &Key<'_>, table: &str, help: &str) {
-        let message = format!("'{}' is not known in [{table}]", key.get_ref());
+        let message = format!("[{table}] has no key '{}'", key.get_ref());
         self.fault(Some(key.span()), message, help);
     }
 
@@ -507,7 +522,7 @@ impl Reader<'_> {
         if number.is_none() {
             self.fault(
                 Some(value.span()),
-                format!("{what} is not a whole number from 0 on"),
+                format!("{what} must be a non-negative integer"),
                 "write a count, such as I0 = 2",
             );
         }
@@ -526,7 +541,7 @@ impl Reader<'_> {
     }
 }
 
-/// The help, headed by the known name that is most like a wrong one, if any is.
+/// The help text, preceded by the known name that is most similar to the wrong one, if any is.
 fn meant(wrong: &str, known: &[&str], help: &str) -> String {
     let likeness =
         |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
@@ -536,7 +551,7 @@ fn meant(wrong: &str, known: &[&str], help: &str) -> String {
     nearest.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
 }
 
-/// An array of whole numbers.
+/// The elements of an array of integers; `None` if the value is anything else.
 fn numbers(value: &Value<'_>) -> Option<Vec<i64>> {
     value.get_ref().as_array()?.iter().map(|item| integer(item.get_ref())).collect()
 }
@@ -645,7 +660,7 @@ mod tests {
         let text: String = (0..500).map(|n| format!("[a{n}]\n")).collect();
         let faults = Facts::parse("facts.toml", &text).expect_err("500 faults");
         assert_eq!(faults.len(), MOST_FAULTS + 1);
-        assert_eq!(faults[MOST_FAULTS].message, "and 400 further faults, not listed");
+        assert_eq!(faults[MOST_FAULTS].message, "400 more errors are not listed");
     }
 
     #[test]
@@ -657,12 +672,12 @@ mod tests {
         assert_eq!(
             told,
             [
-                (Some(1), "'speed' is not a fact"),
+                (Some(1), "'speed' is not a table of facts"),
                 (Some(3), "the range of D1 is empty: 3 is above 1"),
-                (Some(4), "the range of D2 is not two whole numbers"),
-                (Some(6), "I0 is not a whole number from 0 on"),
-                (Some(8), "'modules' is not known in [io]"),
-                (Some(9), "latched is true or false"),
+                (Some(4), "the range of D2 must be two integers: [min, max]"),
+                (Some(6), "I0 must be a non-negative integer"),
+                (Some(8), "[io] has no key 'modules'"),
+                (Some(9), "latched must be true or false"),
             ]
         );
         assert_eq!(faults[1].text, "D1 = [3, 1]");

@@ -58,7 +58,7 @@ impl Emitter<'_> {
                     && matches!(&operand, Operand::Device(device) if matches!(device.place, Place::Foreign(_)));
                 if is_link {
                     let next = self.out.program.instructions.len();
-                    self.out.program.direct_links.get_or_insert(next);
+                    self.out.program.first_direct_access.get_or_insert(next);
                 }
                 Some(operand)
             }

@@ -10,8 +10,8 @@ use scanbound_base::code::Code;
 use scanbound_front::builder::fired;
 use scanbound_ir::meaning::Operand;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey, Touched, Units,
-    When, WordSource, WordTarget, Write,
+    AccessedDevices, BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey,
+    Units, When, WordSource, WordTarget, Write,
 };
 
 /// Blocks of more words than this are havocked rather than followed.
@@ -39,9 +39,9 @@ impl Emitter<'_> {
             names,
             class: "user",
             units: Units::None,
-            dearer: false,
+            use_larger_time: false,
             optional: false,
-            touched: Touched::default(),
+            accessed: AccessedDevices::default(),
         };
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }

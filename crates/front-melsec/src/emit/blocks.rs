@@ -10,7 +10,7 @@ use crate::operand::{Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_front::builder::fired;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation,
+    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region, Relation,
     WordSource, WordTarget, Write,
 };
 
@@ -103,13 +103,14 @@ impl Emitter<'_> {
         });
         if let Some(symbol) = name.strip_prefix("BKCMP") {
             let unsigned = symbol.strip_suffix("_U");
-            let reading = if unsigned.is_some() { Reading::Unsigned } else { Reading::Signed };
+            let format =
+                if unsigned.is_some() { NumberFormat::Unsigned } else { NumberFormat::Signed };
             let Some(relation) = relation(unsigned.unwrap_or(symbol)) else { return Some(None) };
             let BitPlace::One(BitTarget::Cell(first)) = self.bit_place(&raw.operands[2])? else {
                 return Some(None);
             };
             let bits = (0..).zip(elements).map(|(n, (left, right))| {
-                let compare = Compare { relation, reading, left, right };
+                let compare = Compare { relation, format, left, right };
                 let holds = Logic::Compare(Box::new(compare));
                 fired(Write::Bit(BitTarget::Cell(first.plus(n)), holds))
             });
@@ -193,9 +194,9 @@ impl Emitter<'_> {
         let BitPlace::One(BitTarget::Cell(first)) = self.bit_place(&raw.operands[2])? else {
             return Some(None);
         };
-        let reading = match entry.mnemonic.ends_with("_U") {
-            true => Reading::Unsigned,
-            false => Reading::Signed,
+        let format = match entry.mnemonic.ends_with("_U") {
+            true => NumberFormat::Unsigned,
+            false => NumberFormat::Signed,
         };
         // The bits may be among what is compared: all are worked out before any is written.
         let reads_them = |number: &Number| match number {
@@ -207,7 +208,7 @@ impl Emitter<'_> {
         }
         let relations = [Relation::Greater, Relation::Equal, Relation::Less];
         let bits = (0..).zip(relations).map(|(n, relation)| {
-            let compare = Compare { relation, reading, left: left.clone(), right: right.clone() };
+            let compare = Compare { relation, format, left: left.clone(), right: right.clone() };
             let holds = Logic::Compare(Box::new(compare));
             fired(Write::Bit(BitTarget::Cell(first.plus(n)), holds))
         });

@@ -6,7 +6,7 @@ use crate::mnemonic::Sort;
 use crate::operand::Operand;
 use crate::source::RawInstruction;
 use scanbound_ir::{
-    BitSource, Compare, Join, Logic, Number, Reading, Relation, Step, Units, WordSource,
+    BitSource, Compare, Join, Logic, Number, NumberFormat, Relation, Step, Units, WordSource,
 };
 
 impl Emitter<'_> {
@@ -39,11 +39,11 @@ impl Emitter<'_> {
 
     fn compared(&mut self, raw: &RawInstruction, sort: Sort, relation: Relation) -> Option<Logic> {
         let (left, right) = (&raw.operands[0], &raw.operands[1]);
-        let (words, reading) = match sort {
+        let (words, format) = match sort {
             Sort::Integer { words, signed } => {
-                (words, if signed { Reading::Signed } else { Reading::Unsigned })
+                (words, if signed { NumberFormat::Signed } else { NumberFormat::Unsigned })
             }
-            Sort::Real { words: 2 } => (2, Reading::Real(self.choice())),
+            Sort::Real { words: 2 } => (2, NumberFormat::Real(self.choice())),
             Sort::Real { .. } => {
                 return self.unknown_comparison(raw, "a double-precision comparison");
             }
@@ -52,7 +52,7 @@ impl Emitter<'_> {
         };
         let (left, right) = (self.number(left, words), self.number(right, words));
         let (left, right) = (left?, right?);
-        Some(Logic::Compare(Box::new(Compare { relation, reading, left, right })))
+        Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
     }
 
     fn unknown_comparison(&mut self, raw: &RawInstruction, what: &str) -> Option<Logic> {
@@ -94,7 +94,7 @@ impl Emitter<'_> {
                     let right = WordSource::Const(u16::from_le_bytes([low, high]));
                     parts.push(Logic::Compare(Box::new(Compare {
                         relation: Relation::Equal,
-                        reading: Reading::Unsigned,
+                        format: NumberFormat::Unsigned,
                         left: Number::Words(vec![source]),
                         right: Number::Words(vec![right]),
                     })));

@@ -198,7 +198,7 @@ impl Emitter<'_> {
             Step::ForBegin { count, least, most, end: OPEN },
         );
         if !known {
-            self.out.program.uncounted.insert(at);
+            self.out.program.loops_without_count.insert(at);
         }
         self.routes.leads(at, next);
     }

@@ -69,7 +69,7 @@ impl Emitter<'_> {
         for (relay, contacts) in std::mem::take(&mut self.edges.single) {
             let all = 0..self.out.program.instructions.len();
             let writes = |&at: &usize| {
-                flow::written(&self.out.program, at).iter().any(|region| region.holds(relay))
+                flow::written(&self.out.program, at).iter().any(|region| region.contains(relay))
             };
             let coils: Vec<usize> = all.filter(writes).collect();
             let mut behind: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -145,7 +145,7 @@ fn run_again(program: &Program) -> Vec<bool> {
     for (begin, end) in flow::loops(program) {
         again[begin..=end].fill(true);
     }
-    let extent = |entry| flow::extent(program, entry).map(|end| entry..=end);
+    let extent = |entry| flow::routine_end(program, entry).map(|end| entry..=end);
     for interrupt in &program.interrupts {
         if let Some(range) = extent(interrupt.entry) {
             again[range].fill(true);

@@ -6,10 +6,10 @@ use crate::catalog::{Amount, Entry, Extent};
 use crate::memory::{Family, Kind, area};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
-use scanbound_ir::errors::{is_above, is_below, is_no_bcd, is_outside, is_zero};
+use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
 use scanbound_ir::meaning::{Meaning, Operand as Input, Operation, Unary};
 use scanbound_ir::{
-    AreaId, Compare, Logic, Number, Program, Reading, Relation, Step, WordSource, flow,
+    AreaId, Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -70,7 +70,7 @@ impl Emitter<'_> {
                 Some(is_below(&self.number(root, 2)?, 0))
             }
             ("SQRD" | "EDSQRT", [root, _]) => Some(is_below(&self.number(root, 4)?, 0)),
-            ("BDSQR", [root, _]) => is_no_bcd(&self.number(root, 2)?),
+            ("BDSQR", [root, _]) => is_invalid_bcd(&self.number(root, 2)?),
             ("LOG" | "LOG10" | "DLOGE" | "DLOG10", [number, _]) => {
                 Some(is_above(&self.number(number, 2)?, 0).not())
             }
@@ -100,7 +100,7 @@ impl Emitter<'_> {
                 let inputs = texts.iter().take(read).map(|text| self.number(text, words));
                 let inputs =
                     inputs.map(|number| number.map(Input::Number)).collect::<Option<_>>()?;
-                Meaning { operation, inputs, outputs: Vec::new() }.error()
+                Meaning { operation, inputs, outputs: Vec::new() }.operand_error()
             }
         }
     }
@@ -156,8 +156,8 @@ impl Emitter<'_> {
             None => {
                 let words = self.count_words(raw, entry, operand)?;
                 let (left, right) = (Number::Words(words.clone()), limit(most, words.len())?);
-                let (relation, reading) = (Relation::Greater, Reading::Unsigned);
-                Some(Logic::Compare(Box::new(Compare { relation, reading, left, right })))
+                let (relation, format) = (Relation::Greater, NumberFormat::Unsigned);
+                Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
             }
         }
     }
@@ -218,7 +218,7 @@ fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
     let calls = flow::calls(program);
     let extents: BTreeMap<usize, usize> = calls
         .iter()
-        .filter_map(|&(_, target)| Some((target, flow::extent(program, target)?)))
+        .filter_map(|&(_, target)| Some((target, flow::routine_end(program, target)?)))
         .collect();
     let mut level: BTreeMap<usize, usize> = BTreeMap::new();
     for _ in 0..=deepest + 1 {

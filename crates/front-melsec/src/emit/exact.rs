@@ -9,10 +9,10 @@ use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{
     Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
 };
-use scanbound_ir::timed::Expiry;
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, Indexed, Length, Logic, Number, Reading,
-    Relation, When, WordSource, Write,
+    AreaId, BitSource, Cell, ChoiceId, Compare, Effect, IndexedWrite, Length, Logic, Number,
+    NumberFormat, Relation, When, WordSource, Write,
 };
 
 impl Emitter<'_> {
@@ -42,7 +42,7 @@ impl Emitter<'_> {
     pub(super) fn exactly(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
-            self.note_error(meaning.error());
+            self.note_error(meaning.operand_error());
         }
         self.out.define(choice, meaning);
         choice
@@ -59,7 +59,7 @@ impl Emitter<'_> {
         let word = |source| Operand::Words(vec![source]);
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(memory, setting, unit);
-        self.out.set_expiry([over, number], Expiry { stood: Some(before), ..on_delay });
+        self.out.set_expiry([over, number], Expiry { previous: Some(before), ..on_delay });
         let inputs = vec![
             Operand::Bits(vec![BitSource::Free(over)]),
             word(WordSource::Cell(before)),
@@ -85,7 +85,7 @@ impl Emitter<'_> {
         });
         let compare = Compare {
             relation: Relation::GreaterOrEqual,
-            reading: Reading::Signed,
+            format: NumberFormat::Signed,
             left: Number::Words(vec![WordSource::Free(now)]),
             right: Number::Words(vec![setting]),
         };
@@ -206,7 +206,7 @@ impl Emitter<'_> {
         let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
             !matches!(operand.role, Role::Source | Role::Number | Role::Address)
         });
-        let mut found: Vec<(AreaId, Option<Indexed>)> = Vec::new();
+        let mut found: Vec<(AreaId, Option<IndexedWrite>)> = Vec::new();
         for (text, operand) in written {
             let Ok(Written::Device(device)) = self.parsed(text) else { continue };
             let length = self.written_length(raw, entry, operand.extent);
@@ -216,12 +216,12 @@ impl Emitter<'_> {
                 }
                 Place::At(Kind::Word(area), number) => {
                     let is_counted = matches!(length, Length::Counted(..));
-                    let indexed = Indexed {
+                    let indexed = IndexedWrite {
                         first: Cell { area, index: number },
-                        readings: vec![vec![WordSource::Const(0)]],
+                        indices: vec![vec![WordSource::Const(0)]],
                         length,
                         stated: None,
-                        found: Vec::new(),
+                        proved: Vec::new(),
                     };
                     let is_switched = self.is_switched(device.name);
                     found.push((area, Some(indexed).filter(|_| is_counted && !is_switched)));
@@ -272,7 +272,7 @@ impl Emitter<'_> {
     }
 
     /// Where a write to an indexed word device goes, if the register is one whose readings are known.
-    fn indexed_cells(&self, device: &Device, area: AreaId, length: Length) -> Option<Indexed> {
+    fn indexed_cells(&self, device: &Device, area: AreaId, length: Length) -> Option<IndexedWrite> {
         let Index { number, letters, register, .. } = device.index?;
         // On the FX the index of a double word has 32 bits; which file registers R are is switched.
         let is_wide = self.family == Family::Fx && length != Length::Exactly(1);
@@ -294,12 +294,12 @@ impl Emitter<'_> {
                 _ => readings.push(wide),
             }
         }
-        Some(Indexed {
+        Some(IndexedWrite {
             first: Cell { area, index: number },
-            readings,
+            indices: readings,
             length,
             stated: None,
-            found: Vec::new(),
+            proved: Vec::new(),
         })
     }
 
@@ -313,7 +313,7 @@ impl Emitter<'_> {
         };
         let choice = is_clock.then(|| self.choice())?;
         let cell = Cell { area: area(device.name), index };
-        self.out.program.kinds.insert(choice, ChoiceKind::Steady(cell));
+        self.out.program.kinds.insert(choice, ChoiceKind::StableExternal(cell));
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
@@ -339,7 +339,7 @@ impl Emitter<'_> {
         if entry.class == "module" && self.reads_module(raw, entry) {
             for effect in effects.iter() {
                 if let Write::Havoc(_, choice) = effect.write {
-                    self.out.program.kinds.insert(choice, ChoiceKind::World);
+                    self.out.program.kinds.insert(choice, ChoiceKind::External);
                 }
             }
         }

@@ -23,7 +23,7 @@ impl Emitter<'_> {
             if !entries.insert(entry) {
                 continue;
             }
-            let Some(end) = flow::extent(&self.out.program, entry) else { continue };
+            let Some(end) = flow::routine_end(&self.out.program, entry) else { continue };
             inside.extend(entry..=end);
             let within = calls.iter().filter(|(at, _)| (entry..=end).contains(at));
             open.extend(within.map(|&(_, target)| target));

@@ -39,7 +39,7 @@ impl Emitter<'_> {
             "{text}: a state that is off may run once more to switch its coils off"
         ));
         let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
-        let timing = TimingKey { dearer: true, ..key("STL", "set") };
+        let timing = TimingKey { use_larger_time: true, ..key("STL", "set") };
         let jump = self.add(Some(timing), Vec::new(), Step::Jump { fires: skipped, target: OPEN });
         self.add(None, Vec::new(), Step::MasterControlBegin { level: STATE_LEVEL, fires: on });
         self.add(None, Vec::new(), Step::Logic { join: Join::Start, value: Logic::Const(true) });

@@ -8,7 +8,8 @@ use crate::memory::{Family, Kind};
 use crate::operand::Place;
 use crate::source::RawInstruction;
 use scanbound_ir::meaning::{
-    Address, Arithmetic, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+    Address, Arithmetic, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Term,
+    Unary,
 };
 use scanbound_ir::{BitSource, BitTarget, Cell, Number, WordSource, WordTarget};
 
@@ -466,8 +467,11 @@ impl Emitter<'_> {
             Many::Known(count) => Count::Exactly(count * unit),
             Many::By(word) => {
                 let most = self.most_elements();
-                let term =
-                    Term { words: vec![word], reading: Digits::Signed, times: i64::from(unit) };
+                let term = Term {
+                    words: vec![word],
+                    format: IntegerFormat::Signed,
+                    factor: i64::from(unit),
+                };
                 Count::Of { term, least: unit, most: most * unit }
             }
         };
@@ -539,7 +543,7 @@ fn overlaps(meaning: &Meaning) -> bool {
     // These have several results, of which one may be stored where another is still looked for.
     if let Operation::Extreme { .. } | Operation::Find { .. } = meaning.operation {
         let may_hold = |input: &Operand, cell: &Cell| match input {
-            Operand::Run(address, ..) => address.stretches.iter().any(|stretch| {
+            Operand::Run(address, ..) => address.ranges.iter().any(|stretch| {
                 let is_before =
                     address.terms.is_empty() && i64::from(cell.index) < address.base + stretch.from;
                 stretch.first.area == cell.area && !is_before

@@ -39,8 +39,8 @@ use scanbound_base::location::Location;
 use scanbound_front::Faults;
 use scanbound_front::builder::{Builder, always};
 use scanbound_ir::{
-    Approximated, Cell, Effect, Logic, Program, Region, SourceFile, Step, TimingKey, Touched,
-    Units, Write,
+    AccessedDevices, Approximated, Cell, Effect, Logic, Program, Region, SourceFile, Step,
+    TimingKey, Units, Write,
 };
 use std::sync::Arc;
 
@@ -288,8 +288,8 @@ pub fn timing(
         names.extend(letters.map(|letters| [&name, ":", letters].concat()));
         names.push(name);
     }
-    let touched = Touched::default();
-    TimingKey { names, class, units, dearer, optional: false, touched }
+    let touched = AccessedDevices::default();
+    TimingKey { names, class, units, use_larger_time: dearer, optional: false, accessed: touched }
 }
 
 /// How a control instruction is priced: by its name alone.

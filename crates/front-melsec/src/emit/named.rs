@@ -9,7 +9,7 @@ use crate::mnemonic::Sort;
 use crate::operand::{Device, Modifiers, Operand, Place, Pointer};
 use crate::resolve::Category;
 use crate::source::RawInstruction;
-use scanbound_ir::{AreaId, Cell, Region, TimingKey, Touched};
+use scanbound_ir::{AccessedDevices, AreaId, Cell, Region, TimingKey};
 
 /// An operand is priced for so many bits of words at most, also where how many it has is not known.
 const MOST_WORD_BITS: u32 = 65_536;
@@ -46,7 +46,7 @@ impl Emitter<'_> {
         for Named { device, extent, changes } in &devices {
             // What is changed is accessed twice.
             for _ in 0..1 + usize::from(*changes) {
-                touch(&mut key.touched, device, self.units_of(raw, *extent));
+                touch(&mut key.accessed, device, self.units_of(raw, *extent));
             }
         }
         key
@@ -116,7 +116,7 @@ fn kinds(devices: &[Named]) -> Vec<&'static str> {
 }
 
 /// Notes what a device operand of so many units touches. Timers and counters have no rows by area.
-fn touch(touched: &mut Touched, device: &Device, (units, is_words): (u32, bool)) {
+fn touch(touched: &mut AccessedDevices, device: &Device, (units, is_words): (u32, bool)) {
     if device.modifiers.word_bit {
         touched.word_bits += u64::from(units.min(MOST_WORD_BITS));
     }

@@ -9,10 +9,10 @@ use crate::source::RawInstruction;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::meaning;
-use scanbound_ir::timed::Manner;
+use scanbound_ir::timers::TimerKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation, Step,
-    TimingKey, Units, When, WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region, Relation,
+    Step, TimingKey, Units, When, WordSource, WordTarget, Write,
 };
 
 impl Emitter<'_> {
@@ -102,8 +102,8 @@ impl Emitter<'_> {
         }
         let step = self.step_of(mnemonic, index);
         let cell = |area| Cell { area, index };
-        let keeps = scanbound_ir::timed::Timed {
-            manner: Manner::TimesUp(step, timed.retentive),
+        let keeps = scanbound_ir::timers::TimerOrCounter {
+            kind: TimerKind::UpTimer(step, timed.retentive),
             flag: cell(timed.contact),
             present: cell(timed.value),
             setting,
@@ -113,7 +113,7 @@ impl Emitter<'_> {
         };
         let timekeeping = &mut self.out.program.timekeeping;
         timekeeping.scratch.insert(const { area("stood at ") });
-        timekeeping.coils.insert(at, keeps);
+        timekeeping.instructions.insert(at, keeps);
     }
 
     /// In what steps a timer runs, as CPUs come: parameters may set other steps.
@@ -218,7 +218,12 @@ impl Emitter<'_> {
     ) -> Logic {
         let compared = |relation, left, right| {
             let [left, right] = [left, right].map(|word| Number::Words(vec![word]));
-            Logic::Compare(Box::new(Compare { relation, reading: Reading::Signed, left, right }))
+            Logic::Compare(Box::new(Compare {
+                relation,
+                format: NumberFormat::Signed,
+                left,
+                right,
+            }))
         };
         let ticks = WordSource::Free(self.out.scan_ticks(unit, false));
         let at_once = compared(Relation::LessOrEqual, setting, ticks);

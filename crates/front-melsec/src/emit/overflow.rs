@@ -6,8 +6,8 @@ use crate::catalog::{Entry, Operation};
 use crate::memory::Family;
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Effect, Logic, Number, Reading, Region, Relation, Step, WordSource,
-    WordTarget, Write,
+    BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region, Relation, Step,
+    WordSource, WordTarget, Write,
 };
 
 /// Regions that are havocked behind an instruction if this bit, that it overflowed, is true.
@@ -80,10 +80,10 @@ fn overflow(
     is_unsigned: bool,
     words: usize,
 ) -> Logic {
-    let reading = if is_unsigned { Reading::Unsigned } else { Reading::Signed };
+    let format = if is_unsigned { NumberFormat::Unsigned } else { NumberFormat::Signed };
     let is = |relation, left: &Number, right: &Number| {
         let (left, right) = (left.clone(), right.clone());
-        Logic::Compare(Box::new(Compare { relation, reading, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
     };
     let (shrinks, grows) = (is(Relation::Less, result, a), is(Relation::Greater, result, a));
     if is_unsigned {

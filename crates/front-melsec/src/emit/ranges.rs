@@ -149,7 +149,7 @@ impl Emitter<'_> {
                 Some(first) => {
                     let count = if wide { 2 } else { 1 };
                     let cells = (0..count).map(|n| first.plus(n)).collect();
-                    self.out.program.ranges.push(StartRange {
+                    self.out.program.stated_ranges.push(StartRange {
                         cells,
                         low,
                         high,

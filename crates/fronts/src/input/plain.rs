@@ -64,7 +64,7 @@ pub(super) fn is_content(beginning: &[u8]) -> bool {
     let times = rows().next().is_some_and(|row| {
         let cells = cells(row);
         let numbers = cells.iter().any(|cell| cell.starts_with(|c: char| c.is_ascii_digit()));
-        !numbers && cells.iter().any(|cell| Unit::of_head(cell).is_some())
+        !numbers && cells.iter().any(|cell| Unit::of_heading(cell).is_some())
     });
     labels || times
 }

@@ -5,7 +5,7 @@ use super::{Chart, Qualifier};
 use crate::show;
 use rustc_hash::FxHashSet;
 use scanbound_nets::invariant::exclusive;
-use scanbound_nets::reach::{Reached, reach};
+use scanbound_nets::reach::{Reachability, reach};
 use scanbound_nets::{Bits, Net, Transition};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -102,7 +102,7 @@ impl Analysis {
     /// Whether two steps are known never to be active together.
     #[must_use]
     pub fn are_apart(&self, one: usize, other: usize) -> bool {
-        !self.together[one].has(other)
+        !self.together[one].contains(other)
     }
 }
 
@@ -162,12 +162,12 @@ pub fn steps_together(chart: &Chart, budget: usize) -> Analysis {
     of_steps(&net, &reach(&net, budget))
 }
 
-fn of_steps(net: &Net, reached: &Reached) -> Analysis {
+fn of_steps(net: &Net, reached: &Reachability) -> Analysis {
     let (basis, together) = together(net, reached);
     Analysis { basis, together, pairs: Vec::new(), findings: Vec::new() }
 }
 
-fn together(net: &Net, reached: &Reached) -> (Basis, Vec<Bits>) {
+fn together(net: &Net, reached: &Reachability) -> (Basis, Vec<Bits>) {
     let all = || {
         let everything: Vec<usize> = (0..net.places).collect();
         vec![Bits::of(net.places, &everything); net.places]
@@ -198,7 +198,7 @@ fn findings(
     chart: &Chart,
     net: &Net,
     actions: &[Running],
-    reached: &Reached,
+    reached: &Reachability,
     analysis: &mut Analysis,
 ) {
     let found = &mut analysis.findings;
@@ -206,11 +206,13 @@ fn findings(
         found.push(Finding::EnteredTwice(one.place, one.path.clone()));
     }
     found.extend(
-        (0..chart.steps.len()).filter(|&step| reached.is_never(step)).map(Finding::NeverActive),
+        (0..chart.steps.len())
+            .filter(|&step| reached.is_unreachable(step))
+            .map(Finding::NeverActive),
     );
     for (at, transition) in chart.transitions.iter().enumerate() {
-        let is_reached = transition.from.iter().all(|&step| !reached.is_never(step));
-        if reached.complete && !reached.enabled.has(at) && is_reached {
+        let is_reached = transition.from.iter().all(|&step| !reached.is_unreachable(step));
+        if reached.complete && !reached.enabled.contains(at) && is_reached {
             found.push(match in_vain(&net.transitions[at], reached) {
                 Some(flags) => Finding::NeverTrue(at, flags),
                 None => Finding::NeverClears(at),
@@ -222,7 +224,7 @@ fn findings(
     for dead in &reached.deadlocks {
         // A single step at the end of a chart that runs once is no fault of its structure.
         let steps: Vec<usize> = dead.marking.iter().collect();
-        let waits = steps.iter().any(|&step| left.has(step));
+        let waits = steps.iter().any(|&step| left.contains(step));
         if waits || steps.is_empty() {
             found.push(Finding::Deadlock(steps, dead.path.clone()));
         }
@@ -234,15 +236,18 @@ fn findings(
 
 /// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or else
 /// all; nothing if its steps are never active together.
-fn in_vain(one: &Transition, reached: &Reached) -> Option<Vec<(usize, bool)>> {
-    let with = reached.seen().filter(|marking| one.takes.iter().all(|&step| marking.has(step)));
+fn in_vain(one: &Transition, reached: &Reachability) -> Option<Vec<(usize, bool)>> {
+    let with =
+        reached.visited().filter(|marking| one.inputs.iter().all(|&step| marking.contains(step)));
     let with: Vec<&Bits> = with.collect();
     if with.is_empty() {
         return None;
     }
-    let asked = one.needs.iter().map(|&step| (step, true));
-    let all: Vec<(usize, bool)> = asked.chain(one.bars.iter().map(|&step| (step, false))).collect();
-    let never = |&&(step, is): &&(usize, bool)| with.iter().all(|marking| marking.has(step) != is);
+    let asked = one.tested.iter().map(|&step| (step, true));
+    let all: Vec<(usize, bool)> =
+        asked.chain(one.inhibitors.iter().map(|&step| (step, false))).collect();
+    let never =
+        |&&(step, is): &&(usize, bool)| with.iter().all(|marking| marking.contains(step) != is);
     let alone: Vec<(usize, bool)> = all.iter().filter(never).copied().collect();
     Some(if alone.is_empty() { all } else { vec![alone[0]] })
 }
@@ -270,11 +275,11 @@ pub fn apart_while_stored(chart: &Chart, action: &str, budget: usize) -> Vec<usi
     let mut beside = Bits::new(chart.steps.len());
     let ways = Stored::new(&net, &[&own]).follow(budget, &mut |(marking, stored), _| {
         if stored[0] {
-            beside.join(marking);
+            beside.union_with(marking);
         }
     });
     let all = 0..chart.steps.len();
-    if ways.complete { all.filter(|&step| !beside.has(step)).collect() } else { Vec::new() }
+    if ways.complete { all.filter(|&step| !beside.contains(step)).collect() } else { Vec::new() }
 }
 
 /// How stored actions stand: for each of some actions, whether it is stored.
@@ -318,8 +323,8 @@ impl<'a> Stored<'a> {
     fn settle(&self, marking: &Bits, before: &[bool]) -> Vec<Vec<bool>> {
         let mut all: Vec<Vec<bool>> = vec![Vec::new()];
         for (action, &was) in self.actions.iter().zip(before) {
-            let is_set = action.by.iter().any(|&step| marking.has(step));
-            let is_reset = action.until.iter().any(|&step| marking.has(step));
+            let is_set = action.by.iter().any(|&step| marking.contains(step));
+            let is_reset = action.until.iter().any(|&step| marking.contains(step));
             let options: &[bool] = match (is_reset, is_set, action.at_once) {
                 (true, ..) => &[false],
                 (false, true, true) => &[true],
@@ -347,7 +352,7 @@ impl<'a> Stored<'a> {
                 ways.before.push(from);
             }
         };
-        let firing = self.net.firing();
+        let firing = self.net.enabled_index();
         let start = self.net.start();
         for stored in self.settle(&start, &vec![false; self.actions.len()]) {
             add(&mut ways, &mut open, (start.clone(), stored), None);
@@ -355,7 +360,7 @@ impl<'a> Stored<'a> {
         let mut at = 0;
         while let Some(state) = open.pop_front() {
             see(&state, at);
-            let moves = firing.moves(&state.0);
+            let moves = firing.next_steps(&state.0);
             ways.complete &= moves.is_some();
             for set in moves.unwrap_or_default() {
                 let (next, _) = self.net.fire(&set, &state.0);
@@ -438,7 +443,7 @@ impl Running {
 
     /// Whether one of its own steps is active.
     fn is_stepped(&self, marking: &Bits) -> bool {
-        self.steps.iter().any(|&step| marking.has(step))
+        self.steps.iter().any(|&step| marking.contains(step))
     }
 }
 
@@ -464,7 +469,7 @@ impl Lasting {
 /// Finds what can run together.
 struct Pairing<'a> {
     net: &'a Net,
-    reached: &'a Reached,
+    reached: &'a Reachability,
     /// Which steps can be active together with each.
     together: &'a [Bits],
     /// How many markings are looked at for each pair.
@@ -507,9 +512,9 @@ impl Pairing<'_> {
     fn with_steps(&self, action: &Running, lasting: Option<&Lasting>) -> Vec<Pair> {
         let others = (0..self.net.places).filter(|step| !action.steps.contains(step));
         let pair = |step: usize| {
-            let parallel = action.steps.iter().find(|&&own| self.together[own].has(step));
+            let parallel = action.steps.iter().find(|&&own| self.together[own].contains(step));
             let (how, path) = match (parallel, lasting) {
-                (Some(&own), _) => (How::Parallel, self.reached.way_to(&[own, step])),
+                (Some(&own), _) => (How::Parallel, self.reached.path_to(&[own, step])),
                 (None, Some(lasting)) => (action.how(), lasting.way_to(&[step])?),
                 (None, None) => return None,
             };
@@ -529,11 +534,11 @@ impl Pairing<'_> {
             Some(Pair { action: one.name.clone(), other, how, path })
         };
         if let Some(step) = one.steps.iter().find(|step| two.steps.contains(step)) {
-            return pair(How::SameStep, self.reached.way_to(&[*step]));
+            return pair(How::SameStep, self.reached.path_to(&[*step]));
         }
         let parallel = one.steps.iter().flat_map(|&a| two.steps.iter().map(move |&b| [a, b]));
-        if let Some(steps) = { parallel }.find(|&[a, b]| self.together[a].has(b)) {
-            return pair(How::Parallel, self.reached.way_to(&steps));
+        if let Some(steps) = { parallel }.find(|&[a, b]| self.together[a].contains(b)) {
+            return pair(How::Parallel, self.reached.path_to(&steps));
         }
         match (first, second) {
             (None, None) => None,

@@ -215,7 +215,7 @@ fn made(qualifier: Qualifier) -> Option<Qualifier> {
 /// In which states of the branch each transition can clear, under any order of clearing.
 fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<Branch>>, String> {
     let net = chart.net();
-    let firing = net.firing();
+    let firing = net.enabled_index();
     let mut found = vec![BTreeSet::new(); chart.transitions.len()];
     let start = (net.start(), Branch::None);
     let mut known: FxHashSet<(Bits, Branch)> = FxHashSet::from_iter([start.clone()]);
@@ -233,7 +233,7 @@ fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<B
             add((marking.clone(), Branch::On));
         }
         let too_many = || "too many transitions can clear at once".to_owned();
-        for set in firing.moves(&marking).ok_or_else(too_many)? {
+        for set in firing.next_steps(&marking).ok_or_else(too_many)? {
             let mut next = branch;
             for &at in &set {
                 found[at].insert(branch);

@@ -283,7 +283,8 @@ impl Chart {
             self.transitions.iter().filter(|one| one.has_priority).collect();
         for (one, own) in net.transitions.iter_mut().zip(&self.transitions) {
             let beside = |two: &&&Transition| !two.from.iter().any(|step| own.from.contains(step));
-            one.bars.retain(|step| !early.iter().filter(beside).any(|two| two.from.contains(step)));
+            one.inhibitors
+                .retain(|step| !early.iter().filter(beside).any(|two| two.from.contains(step)));
         }
         net
     }
@@ -299,8 +300,8 @@ impl Chart {
     pub fn net(&self) -> Net {
         let transitions = self.transitions.iter().map(|transition| {
             let mut one = scanbound_nets::Transition {
-                takes: transition.from.clone(),
-                puts: transition.to.clone(),
+                inputs: transition.from.clone(),
+                outputs: transition.to.clone(),
                 ..scanbound_nets::Transition::default()
             };
             self.flags(&transition.condition, &mut one);
@@ -325,10 +326,10 @@ impl Chart {
                 self.flags(left, one);
                 self.flags(right, one);
             }
-            Expr::Not(inner) => one.bars.extend(flag(inner).unwrap_or_default()),
+            Expr::Not(inner) => one.inhibitors.extend(flag(inner).unwrap_or_default()),
             // One of several steps is nothing that the net can ask.
             other => {
-                one.needs.extend(flag(other).filter(|steps| steps.len() == 1).unwrap_or_default())
+                one.tested.extend(flag(other).filter(|steps| steps.len() == 1).unwrap_or_default())
             }
         }
     }

@@ -1,67 +1,67 @@
-//! What is known while a condition holds: ranges of words, and which contacts it was seen from.
+//! What is known while a condition holds: ranges of words, and the bits and comparisons of which it is composed.
 
 use super::value::Value;
 use std::rc::Rc;
 
-/// A condition of more contacts than these is told apart from others by some of them only.
+/// A conjunction of more literals than this is represented by some of them only.
 const MOST_LITERALS: usize = 24;
 
-/// What is known of a word while a condition holds.
+/// A fact about a word while a condition holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Known {
-    /// The word's slot, and the write that its value is from.
+pub struct WordFact {
+    /// The word's slot, and the stamp of the write to which the fact refers.
     pub slot: usize,
     pub stamp: u32,
-    /// What it is one of.
-    pub lies: Value,
+    /// The values that the word may have.
+    pub value: Value,
 }
 
-/// A truth value at one moment of the scan, or its negation: what a bit holds since it was last written, or what a contact
-/// or comparison gave when it was last come by.
+/// A Boolean value at one moment of the scan, or its negation: the value of a bit since its last write, or the result
+/// of a contact or comparison at its last execution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Literal {
-    /// The bit's slot; `None` for what was seen once.
+    /// The bit's slot; `None` for the result of a contact or comparison.
     pub bit: Option<usize>,
-    /// Which write of the bit, or which seeing.
+    /// Identifies the write of the bit, or the execution of the contact or comparison.
     pub stamp: u32,
-    /// Whether it is on.
+    /// `false` for a negated literal.
     pub on: bool,
 }
 
 impl Literal {
-    /// The opposite.
+    /// The negation.
     fn negated(self) -> Literal {
         Literal { on: !self.on, ..self }
     }
 }
 
-/// What is known of a condition.
+/// What is known about a Boolean value.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Condition {
-    /// It holds in every scan.
+    /// It is true in every scan.
     pub surely: bool,
-    /// It holds in none.
+    /// It is false in every scan.
     pub never: bool,
-    /// What holds with it.
-    known: Option<Rc<[Known]>>,
-    /// These are true whenever it holds.
+    /// Facts about words that hold while it is true.
+    known: Option<Rc<[WordFact]>>,
+    /// Literals that are true whenever it is true.
     literals: Option<Rc<[Literal]>>,
-    /// It holds whenever they are true, too.
+    /// Whether it is equivalent to the conjunction of `literals`.
     exact: bool,
-    /// What holds where it does not.
-    off: Option<Rc<[Known]>>,
-    /// What is known of it is known where these are true; where nothing is said, anywhere.
+    /// Facts about words that hold while it is false.
+    off: Option<Rc<[WordFact]>>,
+    /// The facts hold only if these literals are true; without literals they hold everywhere.
     context: Option<Rc<[Literal]>>,
-    /// What holds where one of the literals is not true.
-    denied: Option<Rc<[Denied]>>,
+    /// Facts about words that hold if one of the literals is false.
+    denied: Option<Rc<[FactsIfFalse]>>,
 }
 
-/// What is known of words where a literal is not true.
+/// Facts about words that hold if a literal is false.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Denied {
+pub struct FactsIfFalse {
     literal: Literal,
-    known: Rc<[Known]>,
-    /// Where these are true.
+    known: Rc<[WordFact]>,
+    /// The facts hold only if these literals are true.
     context: Option<Rc<[Literal]>>,
 }
 
@@ -76,74 +76,79 @@ fn chained<T: Clone + PartialEq>(a: Option<&Rc<[T]>>, b: Option<&Rc<[T]>>) -> Op
 }
 
 impl Condition {
-    /// What always holds.
+    /// Always true.
     pub fn always() -> Condition {
         Condition { surely: true, exact: true, ..Condition::default() }
     }
 
-    /// What always holds, or never.
+    /// A constant.
     pub fn constant(value: bool) -> Condition {
         Condition { surely: value, never: !value, exact: value, ..Condition::default() }
     }
 
-    /// What holds exactly if this does.
+    /// Equivalent to one literal.
     pub fn literal(literal: Literal) -> Condition {
         Condition { literals: Some([literal].into()), exact: true, ..Condition::default() }
     }
 
-    /// What holds exactly if this does, and the others besides.
+    /// Equivalent to the conjunction of these literals.
     pub fn of(literal: Literal, others: &[Literal]) -> Condition {
         let others = others.iter().copied().filter(|other| *other != literal);
         let all: Rc<[Literal]> = std::iter::once(literal).chain(others).collect();
         Condition { literals: Some(all), exact: true, ..Condition::default() }
     }
 
-    /// A condition that this is known of, besides what it says of itself.
-    pub fn knowing(mut self, known: impl Iterator<Item = Known>) -> Condition {
-        let more: Rc<[Known]> = known.collect();
+    /// Adds facts that hold while the condition is true.
+    pub fn knowing(mut self, known: impl Iterator<Item = WordFact>) -> Condition {
+        let more: Rc<[WordFact]> = known.collect();
         self.known = chained(self.known.as_ref(), Some(&more)).filter(|known| !known.is_empty());
         self
     }
 
-    /// A condition that this is known of where it does not hold, and all that is known of it only where these are true.
-    pub fn denying(mut self, known: impl Iterator<Item = Known>, context: &[Literal]) -> Condition {
-        let off: Rc<[Known]> = known.collect();
+    /// Adds facts that hold while the condition is false, and limits all its facts to states in which the literals of
+    /// `context` are true.
+    pub fn denying(
+        mut self,
+        known: impl Iterator<Item = WordFact>,
+        context: &[Literal],
+    ) -> Condition {
+        let off: Rc<[WordFact]> = known.collect();
         self.off = Some(off).filter(|off| !off.is_empty());
         self.context = (!context.is_empty()).then(|| context.into());
         self.deny_own();
         self
     }
 
-    /// Where it is one literal, what holds without it holds where that is not true.
+    /// If the condition is one literal, moves the facts for the false condition to that literal.
     fn deny_own(&mut self) {
         if let (true, [literal, ..], Some(off)) = (self.exact, self.literals(), &self.off) {
             let (known, context) = (Rc::clone(off), self.context.clone());
-            let own = Denied { literal: *literal, known, context };
+            let own = FactsIfFalse { literal: *literal, known, context };
             self.denied = Some([own].into());
         }
     }
 
-    /// What is true whenever it holds.
+    /// Literals that are true whenever the condition is true.
     pub fn literals(&self) -> &[Literal] {
         self.literals.as_deref().unwrap_or(&[])
     }
 
-    /// The literals of which it is the conjunction, if it is one.
+    /// The literals to whose conjunction the condition is equivalent, if it is one.
     pub fn conjunction(&self) -> Option<Rc<[Literal]>> {
         self.literals.clone().filter(|_| self.exact)
     }
 
-    /// What it says of words.
-    pub fn words(&self) -> &[Known] {
+    /// Facts about words that hold while the condition is true.
+    pub fn words(&self) -> &[WordFact] {
         self.known.as_deref().unwrap_or(&[])
     }
 
-    /// What it says of words wherever it does not hold.
-    pub fn words_off(&self) -> &[Known] {
+    /// Facts about words that hold while the condition is false.
+    pub fn words_off(&self) -> &[WordFact] {
         self.off.as_deref().filter(|_| self.context.is_none()).unwrap_or(&[])
     }
 
-    /// What is said of a value of a word where this literal is not true, and those before it in the condition are.
+    /// The fact about one value of a word if this literal is false and the literals before it are true.
     fn denied(
         &self,
         literal: Literal,
@@ -156,11 +161,11 @@ impl Condition {
         let mut of_it = denied.filter(|denied| denied.literal == literal);
         let denied = of_it.find(|denied| denied.context.as_ref().is_none_or(is_there))?;
         let known = denied.known.iter().filter(|known| known.slot == slot && known.stamp == stamp);
-        known.map(|known| known.lies).reduce(Value::closer)
+        known.map(|known| known.value).reduce(Value::closer)
     }
 
-    /// The ways in which it may not hold, if they are all known and one of them says something of a value of a word: what
-    /// is true on each, and what that value is one of there.
+    /// The cases in which the condition is false, if all are known and at least one says something about this value of
+    /// a word: for each, the true literals and the possible values.
     pub fn ways_off(&self, slot: usize, stamp: u32) -> Option<Vec<(Vec<Literal>, Value)>> {
         self.denied.as_ref()?;
         let literals = self.conjunction()?;
@@ -175,7 +180,8 @@ impl Condition {
         ways.iter().any(|(_, lies)| *lies != Value::TOP).then_some(ways)
     }
 
-    /// What can be told of the opposite: decided if it is, and exact if it is of one contact.
+    /// The negation, as far as it can be expressed: a constant stays constant, and the negation of a single literal is
+    /// exact.
     pub fn negation(&self) -> Condition {
         let literals = match (self.exact, self.literals()) {
             (true, [one]) => Some([one.negated()].into()),
@@ -184,7 +190,7 @@ impl Condition {
         let mut opposite = Condition {
             surely: self.never,
             never: self.surely,
-            // What is known only where something else holds is not said.
+            // Facts that hold only in a context are dropped.
             known: self.off.clone().filter(|_| self.context.is_none()),
             exact: literals.is_some() || self.never,
             literals,
@@ -196,7 +202,7 @@ impl Condition {
         opposite
     }
 
-    /// Both.
+    /// The conjunction.
     pub fn and(&self, other: &Condition) -> Condition {
         let literals = chained(self.literals.as_ref(), other.literals.as_ref());
         let all = literals.as_ref().is_none_or(|all| all.len() <= MOST_LITERALS);
@@ -216,12 +222,12 @@ impl Condition {
         }
     }
 
-    /// Whether it holds in every scan, whatever was seen before.
+    /// Whether it is true in every scan, independent of literals.
     fn holds_anyway(&self) -> bool {
         self.surely && self.literals().is_empty()
     }
 
-    /// One at least.
+    /// The disjunction.
     pub fn or(&self, other: &Condition) -> Condition {
         match (self.never, other.never) {
             (true, _) => return other.clone(),
@@ -243,7 +249,7 @@ impl Condition {
         }
     }
 
-    /// One of the two, as two ways meet.
+    /// Either of two values, after two paths have joined.
     pub fn either(&self, other: &Condition) -> Condition {
         if self == other {
             return self.clone();
@@ -255,47 +261,47 @@ impl Condition {
         }
     }
 
-    /// The same, told apart from others: with a literal of its own where it is not exactly known by those that it has.
-    /// `stamp` is a new one.
+    /// The same condition with a name: if its literals do not describe it exactly, it gets a new literal with this
+    /// `stamp`, which must be new.
     pub fn seen(self, stamp: impl FnOnce() -> u32) -> Condition {
         if self.surely || self.never || self.exact {
             return self;
         }
         let own = Literal { bit: None, stamp: stamp(), on: true };
         let named = Condition { exact: true, ..Condition::literal(own) }.and(&self);
-        // That literal alone says all.
+        // The new literal alone describes the condition.
         let mut named = Condition { exact: true, off: self.off.clone(), denied: None, ..named };
         named.deny_own();
         named
     }
 }
 
-/// What a write put into a word that need not have happened.
+/// A write of a word that is executed only under some condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Perhaps {
-    /// It happened exactly if all of these were true; `None` if that is not known.
+pub struct ConditionalWrite {
+    /// The write was executed if and only if all these literals are true; `None` if that is unknown.
     pub when: Option<Rc<[Literal]>>,
-    /// What it wrote.
+    /// The value written.
     pub value: Value,
 }
 
-/// Whether something happened, by what holds.
-pub enum Happened {
+/// Whether a write was executed.
+pub enum Executed {
     Yes,
     No,
-    Perhaps,
+    ConditionalWrite,
 }
 
-impl Perhaps {
-    /// Whether it happened where these are true.
-    pub fn happened(&self, holds: &[Literal]) -> Happened {
-        let Some(when) = &self.when else { return Happened::Perhaps };
+impl ConditionalWrite {
+    /// Whether the write was executed, if these literals are true.
+    pub fn happened(&self, holds: &[Literal]) -> Executed {
+        let Some(when) = &self.when else { return Executed::ConditionalWrite };
         if when.iter().any(|one| holds.contains(&one.negated())) {
-            Happened::No
+            Executed::No
         } else if when.iter().all(|one| holds.contains(one)) {
-            Happened::Yes
+            Executed::Yes
         } else {
-            Happened::Perhaps
+            Executed::ConditionalWrite
         }
     }
 }

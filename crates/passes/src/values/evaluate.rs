@@ -1,33 +1,33 @@
-//! What numbers, conditions and operations come to, by what words may hold.
+//! Evaluates numbers, conditions and operations in an abstract state.
 
-use super::condition::{Condition, Known, Literal};
+use super::condition::{Condition, Literal, WordFact};
 use super::integers::Integers;
 use super::reach::Reach;
-use super::state::{Followed, State};
+use super::state::{State, Tracked};
 use super::value::Value;
-use scanbound_base::ring::Ring;
+use scanbound_base::word_interval::WordInterval;
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Unary,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operand, Operation, Unary,
 };
 use scanbound_ir::{
-    BitSource, ChoiceId, Compare, Indexed, Length, Logic, Number, Program, Reading, Relation,
-    WordSource,
+    BitSource, ChoiceId, Compare, IndexedWrite, Length, Logic, Number, NumberFormat, Program,
+    Relation, WordSource,
 };
 use std::cell::Cell as Shared;
 
-/// What is asked of a program's expressions in a state.
+/// An abstract state in which expressions are evaluated.
 pub struct Evaluation<'a> {
     pub program: &'a Program,
-    pub followed: &'a Followed,
+    pub followed: &'a Tracked,
     pub state: &'a State,
-    /// What is true where it is asked.
+    /// Literals that are true here.
     pub holds: &'a [Literal],
-    /// The last stamp that was given.
+    /// The last stamp that was used.
     pub stamp: &'a Shared<u32>,
 }
 
 impl Evaluation<'_> {
-    /// A word.
+    /// The value of a word.
     pub fn word(&self, word: WordSource) -> Value {
         match word {
             WordSource::Const(value) => Value::constant(value),
@@ -46,12 +46,12 @@ impl Evaluation<'_> {
                 let found = self.operation(meaning);
                 found.and_then(|results| results.first()?.first().copied()).unwrap_or(Value::TOP)
             }
-            Some(ChoiceKind::Present { setting, .. }) => Value::range(0, i64::from(*setting)),
+            Some(ChoiceKind::PresentValue { setting, .. }) => Value::range(0, i64::from(*setting)),
             _ => Value::TOP,
         }
     }
 
-    /// A number's words.
+    /// The values of a number's words.
     pub fn number(&self, number: &Number) -> Vec<Value> {
         match number {
             Number::Words(words) => words.iter().map(|word| self.word(*word)).collect(),
@@ -59,7 +59,7 @@ impl Evaluation<'_> {
                 let subtract = matches!(number, Number::Sub(..));
                 let [left, right] = [a, b].map(|one| self.number(one));
                 if let ([left], [right]) = (&left[..], &right[..]) {
-                    return vec![left.plus(if subtract { right.negated() } else { *right })];
+                    return vec![left.add(if subtract { right.negated() } else { *right })];
                 }
                 let words = left.len();
                 self.integers(number).map_or(vec![Value::TOP; words], |sum| sum.words(words))
@@ -70,14 +70,15 @@ impl Evaluation<'_> {
         }
     }
 
-    /// A signed number of two words as a whole: its words alone don't say which of their values go together.
+    /// A signed number of two words as one integer, because the values of the separate words do not show which of them
+    /// occur together.
     fn integers(&self, number: &Number) -> Option<Integers> {
         if let Some(word) = sign_extended(number) {
             return Some(Integers::word(&self.word(word), true));
         }
         let found = match number {
-            Number::Add(a, b) => self.integers(a)?.plus(&self.integers(b)?)?,
-            Number::Sub(a, b) => self.integers(a)?.plus(&self.integers(b)?.negated()?)?,
+            Number::Add(a, b) => self.integers(a)?.add(&self.integers(b)?)?,
+            Number::Sub(a, b) => self.integers(a)?.add(&self.integers(b)?.negated()?)?,
             other => Integers::signed(&self.number(other))?,
         };
         Some(found).filter(|found| found.fits(2))
@@ -95,7 +96,8 @@ impl Evaluation<'_> {
         })
     }
 
-    /// A truth value; `condition` is the instruction's. What is not decided has a literal.
+    /// The value of a Boolean expression; `condition` is that of the instruction. A value that is not constant gets a
+    /// literal.
     pub fn logic(&self, logic: &Logic, condition: &Condition) -> Condition {
         let found = match logic {
             Logic::Condition => condition.clone(),
@@ -131,10 +133,10 @@ impl Evaluation<'_> {
     }
 
     fn compare(&self, compare: &Compare, relation: Relation) -> Condition {
-        let signed = match compare.reading {
-            Reading::Signed => true,
-            Reading::Unsigned => false,
-            Reading::Real(_) => return Condition::default(),
+        let signed = match compare.format {
+            NumberFormat::Signed => true,
+            NumberFormat::Unsigned => false,
+            NumberFormat::Real(_) => return Condition::default(),
         };
         let words = [self.number(&compare.left), self.number(&compare.right)];
         let sides = words.each_ref().map(|words| Integers::read(words, signed));
@@ -148,7 +150,7 @@ impl Evaluation<'_> {
         Condition::default().knowing(known(relation)).denying(known(opposite(relation)), self.holds)
     }
 
-    /// What is known of both sides' words where a comparison holds.
+    /// Facts about the words on both sides of a comparison that holds.
     fn known(
         &self,
         compare: &Compare,
@@ -156,7 +158,7 @@ impl Evaluation<'_> {
         left: &Integers,
         right: &Integers,
         signed: bool,
-    ) -> impl Iterator<Item = Known> {
+    ) -> impl Iterator<Item = WordFact> {
         let mut found = Vec::new();
         let sides = [
             (&compare.left, left, right, relation),
@@ -170,7 +172,7 @@ impl Evaluation<'_> {
                     && let Some(slot) = self.followed.words.slot(*cell)
                     && lies != Value::TOP
                 {
-                    found.push(Known { slot, stamp: self.state.stamp(slot), lies });
+                    found.push(WordFact { slot, stamp: self.state.stamp(slot), value: lies });
                 }
             }
         }
@@ -178,16 +180,16 @@ impl Evaluation<'_> {
     }
 
     /// The cells that an indexed write may reach.
-    pub fn reach(&self, indexed: &Indexed) -> Option<Reach> {
+    pub fn reach(&self, indexed: &IndexedWrite) -> Option<Reach> {
         let mut index: Option<Integers> = None;
-        for reading in &indexed.readings {
+        for reading in &indexed.indices {
             let words: Vec<Value> = reading.iter().map(|word| self.word(*word)).collect();
             let read = Integers::signed(&words)?;
             index = Some(index.map_or_else(|| read.clone(), |index| index.join(&read)));
         }
         let mut index = index?;
         if let Some((least, largest)) = indexed.stated {
-            // Where none of them keeps to what is stated no scan comes.
+            // If no possible index is in the stated range, no scan reaches this.
             index = index.within(least, largest).unwrap_or(Integers::range(least, largest));
         }
         let length = match indexed.length {
@@ -196,17 +198,17 @@ impl Evaluation<'_> {
             Length::Counted(word, unit) => self.word(word).unsigned().1 * i64::from(unit),
             Length::Unknown => return None,
         };
-        let cells = index.plus(&Integers::constant(indexed.first.index.into()))?;
+        let cells = index.add(&Integers::constant(indexed.first.index.into()))?;
         Reach::of(&cells, length.max(1))
     }
 
-    /// What an operation gives, if it surely gives something: its results, each its words.
+    /// The results of an operation, each as a list of words, if it certainly gives results.
     pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
         let Meaning { operation, inputs, .. } = meaning;
         let input = |n: usize| self.operand(inputs.get(n)?);
         match operation {
             Operation::Copy => inputs.iter().map(|input| self.operand(input)).collect(),
-            Operation::Judged { operation, .. } => {
+            Operation::WithFlags { operation, .. } => {
                 let inner = Meaning { operation: (**operation).clone(), ..meaning.clone() };
                 let mut found = self.operation(&inner)?;
                 found.extend([vec![Value::range(0, 1)], vec![Value::range(0, 1)]]);
@@ -214,12 +216,12 @@ impl Evaluation<'_> {
             }
             Operation::Multiply { signed: true } => {
                 let (a, b) = (input(0)?, input(1)?);
-                let product = Integers::signed(&a)?.times(&Integers::signed(&b)?)?;
+                let product = Integers::signed(&a)?.multiply(&Integers::signed(&b)?)?;
                 Some(vec![product.words(a.len() + b.len())])
             }
             Operation::Divide { signed: true } => {
                 let (a, b) = (input(0)?, input(1)?);
-                // Only by positive numbers.
+                // Only positive divisors are supported.
                 let results = Integers::signed(&a)?.divided(&Integers::signed(&b)?)?;
                 Some(results.iter().map(|number| number.words(a.len())).collect())
             }
@@ -234,9 +236,9 @@ impl Evaluation<'_> {
                 let by = 1i64 << places.as_constant().filter(|places| *places < 16)?;
                 let number = Integers::read(&value, *signed && !left)?;
                 let by = Integers::constant(by);
-                // To the right numbers below 0 go down, not towards zero.
+                // Arithmetic shifts to the right round down, not towards zero.
                 let moved = match left {
-                    true => number.times(&by)?,
+                    true => number.multiply(&by)?,
                     false if number.low < 0 => return None,
                     false => number.divided(&by)?[0].clone(),
                 };
@@ -277,7 +279,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// An operation's operand, if it is surely there.
+    /// The words of an operand, if it is certainly valid.
     fn operand(&self, operand: &Operand) -> Option<Vec<Value>> {
         match operand {
             Operand::Words(words) => Some(words.iter().map(|word| self.word(*word)).collect()),
@@ -291,22 +293,22 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The word at an address, if it is surely one of words that matter.
+    /// The word at an address, if it is certainly one of the tracked words.
     fn read(&self, address: &Address) -> Option<Value> {
         let mut sum = Integers::constant(address.base);
         for term in &address.terms {
             let words: Vec<Value> = term.words.iter().map(|word| self.word(*word)).collect();
-            let is_signed = match term.reading {
-                Digits::Signed => true,
-                Digits::Unsigned => false,
-                Digits::Bcd => return None,
+            let is_signed = match term.format {
+                IntegerFormat::Signed => true,
+                IntegerFormat::Unsigned => false,
+                IntegerFormat::Bcd => return None,
             };
             let number =
-                Integers::read(&words, is_signed)?.times(&Integers::constant(term.times))?;
-            sum = sum.plus(&number)?;
+                Integers::read(&words, is_signed)?.multiply(&Integers::constant(term.factor))?;
+            sum = sum.add(&number)?;
         }
         let cell = |at: i64| {
-            let stretch = address.stretches.iter().find(|stretch| {
+            let stretch = address.ranges.iter().find(|stretch| {
                 at >= stretch.from && at < stretch.from + i64::from(stretch.count)
             })?;
             Some(stretch.first.plus(u32::try_from(at - stretch.from).ok()?))
@@ -320,7 +322,7 @@ impl Evaluation<'_> {
     }
 }
 
-/// The word whose sign goes on in the second word of a number: `(word ^ 0x8000) - 0x8000`.
+/// The word that is sign-extended to the second word of a number: `(word ^ 0x8000) - 0x8000`.
 fn sign_extended(number: &Number) -> Option<WordSource> {
     const SIGN: [WordSource; 2] = [WordSource::Const(0x8000), WordSource::Const(0)];
     let Number::Sub(flipped, sign) = number else { return None };
@@ -334,11 +336,11 @@ fn sign_extended(number: &Number) -> Option<WordSource> {
     }
 }
 
-/// Whether a comparison surely holds.
+/// Whether a comparison is certainly true.
 fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
     match relation {
         Relation::Equal => left.as_constant().is_some() && left == right,
-        Relation::NotEqual => left.is_apart(right),
+        Relation::NotEqual => left.is_disjoint(right),
         Relation::Less => left.high < right.low,
         Relation::LessOrEqual => left.high <= right.low,
         Relation::Greater => left.low > right.high,
@@ -346,7 +348,7 @@ fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
     }
 }
 
-/// What a number's words are some of where a comparison with another holds.
+/// The values of a number's words if a comparison with another number is true.
 fn lies(
     own: &Integers,
     other: &Integers,
@@ -362,7 +364,7 @@ fn lies(
         Relation::NotEqual => {
             let is_here = |but: &i64| words == 1 && (least..=largest).contains(but);
             let but = other.as_constant().filter(is_here)? as u16;
-            return Some(vec![Value::of(Ring::but(but, but))]);
+            return Some(vec![Value::of(WordInterval::all_except(but, but))]);
         }
         Relation::Less => (least, other.high - 1),
         Relation::LessOrEqual => (least, other.high),
@@ -390,7 +392,7 @@ fn opposite(relation: Relation) -> Relation {
     }
 }
 
-/// The same with its sides exchanged.
+/// The relation with its sides exchanged.
 fn turned(relation: Relation) -> Relation {
     match relation {
         Relation::Equal | Relation::NotEqual => relation,

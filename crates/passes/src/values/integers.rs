@@ -1,35 +1,35 @@
-//! Numbers of one or more words, and arithmetic with them: integers, which do not go round.
+//! Integers read from one or more words, and arithmetic on them without wraparound.
 
 use super::value::{Value, gcd};
 
-/// How many values a word has.
+/// The number of values of a word.
 const WORD: i64 = 1 << 16;
-/// So many numbers are told one by one while they are worked with.
+/// Sets of at most this many numbers are computed exactly.
 const MOST: usize = 64;
 
-/// What a number may be: from the least on every so manieth up to the largest, or one of some.
+/// A set of integers: an arithmetic progression from `low` to `high`, or a list of numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Integers {
     pub low: i64,
     pub high: i64,
-    /// How far apart they are; 0 if there is but one.
+    /// The stride; 0 for a single number.
     step: i64,
-    /// All of them, if they are not too many.
+    /// All numbers, if they are not too many.
     some: Option<Vec<i64>>,
 }
 
 impl Integers {
-    /// One number.
+    /// A single number.
     pub fn constant(value: i64) -> Integers {
         Integers { low: value, high: value, step: 0, some: Some(vec![value]) }
     }
 
-    /// All from one to another.
+    /// All numbers of a range.
     pub fn range(low: i64, high: i64) -> Integers {
         Integers::progression(low, high, 1)
     }
 
-    /// From the least on every `step`th.
+    /// The numbers `low`, `low + step`, ... up to `high`.
     pub fn progression(low: i64, high: i64, step: i64) -> Integers {
         let step = step.max(1);
         let high = high - (high - low) % step;
@@ -39,7 +39,7 @@ impl Integers {
         Integers { low, high, step, some }
     }
 
-    /// These numbers.
+    /// The set of these numbers, over-approximated if there are too many; `None` if there are none.
     fn of(numbers: impl IntoIterator<Item = i64>) -> Option<Integers> {
         let mut all: Vec<i64> = numbers.into_iter().collect();
         all.sort_unstable();
@@ -54,24 +54,24 @@ impl Integers {
         })
     }
 
-    /// A signed number, its least word first.
+    /// The signed number in these words, low word first.
     pub fn signed(words: &[Value]) -> Option<Integers> {
         Integers::read(words, true)
     }
 
-    /// A number of one or two words.
+    /// The number in one or two words.
     pub fn read(words: &[Value], is_signed: bool) -> Option<Integers> {
         match words {
             [word] => Some(Integers::word(word, is_signed)),
             [lower, upper] => {
-                let upper = Integers::word(upper, is_signed).times(&Integers::constant(WORD))?;
-                upper.plus(&Integers::word(lower, false))
+                let upper = Integers::word(upper, is_signed).multiply(&Integers::constant(WORD))?;
+                upper.add(&Integers::word(lower, false))
             }
             _ => None,
         }
     }
 
-    /// A number of one word.
+    /// The number in one word.
     pub fn word(value: &Value, is_signed: bool) -> Integers {
         let number = |value: u16| match is_signed {
             true => i64::from(value.cast_signed()),
@@ -88,17 +88,17 @@ impl Integers {
         if first + span <= largest {
             return Integers::progression(first, first + span, step);
         }
-        // They go round: a remainder by a divisor of 65,536 stays.
+        // With wraparound, only the part of the stride that divides 65,536 remains valid.
         let step = gcd(step.unsigned_abs(), WORD as u64) as i64;
         Integers::progression(least + (first - least).rem_euclid(step), largest, step)
     }
 
-    /// Its words, as many as are asked for, the least first; what has no room in them is left out.
+    /// The low `count` words of the number, low word first.
     pub fn words(&self, count: usize) -> Vec<Value> {
         (0..count).map(|place| self.above(place as u32 * 16)).collect()
     }
 
-    /// The word from some bit on.
+    /// The word that begins at this bit.
     fn above(&self, bit: u32) -> Value {
         let word = |number: i64| (number >> bit.min(63)) as u16;
         if let Some(found) =
@@ -117,29 +117,29 @@ impl Integers {
         }
     }
 
-    /// Whether all of them are numbers of so many words, signed.
+    /// Whether all numbers fit into this many words, signed.
     pub fn fits(&self, words: usize) -> bool {
         let least = -(1i64 << (16 * words as u32 - 1).min(62));
         least <= self.low && self.high < -least
     }
 
-    /// The number, if there is but one.
+    /// The number, if there is only one.
     pub fn as_constant(&self) -> Option<i64> {
         (self.low == self.high).then_some(self.low)
     }
 
-    /// All of them, if they are some.
+    /// The list of numbers, if it is known.
     pub fn some(&self) -> Option<&[i64]> {
         self.some.as_deref()
     }
 
-    /// How far apart they are; 0 if there is but one.
+    /// The stride; 0 for a single number.
     pub fn step(&self) -> u64 {
         self.step.unsigned_abs()
     }
 
-    /// Whether no number may be both.
-    pub fn is_apart(&self, other: &Integers) -> bool {
+    /// Whether the two sets have no number in common.
+    pub fn is_disjoint(&self, other: &Integers) -> bool {
         let apart = gcd(self.step(), other.step());
         self.high < other.low
             || other.high < self.low
@@ -147,7 +147,7 @@ impl Integers {
             || matches!((&self.some, &other.some), (Some(a), Some(b)) if !a.iter().any(|one| b.contains(one)))
     }
 
-    /// Those of them that lie in a range.
+    /// The numbers within a range.
     pub fn within(&self, low: i64, high: i64) -> Option<Integers> {
         if let Some(all) = &self.some {
             return Integers::of(all.iter().copied().filter(|one| (low..=high).contains(one)));
@@ -159,7 +159,7 @@ impl Integers {
         (low <= high).then(|| Integers::progression(low, high, step))
     }
 
-    /// All of both.
+    /// The union, over-approximated.
     #[must_use]
     pub fn join(&self, other: &Integers) -> Integers {
         if let (Some(a), Some(b)) = (&self.some, &other.some)
@@ -173,7 +173,7 @@ impl Integers {
         Integers::progression(low, high, step as i64)
     }
 
-    /// What a function makes of each of one and each of another, if these are not too many.
+    /// The results of a function on all pairs of numbers, if there are few.
     fn each_pair(&self, other: &Integers, of: impl Fn(i64, i64) -> i64) -> Option<Integers> {
         let (a, b) = (self.some.as_ref()?, other.some.as_ref()?);
         if a.len() * b.len() > MOST * MOST / 4 {
@@ -182,23 +182,23 @@ impl Integers {
         Integers::of(a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b))).map(|(a, b)| of(a, b)))
     }
 
-    /// The sum.
-    pub fn plus(&self, other: &Integers) -> Option<Integers> {
+    /// The sums.
+    pub fn add(&self, other: &Integers) -> Option<Integers> {
         let (low, high) = (self.low.checked_add(other.low)?, self.high.checked_add(other.high)?);
         let found = self.each_pair(other, |a, b| a + b);
         let step = gcd(self.step(), other.step());
         found.or_else(|| Some(Integers::progression(low, high, i64::try_from(step).ok()?)))
     }
 
-    /// The number from 0.
+    /// The negatives.
     pub fn negated(&self) -> Option<Integers> {
         let (low, high) = (self.high.checked_neg()?, self.low.checked_neg()?);
         let some = self.some.as_ref().map(|all| all.iter().rev().map(|one| -one).collect());
         Some(Integers { low, high, step: self.step, some })
     }
 
-    /// The product.
-    pub fn times(&self, other: &Integers) -> Option<Integers> {
+    /// The products.
+    pub fn multiply(&self, other: &Integers) -> Option<Integers> {
         let (a, b) = (self, other);
         let ends = [
             a.low.checked_mul(b.low)?,
@@ -217,7 +217,7 @@ impl Integers {
         Some(Integers::progression(low, high, i64::try_from(step).ok()?))
     }
 
-    /// Quotient and remainder by positive numbers, towards zero.
+    /// Quotients (rounded towards zero) and remainders for positive divisors.
     pub fn divided(&self, by: &Integers) -> Option<[Integers; 2]> {
         if by.low <= 0 {
             return None;
@@ -237,7 +237,7 @@ impl Integers {
         let Some(divisor) = by.as_constant() else {
             return Some([Integers::range(low, high), rest]);
         };
-        // Steps of whole divisors stay whole steps, but not across 0.
+        // If the stride is a multiple of the divisor, the quotients have a constant stride too, except across 0.
         let whole = self.step % divisor == 0 && (self.low >= 0 || self.low % divisor == 0);
         let quotient =
             Integers::progression(low, high, if whole { self.step / divisor } else { 1 });
@@ -253,7 +253,7 @@ impl Integers {
         Some([quotient, rest])
     }
 
-    /// The numbers, those beyond two ends as these.
+    /// The numbers, limited to a range.
     pub fn limited(&self, low: i64, high: i64) -> Option<Integers> {
         if low > high {
             return None;

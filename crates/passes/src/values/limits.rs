@@ -1,5 +1,5 @@
-//! How far a word is let grow that grows again and again: to the numbers that the program compares it with, then to any that
-//! the program names, then to an end of the numbers.
+//! WideningLimits for widening: a word that keeps growing is first extended to the numbers with which the program compares it,
+//! then to any constant of the program, then to the least or largest number.
 
 use super::slots::Slots;
 use super::value::{Growth, Value};
@@ -7,17 +7,17 @@ use scanbound_ir::meaning::{ChoiceKind, Operand};
 use scanbound_ir::{Compare, Logic, Number, Program, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Numbers at which words may stop to grow, in order.
-pub struct Limits {
-    /// By slot, those that a word is compared with, and those next to them.
+/// The limits, in ascending order.
+pub struct WideningLimits {
+    /// By slot: the constants with which the word is compared, and their neighbours.
     own: BTreeMap<usize, Vec<i64>>,
-    /// All that stand in the program.
+    /// All constants of the program.
     all: Vec<i64>,
 }
 
-impl Limits {
-    /// Those of a program.
-    pub fn of(program: &Program, words: &Slots) -> Limits {
+impl WideningLimits {
+    /// The limits of a program.
+    pub fn of(program: &Program, words: &Slots) -> WideningLimits {
         let mut found = Collected { words, own: BTreeMap::new(), all: BTreeSet::new() };
         for instruction in &program.instructions {
             if let Some(fires) = instruction.step.fires() {
@@ -49,10 +49,10 @@ impl Limits {
         }
         let in_order = |all: BTreeSet<i64>| all.into_iter().collect::<Vec<i64>>();
         let own = found.own.into_iter().map(|(slot, all)| (slot, in_order(all))).collect();
-        Limits { own, all: in_order(found.all) }
+        WideningLimits { own, all: in_order(found.all) }
     }
 
-    /// All values of both; where a word grows it grows to the next limit, in the end to an end of the numbers.
+    /// Joins two values with widening to the next limit; with `is_last`, to the least or largest number.
     pub fn widen(&self, slot: usize, here: Value, there: Value, is_last: bool) -> Value {
         if is_last {
             return here.widen(there, Growth::Ends);

@@ -1,22 +1,23 @@
-//! What words can hold where they count: abstract interpretation of the scan over ranges with strides and small sets.
+//! Bounds the values of words that give counts, by abstract interpretation with strided intervals and small sets.
 //!
-//! A loop count, a block length or an index that stands in a word is worked out where it is used, over every way that
-//! leads there: constants, moves, arithmetic, guards, results in a known range. Where an index has a range, what is
-//! written by it is those cells and no more. The method is abstract interpretation (P. Cousot and R. Cousot: Abstract
-//! interpretation: a unified lattice model for static analysis of programs, POPL 1977); its domain is in `value`.
+//! A loop count, a block length or an index in a word is computed at the point of use, over all paths to it: constants,
+//! moves, arithmetic, conditions, results with a known range. If the range of an index is known, an indexed write
+//! affects only the cells in that range. The method is abstract interpretation (P. Cousot and R. Cousot: Abstract
+//! interpretation: a unified lattice model for static analysis of programs, POPL 1977); the abstract domain is in
+//! `value`.
 //!
-//! Between scans anybody may write a word ([`Trust::None`]), or, of the words that count and those that they are worked
-//! out from, those keep what this program wrote that it writes in every scan, whatever happens ([`Trust::Counts`]): a
-//! least fixpoint over scans, from power-up.
+//! Between scans, other writers may write any word ([`Trust::None`]). With [`Trust::Counts`], nothing else writes those
+//! words that give counts, or from which counts are computed, and that the program writes in every scan; their values
+//! are a least fixpoint over scans, from power-up.
 
-mod across;
 mod condition;
 mod evaluate;
 mod integers;
 mod limits;
 mod reach;
 mod run;
-mod rungs;
+mod scan_fixpoint;
+mod skippable;
 mod slice;
 mod slots;
 mod state;
@@ -30,76 +31,77 @@ mod write;
 use super::loops;
 pub use super::pass::Trust;
 use super::pass::{Pass, Settings, is_internal};
-use across::{Across, Kept};
 use evaluate::Evaluation;
 use reach::Reach;
-use run::{Found, Run};
+use run::{CountLimits, Run};
+use scan_fixpoint::{Fixpoint, ScanFixpoint};
 use scanbound_ir::meaning::{ChoiceKind, Meaning};
 use scanbound_ir::{
     Approximated, BitSource, Cell, ChoiceId, Effect, Program, Region, Source, StartRange, Step,
     TrustedRange, Units, WordSource, Write,
 };
 use slots::Slots;
-use state::Followed;
+use state::Tracked;
 use std::collections::{BTreeMap, BTreeSet};
 use value::Value;
 
-/// One part of so many of the time allowed is theirs: with the rest the scan is followed and searched.
+/// This pass may use 1/`PARTS` of the time limit; the rest is for execution and search.
 const PARTS: u32 = 4;
 
-/// What words can hold where they count bounds turns, units and indices.
+/// Bounds iterations, units and indices by the values that words can have.
 pub const PASS: Pass = Pass {
-    name: "bounding what words count",
+    name: "bounding counts and indices",
     run: |program, settings| {
         narrow(program, settings);
         Ok(())
     },
 };
 
-/// Takes into the program what its words can hold: fewer iterations and units, fewer cells that an index may reach. The
-/// ranges of trusted words on which this rests are constraints on the scan's start then. What holds where less is trusted
-/// holds where more is, too: each kind of trust takes what is known closer.
+/// Stores the results in the program: lower limits for iterations and units, and fewer cells for indexed writes. The
+/// ranges of trusted words on which these rely become constraints on the start of the scan. Results that hold with less
+/// trust also hold with more, so the results of all levels of trust are combined.
 fn narrow(program: &mut Program, settings: &Settings<'_>) {
-    let mut known = Known::default();
-    // Where nothing is stated to be the program's own, the words that count say the same without trust and with it.
+    let mut known = Results::default();
+    // If the user states no internal cells, analysing counts without trust gives nothing that the analysis with trust
+    // does not.
     let first = match program.internal.is_empty() {
         true => settings.trust.min(Trust::Counts),
         false => Trust::None,
     };
     for trust in [Trust::None, Trust::Counts, Trust::All] {
         if (first..=settings.trust).contains(&trust) {
-            known.closer(worked_out(program, trust, settings));
+            known.closer(analyse(program, trust, settings));
         }
     }
-    program.kept = known.keeps;
+    program.proved_ranges = known.keeps;
     let mut kept: Vec<TrustedRange> = known.trusted.into_iter().map(of_word).collect();
     writers(program, &mut kept);
     for TrustedRange { cell, low, high, values, .. } in &kept {
         let (cells, low, high, values) = (vec![*cell], *low, *high, values.clone());
-        program.ranges.push(StartRange { cells, low, high, values });
+        program.stated_ranges.push(StartRange { cells, low, high, values });
     }
-    program.trusted = kept;
+    program.trusted_ranges = kept;
     if let Some(found) = known.found {
         apply(program, &found);
     }
 }
 
-/// What is known of a program's words.
+/// What is known about a program's words.
 #[derive(Default)]
-struct Known {
-    /// What a scan counts and reaches; none if no scan was followed.
-    found: Option<Found>,
-    /// What trusted words hold when a scan starts.
+struct Results {
+    /// WideningLimits on counts and indexed writes; `None` if no scan could be analysed.
+    found: Option<CountLimits>,
+    /// The values of trusted words at the start of a scan.
     trusted: BTreeMap<Cell, Value>,
-    /// The stated words that the program keeps as stated.
+    /// Words with stated ranges that the program keeps within these ranges.
     keeps: BTreeSet<Cell>,
 }
 
-impl Known {
-    /// Takes what is known closer to what else is: both hold.
-    fn closer(&mut self, other: Known) {
+impl Results {
+    /// Combines two results that both hold.
+    fn closer(&mut self, other: Results) {
         match (&mut self.found, other.found) {
-            (Some(found), Some(other)) => found.closer(other),
+            (Some(found), Some(other)) => found.meet(other),
             (found, other) => *found = found.take().or(other),
         }
         for (cell, value) in other.trusted {
@@ -110,21 +112,21 @@ impl Known {
     }
 }
 
-/// What a trusted word holds when a scan starts.
+/// The range of a trusted word at the start of a scan.
 fn of_word((cell, value): (Cell, Value)) -> TrustedRange {
     let (low, high) = value.signed();
-    let values = value.apart().unwrap_or_default();
-    TrustedRange { cell, low, high, values, written: Vec::new() }
+    let values = value.listed().unwrap_or_default();
+    TrustedRange { cell, low, high, values, writers: Vec::new() }
 }
 
-/// What is known where this is trusted.
-fn worked_out(program: &Program, trust: Trust, settings: &Settings<'_>) -> Known {
+/// Analyses the program with this level of trust.
+fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results {
     let cut = |open: &str| {
         if let Some(budget) = settings.budget {
-            budget.cut_part(PARTS, PASS.name, open);
+            budget.record_stop_at_part(PARTS, PASS.name, open);
         }
     };
-    let is_over = || settings.budget.is_some_and(|budget| budget.reached_part(PARTS));
+    let is_over = || settings.budget.is_some_and(|budget| budget.must_stop_at_part(PARTS));
     let counting = slice::slice(program, &program.volatile, false);
     let words = match trust {
         Trust::Counts if program.internal.is_empty() => counting.clone(),
@@ -133,60 +135,61 @@ fn worked_out(program: &Program, trust: Trust, settings: &Settings<'_>) -> Known
     };
     let words = Slots::of(words);
     if words.cells().is_empty() {
-        return Known::default();
+        return Results::default();
     }
     let bits = Slots::of(slice::contacts(program, &program.volatile, &words));
-    let followed = Followed::of(program, words, bits);
+    let followed = Tracked::of(program, words, bits);
     let slots = &followed.words;
     let free = stated(program, slots);
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
-        cut("counts are taken as up to what their words can hold");
-        return Known::default();
+        cut("counts have the largest value that their words can have");
+        return Results::default();
     };
     let keeps = keeps(program, slots, &run.written);
-    let mut known = Known { found: Some(run.found), keeps, ..Known::default() };
+    let mut known = Results { found: Some(run.found), keeps, ..Results::default() };
     let Some(end) = end.filter(|_| trust != Trust::None) else { return known };
     let cell = |slot: usize| slots.cells()[slot];
-    // What is stated not to be as at power-up somebody else set before the first scan.
-    let at_first = |slot: usize| Value::constant(program.power_up.word(cell(slot)));
-    let may_begin = |slot: usize| free[slot].holds(&at_first(slot));
+    // If stated values differ from those at power-up, another writer must have set them before the first scan.
+    let at_first = |slot: usize| Value::constant(program.power_up.initial_value(cell(slot)));
+    let may_begin = |slot: usize| free[slot].contains(&at_first(slot));
     let ours: Vec<usize> = (0..slots.cells().len())
-        .filter(|&slot| is_ours(program, cell(slot)) && may_begin(slot))
+        .filter(|&slot| has_no_other_writer(program, cell(slot)) && may_begin(slot))
         .collect();
     let (alone, others): (Vec<usize>, Vec<usize>) =
-        ours.into_iter().partition(|&slot| trust.holds_alone(program, cell(slot)));
+        ours.into_iter().partition(|&slot| trust.trusts_exclusive_cell(program, cell(slot)));
     let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
     let others = others.into_iter().filter(|&slot| end.is_written(slot) && counts(&slot));
     let alone_always = alone.iter().copied().filter(|&slot| end.is_written(slot));
     let always: Vec<usize> = alone_always.chain(others.clone()).collect();
     let all: Vec<usize> = alone.iter().copied().chain(others).collect();
-    let search = Across { program, followed: &followed, free: &free, always, is_over: &is_over };
+    let search =
+        ScanFixpoint { program, followed: &followed, free: &free, always, is_over: &is_over };
     let over = search.of(&all);
     let fewer = all.len() > search.always.len();
     let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
     let Some(mut over) = over else {
-        cut("no word is trusted to hold what this program wrote");
+        cut("the values of all words at the start of a scan are unknown");
         return known;
     };
     if trust == Trust::Counts {
-        // What is stated to be the program's own tells which scans there are, not only what they count.
+        // Facts about internal cells exclude scans, so these results apply even if no count becomes smaller.
         over = match known.found.as_ref() == Some(&over.found) {
-            true if alone.is_empty() => Kept::default(),
+            true if alone.is_empty() => Fixpoint::default(),
             true => search.of(&alone).unwrap_or_default(),
             false => search.needed(over, &alone),
         };
     }
     let found = Some(over.found);
     let trusted = over.trusted.iter().map(|&slot| (cell(slot), over.start[slot])).collect();
-    known.closer(Known { found, trusted, ..Known::default() });
+    known.closer(Results { found, trusted, ..Results::default() });
     known
 }
 
-/// What is known of the words when a scan starts, whoever wrote them: what the user states.
+/// The stated values of words at the start of a scan, whoever wrote them.
 fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
     let mut start = vec![Value::TOP; slots.cells().len()];
-    for range in &program.ranges {
+    for range in &program.stated_ranges {
         if let [cell] = range.cells[..]
             && let Some(slot) = slots.slot(cell)
             && let Some(value) = start[slot].meet(Value::range(range.low, range.high))
@@ -197,14 +200,15 @@ fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
     start
 }
 
-/// The stated words of which what is stated holds at power-up and into which the program writes nothing else, from whatever
-/// start keeps all of that. Not those of which it is known that others write them, as what the program only ever clears.
+/// The words with stated ranges that contain the value at power-up, into which the program writes only values within
+/// the range, if a scan starts within all these ranges. Words that other writers are known to write are excluded, such
+/// as those that the program only clears.
 fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSet<Cell> {
-    let is_kept = |range: &&StartRange| {
+    let keeps_range = |range: &&StartRange| {
         let [cell] = range.cells[..] else { return false };
-        let first = program.power_up.word(cell);
+        let first = program.power_up.initial_value(cell);
         let is_stated = (range.low..=range.high).contains(&first.cast_signed().into());
-        if !is_ours(program, cell) || !is_stated {
+        if !has_no_other_writer(program, cell) || !is_stated {
             return false;
         }
         let written = slots.slot(cell).and_then(|slot| written[slot]);
@@ -213,35 +217,36 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSe
             range.low <= low && high <= range.high
         })
     };
-    // A word may be stated by two names.
+    // One word may be stated under two names.
     let (kept, others): (Vec<&StartRange>, Vec<&StartRange>) =
-        program.ranges.iter().partition(is_kept);
+        program.stated_ranges.iter().partition(keeps_range);
     let other = |cell: &Cell| others.iter().any(|range| range.cells == [*cell]);
     kept.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
 }
 
-/// Whether nobody but the program has reason to write a cell, of which it is known what it holds at power-up.
+/// Whether no other writer has a reason to write a cell, and its value at power-up is known.
 ///
-/// What may change at any moment is named here so that nothing is said of it. No bound can rest on what is believed of it
-/// either way: every read of it is any value (`passes::interrupts`).
+/// Cells that may change at any moment are excluded here, although no bound could rely on them: every read of them
+/// gives any value (`passes::interrupts`).
 #[must_use]
-pub fn is_ours(program: &Program, cell: Cell) -> bool {
-    let holds = |region: &Region| region.holds(cell);
-    is_kept(program, cell) && !program.power_up.inputs.iter().any(holds)
+pub fn has_no_other_writer(program: &Program, cell: Cell) -> bool {
+    let holds = |region: &Region| region.contains(cell);
+    is_unwritten_elsewhere(program, cell) && !program.power_up.inputs.iter().any(holds)
 }
 
-/// The same of a cell of which it is known that it is no input.
+/// Whether no other writer has a reason to write a cell that is known not to be an input, and its value at power-up is
+/// known.
 #[must_use]
-pub fn is_kept(program: &Program, cell: Cell) -> bool {
-    let holds = |region: &Region| region.holds(cell);
+pub fn is_unwritten_elsewhere(program: &Program, cell: Cell) -> bool {
+    let holds = |region: &Region| region.contains(cell);
     program.power_up.cleared.iter().any(holds)
         && !program.volatile.iter().any(holds)
         && !program.external.iter().any(holds)
         && (is_internal(program, cell)
-            || !program.networks.iter().any(|(region, _)| region.holds(cell)))
+            || !program.networks.iter().any(|(region, _)| region.contains(cell)))
 }
 
-/// Notes who writes the words, as evidence.
+/// Records the instructions that write the words, as evidence.
 fn writers(program: &Program, kept: &mut [TrustedRange]) {
     let place: BTreeMap<Cell, usize> =
         kept.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
@@ -250,15 +255,16 @@ fn writers(program: &Program, kept: &mut [TrustedRange]) {
             if let Region::Range { first, count } = region {
                 let end = Cell { index: first.index.saturating_add(count), ..first };
                 for (_, &place) in place.range(first..end) {
-                    kept[place].written.push(at);
+                    kept[place].writers.push(at);
                 }
             }
         }
     }
 }
 
-/// The stretches of cells that writes by an index reach, each apart only where a word that is read lies between them.
-fn stretches(program: &Program, found: &Found) -> BTreeMap<ChoiceId, Vec<(u32, u32)>> {
+/// For each indexed write, the ranges of cells that it reaches. Two ranges are kept separate only if a word between
+/// them is read.
+fn stretches(program: &Program, found: &CountLimits) -> BTreeMap<ChoiceId, Vec<(u32, u32)>> {
     let mut read: Option<BTreeSet<Cell>> = None;
     let mut stretches = |(&choice, reach): (&ChoiceId, &Option<Reach>)| {
         let (all, indexed) = ((*reach)?.stretches(), program.indexed.get(&choice)?);
@@ -275,7 +281,7 @@ fn stretches(program: &Program, found: &Found) -> BTreeMap<ChoiceId, Vec<(u32, u
     found.reaches.iter().filter_map(&mut stretches).collect()
 }
 
-/// The cells that instructions read by their names.
+/// The cells that instructions read directly.
 fn reads(program: &Program) -> BTreeSet<Cell> {
     let mut found = BTreeSet::new();
     for instruction in &program.instructions {
@@ -298,11 +304,11 @@ fn reads(program: &Program) -> BTreeSet<Cell> {
     found
 }
 
-/// Puts into the program what was found.
-fn apply(program: &mut Program, found: &Found) {
+/// Stores the limits in the program.
+fn apply(program: &mut Program, found: &CountLimits) {
     let indexed = &program.indexed;
     let reached = stretches(program, found);
-    // Beyond the end of its area it reaches nothing, as README says of what is not modelled.
+    // A write beyond the end of its area reaches nothing (see README, what is not modelled).
     let reach = |choice: ChoiceId, region: Region| {
         let indexed = indexed.get(&choice).filter(|indexed| indexed.may_reach(region))?;
         Some((indexed, reached.get(&choice)?))
@@ -325,7 +331,7 @@ fn apply(program: &mut Program, found: &Found) {
                     continue;
                 };
                 taken.insert(choice);
-                let write = |&ends| Write::Havoc(indexed.stretch(ends), choice);
+                let write = |&ends| Write::Havoc(indexed.range(ends), choice);
                 let writes = stretches.iter().map(write);
                 instruction.effects.extend(writes.map(|write| Effect { when: effect.when, write }));
             }
@@ -342,7 +348,7 @@ fn apply(program: &mut Program, found: &Found) {
             Step::Summary(summary) => summary.iterations.map(|(.., most)| most),
             _ => None,
         };
-        if let (Some(most), Some(&known)) = (turns, found.turns.get(&at))
+        if let (Some(most), Some(&known)) = (turns, found.iterations.get(&at))
             && known < i64::from(most)
         {
             counted.insert(at);
@@ -356,14 +362,14 @@ fn apply(program: &mut Program, found: &Found) {
         if let (Some(indexed), Some(stretches)) =
             (program.indexed.get_mut(&choice), reached.get(&choice))
         {
-            indexed.found.clone_from(stretches);
+            indexed.proved.clone_from(stretches);
         }
     }
-    program.narrowed.append(&mut counted);
-    loops::lower(program, &found.turns);
+    program.limited_counts.append(&mut counted);
+    loops::lower(program, &found.iterations);
 }
 
-/// Whether a range of what an operation gives is worked out where its inputs are known.
+/// Whether the range of an operation's result is computed if its inputs are known.
 #[must_use]
 pub fn follows(program: &Program, meaning: &Meaning) -> bool {
     let mut cells = BTreeSet::new();
@@ -374,7 +380,7 @@ pub fn follows(program: &Program, meaning: &Meaning) -> bool {
     });
     let words = Slots::of(cells.into_iter().collect());
     let known = vec![Value::constant(1); words.cells().len()];
-    let followed = Followed::of(program, words, Slots::of(Vec::new()));
+    let followed = Tracked::of(program, words, Slots::of(Vec::new()));
     let state = followed.holding(known);
     let stamp = std::cell::Cell::new(0);
     let evaluation =

@@ -1,24 +1,25 @@
-//! The cells that a write by an index may reach.
+//! The cells that an indexed write may reach.
 
 use super::integers::Integers;
 
-/// So many stretches of cells are told apart.
+/// The largest number of separate ranges of cells.
 const MOST_STRETCHES: u32 = 32;
 
-/// The cells that a write by an index may reach: as many from the first on, and from every `step`th behind it.
+/// The cells that an indexed write may reach: `length` cells from `first` on, and from every `step`-th cell after it up
+/// to `last`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     first: u32,
-    /// The first cell of the last ones.
+    /// The beginning of the last range.
     last: u32,
-    /// How far apart the first ones are; 0 if there is but one.
+    /// The distance between the beginnings; 0 if there is only one range.
     step: u32,
-    /// How many are written from each of them on.
+    /// The number of cells in each range.
     length: u32,
 }
 
 impl Reach {
-    /// So many cells from one of these on; `None` if that is beyond all areas.
+    /// `length` cells from each of these numbers on; `None` if that is beyond all areas.
     pub fn of(cells: &Integers, length: i64) -> Option<Reach> {
         let reach = Reach {
             first: u32::try_from(cells.low).ok()?,
@@ -30,7 +31,7 @@ impl Reach {
         Some(reach)
     }
 
-    /// The cells of both.
+    /// The union, over-approximated.
     pub fn join(self, other: Reach) -> Reach {
         let cells =
             |one: Reach| Integers::progression(one.first.into(), one.last.into(), one.step.into());
@@ -43,19 +44,19 @@ impl Reach {
         }
     }
 
-    /// The last of all.
+    /// The last cell.
     fn end(self) -> u32 {
         self.last + (self.length - 1)
     }
 
-    /// The cells where both hold.
-    pub fn closer(self, other: Reach) -> Reach {
+    /// The intersection, over-approximated.
+    pub fn meet(self, other: Reach) -> Reach {
         let is_within = |one: Reach, of: Reach| of.first <= one.first && one.end() <= of.end();
         match (is_within(self, other), is_within(other, self)) {
             (true, true) if other.stretches().len() > self.stretches().len() => other,
             (true, _) => self,
             (_, true) => other,
-            // Neither lies in the other: what both reach, one after the other.
+            // Neither contains the other: use the range that both have in common, without gaps.
             _ => {
                 let (first, last) = (self.first.max(other.first), self.end().min(other.end()));
                 if first > last { self } else { Reach { first, last, step: 1, length: 1 } }
@@ -63,7 +64,7 @@ impl Reach {
         }
     }
 
-    /// The stretches of cells, the first and the last of each.
+    /// The ranges of cells, each as first and last cell.
     pub fn stretches(self) -> Vec<(u32, u32)> {
         if self.step <= self.length || (self.last - self.first) / self.step >= MOST_STRETCHES {
             return vec![(self.first, self.end())];

@@ -1,9 +1,9 @@
-//! One scan with what words may hold in place of values: every way at once, loops until nothing new comes.
+//! Abstract interpretation of one scan: all paths at once, loops until a fixpoint.
 
-use super::condition::{Condition, Literal, Perhaps};
+use super::condition::{Condition, ConditionalWrite, Literal};
 use super::evaluate::Evaluation;
 use super::reach::Reach;
-use super::state::{Followed, State};
+use super::state::{State, Tracked};
 use super::value::Value;
 use super::write::{To, Writer};
 use rustc_hash::FxHashSet;
@@ -12,37 +12,37 @@ use scanbound_ir::{ChoiceId, Effect, Instruction, Join, Program, Step, When, Wor
 use std::cell::Cell as Shared;
 use std::collections::BTreeMap;
 
-/// So many instructions are carried out in a scan before it is given up.
+/// The largest number of instructions executed in a scan.
 const MOST_WORK: u64 = 4_000_000;
-/// It is asked once in so many whether the time is over.
+/// `is_over` is called once in this many instructions.
 const EVERY: u64 = 256;
-/// A loop is followed turn by turn if that takes no more instructions than these; one of which it is not known how many
-/// turns it makes, than those.
+/// A loop is executed iteration by iteration if that takes at most `EXACT_WORK` instructions (or the second number, if
+/// the number of iterations is unknown).
 const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
-/// So many turns of other loops are followed before what they change is taken as far as it can go.
+/// The number of iterations of other loops before widening begins.
 const TURNS: u64 = 3;
-/// As long as a loop has taken no more instructions than these, what grows in it grows to the next limit, so many times
-/// at most, and what was found of it is then narrowed.
+/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MOST_GROWN` times,
+/// and its result is narrowed afterwards.
 const CHEAP_WORK: u64 = 10_000;
 const MOST_GROWN: u64 = 16;
 
-/// What was found at single instructions, over all ways there.
+/// The limits found at single instructions, over all paths.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
-pub struct Found {
-    /// The most turns that a loop makes, by what its count may hold.
-    pub turns: BTreeMap<usize, i64>,
-    /// The largest count of units.
+pub struct CountLimits {
+    /// The largest number of iterations of each loop, from the possible values of its count.
+    pub iterations: BTreeMap<usize, i64>,
+    /// The largest number of units of each instruction.
     pub units: BTreeMap<usize, u64>,
-    /// The cells that an indexed write reaches; `None` where that is not known.
+    /// The cells that each indexed write reaches; `None` if unknown.
     pub reaches: BTreeMap<ChoiceId, Option<Reach>>,
 }
 
-impl Found {
-    /// Takes what was found closer to what else was: both hold. Where one of them never got to, the other one's holds.
-    pub fn closer(&mut self, other: Found) {
-        for (at, turns) in other.turns {
-            let known = self.turns.entry(at).or_insert(turns);
+impl CountLimits {
+    /// Combines two results that both hold. An entry that exists in only one of them is taken from that one.
+    pub fn meet(&mut self, other: CountLimits) {
+        for (at, turns) in other.iterations {
+            let known = self.iterations.entry(at).or_insert(turns);
             *known = turns.min(*known);
         }
         for (at, units) in other.units {
@@ -52,79 +52,79 @@ impl Found {
         for (choice, reach) in other.reaches {
             let known = self.reaches.entry(choice).or_insert(reach);
             *known = match (*known, reach) {
-                (Some(known), Some(reach)) => Some(known.closer(reach)),
+                (Some(known), Some(reach)) => Some(known.meet(reach)),
                 (known, reach) => known.or(reach),
             };
         }
     }
 }
 
-/// It took too much, or something in it cannot be followed.
+/// The scan took too long, or contains something that cannot be analysed.
 #[derive(Debug)]
-pub struct NotFollowed;
+pub struct NotAnalysed;
 
 /// One activation of a routine.
 #[derive(Default)]
 struct Activation {
     state: Option<State>,
     stack: Vec<Condition>,
-    /// The stack's depth is not known: two ways with different ones met.
+    /// Whether the stack depth is unknown, because paths with different depths have joined.
     lost: bool,
     slots: BTreeMap<u32, Condition>,
-    /// The open zones, each with its level and the condition of all up to it.
+    /// The open master control regions: level, and conjunction of the conditions of all regions so far.
     zones: Vec<(u32, Condition)>,
-    landings: BTreeMap<usize, Landing>,
+    landings: BTreeMap<usize, PendingJump>,
     returned: Option<State>,
 }
 
 impl Activation {
-    /// Takes results that were left by whatever turn as not known.
+    /// Marks all results as unknown, as after an unknown number of iterations.
     fn forget_results(&mut self) {
         (self.stack, self.lost) = (Vec::new(), true);
         self.slots.values_mut().for_each(|saved| *saved = Condition::default());
     }
 }
 
-/// What was noted up to a place.
-struct Noted {
-    found: Found,
+/// The records up to a program point, to return to it later.
+struct Snapshot {
+    found: CountLimits,
     written: Vec<Option<Value>>,
     lost: FxHashSet<(usize, usize)>,
-    landings: BTreeMap<usize, Landing>,
-    /// Where the routine returns, the main routine ended and the scan was stopped, and where a loop is left.
+    landings: BTreeMap<usize, PendingJump>,
+    /// The states at which the routine returned, the main routine ended, the scan was stopped, and the loop was left.
     ends: [Option<State>; 4],
 }
 
-/// A jump on its way.
+/// A jump that was taken and has not yet reached its target.
 #[derive(Clone)]
-struct Landing {
+struct PendingJump {
     state: State,
     stack: Vec<Condition>,
     lost: bool,
     slots: BTreeMap<u32, Condition>,
 }
 
-/// A scan under way.
+/// The abstract execution of one scan.
 pub struct Run<'p> {
     program: &'p Program,
-    followed: &'p Followed,
-    /// Whether to give it up.
+    followed: &'p Tracked,
+    /// Whether to stop.
     is_over: &'p dyn Fn() -> bool,
-    pub found: Found,
-    /// All that was written into each word at any moment.
+    pub found: CountLimits,
+    /// The join of all values written to each word during the scan.
     pub written: Vec<Option<Value>>,
-    /// The words of which it is noted there that they were written by anything, as ranges of slots.
+    /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
-    /// The last stamp that was given.
+    /// The last stamp that was used.
     stamp: Shared<u32>,
-    /// How many instructions were carried out.
+    /// The number of instructions executed.
     pub work: u64,
-    /// Where a main routine ended by itself, and where the scan was stopped.
+    /// The states at which a main routine ended, and at which the scan was stopped.
     ended: Option<State>,
     stopped: Option<State>,
 }
 
-/// Joins a state to others.
+/// Joins a state with another, if there is one.
 fn join(stamp: u32, into: &mut Option<State>, state: State) {
     match into {
         None => *into = Some(state),
@@ -133,17 +133,17 @@ fn join(stamp: u32, into: &mut Option<State>, state: State) {
 }
 
 impl<'p> Run<'p> {
-    /// No scan yet.
+    /// Prepares a scan.
     pub fn new(
         program: &'p Program,
-        followed: &'p Followed,
+        followed: &'p Tracked,
         is_over: &'p dyn Fn() -> bool,
     ) -> Run<'p> {
         Run {
             program,
             followed,
             is_over,
-            found: Found::default(),
+            found: CountLimits::default(),
             written: vec![None; followed.words.cells().len()],
             lost: FxHashSet::default(),
             stamp: Shared::new(0),
@@ -158,11 +158,11 @@ impl<'p> Run<'p> {
         Evaluation { program, followed, state, holds, stamp }
     }
 
-    /// Runs the scan; what the words hold at its end, `None` if it has none.
+    /// Executes the scan. Returns the state at its end, `None` if it has no end.
     ///
     /// # Errors
-    /// If it takes too much, or something in it cannot be followed.
-    pub fn scan(&mut self, start: State) -> Result<Option<State>, NotFollowed> {
+    /// If it takes too long, or contains something that cannot be analysed.
+    pub fn scan(&mut self, start: State) -> Result<Option<State>, NotAnalysed> {
         let program = self.program;
         let mut state = Some(start);
         for main in &program.mains {
@@ -173,7 +173,7 @@ impl<'p> Run<'p> {
                 join(self.fresh(), &mut state, returned);
             }
         }
-        // What interrupts write is none of the words, but they count loops and units, too.
+        // Interrupt routines write none of the tracked words, but their loops and units are counted too.
         if let Some(stopped) = self.stopped.take() {
             join(self.fresh(), &mut state, stopped);
         }
@@ -196,7 +196,7 @@ impl<'p> Run<'p> {
         from: usize,
         to: usize,
         state: State,
-    ) -> Result<Option<State>, NotFollowed> {
+    ) -> Result<Option<State>, NotAnalysed> {
         let mut act = Activation { state: Some(state), ..Activation::default() };
         self.span(&mut act, from, to)?;
         let mut back = act.returned.take();
@@ -206,7 +206,7 @@ impl<'p> Run<'p> {
         Ok(back)
     }
 
-    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), NotFollowed> {
+    fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), NotAnalysed> {
         let mut at = from;
         while at < to {
             if let Some(landing) = act.landings.remove(&at) {
@@ -226,15 +226,15 @@ impl<'p> Run<'p> {
             }
             self.work += 1;
             if self.work > MOST_WORK || self.work.is_multiple_of(EVERY) && (self.is_over)() {
-                return Err(NotFollowed);
+                return Err(NotAnalysed);
             }
             at = self.instruction(act, at)?;
         }
         Ok(())
     }
 
-    fn land(&mut self, act: &mut Activation, landing: Landing) {
-        let Landing { state, stack, lost, slots } = landing;
+    fn land(&mut self, act: &mut Activation, landing: PendingJump) {
+        let PendingJump { state, stack, lost, slots } = landing;
         let Some(here) = &mut act.state else {
             (act.state, act.stack, act.lost, act.slots) = (Some(state), stack, lost, slots);
             return;
@@ -245,7 +245,7 @@ impl<'p> Run<'p> {
             *here = here.either(there);
         }
         for (slot, here) in &mut act.slots {
-            // What one of the ways did not save is not what the other did.
+            // A slot that only one of the paths has saved is unknown.
             *here = slots.get(slot).map_or_else(Condition::default, |there| here.either(there));
         }
         for slot in slots.into_keys() {
@@ -253,10 +253,10 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// What a jump takes with it.
-    fn depart(act: &Activation, state: State) -> Landing {
+    /// Records the state and results that a jump carries to its target.
+    fn depart(act: &Activation, state: State) -> PendingJump {
         let (stack, slots) = (act.stack.clone(), act.slots.clone());
-        Landing { state, stack, lost: act.lost, slots }
+        PendingJump { state, stack, lost: act.lost, slots }
     }
 
     fn leave(&mut self, act: &mut Activation, target: usize, state: State) {
@@ -276,7 +276,7 @@ impl<'p> Run<'p> {
                 self.land(&mut met, other);
                 let Activation { state, stack, lost, slots, .. } = met;
                 if let Some(state) = state {
-                    act.landings.insert(target, Landing { state, stack, lost, slots });
+                    act.landings.insert(target, PendingJump { state, stack, lost, slots });
                 }
             }
         }
@@ -289,17 +289,17 @@ impl<'p> Run<'p> {
         act.stack.last().cloned().unwrap_or_else(Condition::always)
     }
 
-    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, NotFollowed> {
+    fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, NotAnalysed> {
         let program = self.program;
         let instruction = &program.instructions[at];
         let Some(state) = &act.state else { return Ok(at + 1) };
         let top = Run::top(act);
         let condition = match act.zones.last() {
-            Some((_, all)) if instruction.step.acts() => top.and(all),
+            Some((_, all)) if instruction.step.depends_on_master_control() => top.and(all),
             _ => top,
         };
-        // What a contact in series is worth where what stands before it is on is all that counts, unless it does or
-        // counts something by itself.
+        // For a contact in series, only its value while the contacts before it are on matters, unless it has effects or
+        // a count itself.
         let acts = instruction.counted().is_some() || !instruction.effects.is_empty();
         let holds = match &instruction.step {
             Step::Logic { join: Join::And, .. } if !acts => condition.literals(),
@@ -335,7 +335,7 @@ impl<'p> Run<'p> {
             let count = words.iter().rev().fold(0, |count, &word| {
                 count * 65_536 + evaluation.word(word).unsigned().1.unsigned_abs()
             });
-            let stated = self.program.counts.get(&at).map(|&(_, most)| most.unsigned_abs());
+            let stated = self.program.stated_counts.get(&at).map(|&(_, most)| most.unsigned_abs());
             most = Some(stated.map_or(count, |stated| count.min(stated)));
         }
         for (slot, value) in before.into_iter().rev() {
@@ -347,7 +347,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Carries out an instruction's effects.
+    /// Executes the effects of an instruction.
     fn effects(
         &mut self,
         act: &mut Activation,
@@ -395,7 +395,8 @@ impl<'p> Run<'p> {
                             match unwritten.flatten() {
                                 None => state.write(slot, value, stamp),
                                 Some(unwritten) => {
-                                    let perhaps = Perhaps { when: guard.conjunction(), value };
+                                    let perhaps =
+                                        ConditionalWrite { when: guard.conjunction(), value };
                                     state.write_perhaps(slot, perhaps, unwritten, stamp);
                                 }
                             }
@@ -425,7 +426,7 @@ impl<'p> Run<'p> {
         at: usize,
         step: &Step,
         fires: Condition,
-    ) -> Result<usize, NotFollowed> {
+    ) -> Result<usize, NotAnalysed> {
         let next = at + 1;
         match step {
             Step::Act { .. } | Step::Nothing => {}
@@ -484,8 +485,8 @@ impl<'p> Run<'p> {
                     self.turn(act, at, summary.end, turns)?;
                     return Ok(summary.end + 1);
                 }
-                // What is summarised without turns was not laid out to be followed.
-                None => return Err(NotFollowed),
+                // A summary of something other than a loop cannot be executed iteration by iteration.
+                None => return Err(NotAnalysed),
             },
             Step::MasterControlBegin { level, .. } => {
                 let all = match act.zones.last() {
@@ -520,7 +521,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The state with which control leaves if the condition holds; what stays is without it only if that is sure.
+    /// The state that leaves if the condition holds. The remaining state excludes it only if the condition is certain.
     fn part(&mut self, act: &mut Activation, fires: &Condition) -> Option<State> {
         if fires.never {
             return None;
@@ -534,7 +535,7 @@ impl<'p> Run<'p> {
         possible.then_some(taken)
     }
 
-    /// How many turns a loop makes: at least and at most.
+    /// The least and the largest number of iterations of a loop.
     fn turns(
         &mut self,
         act: &mut Activation,
@@ -548,22 +549,22 @@ impl<'p> Run<'p> {
         let (word, odd, is_signed) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, true, true),
-                Some(ChoiceKind::Unsigned(word)) => (*word, false, false),
+                Some(ChoiceKind::UnsignedIterations(word)) => (*word, false, false),
                 _ => (count, false, true),
             },
             word => (word, false, true),
         };
         let (mut low, mut high) = match word {
-            // A front that says nothing of a count may read it otherwise than as a signed number.
+            // A front that gives no type for the count's choice may interpret it otherwise than as a signed number.
             WordSource::Free(choice) if !self.program.kinds.contains_key(&choice) => {
                 (i64::from(least), i64::from(most))
             }
             word if is_signed => evaluation.word(word).signed(),
             word => evaluation.word(word).unsigned(),
         };
-        if let Some(&(least, largest)) = self.program.counts.get(&at) {
+        if let Some(&(least, largest)) = self.program.stated_counts.get(&at) {
             (low, high) = (low.max(least), high.min(largest));
-            // A way on which the word holds something else is no scan's.
+            // Paths on which the word has another value do not exist.
             if let WordSource::Cell(cell) = word
                 && let Some(slot) = self.followed.words.slot(cell)
                 && let Some(value) = state.value(slot).meet(Value::range(least, largest))
@@ -574,26 +575,26 @@ impl<'p> Run<'p> {
         let within = |turns: i64| turns.clamp(least.into(), most.into());
         let high = within(if odd { high.max(1) } else { high });
         let low = if odd && low < 1 { i64::from(least) } else { within(low) };
-        let known = self.found.turns.entry(at).or_default();
+        let known = self.found.iterations.entry(at).or_default();
         *known = high.max(*known);
         (low.max(0).unsigned_abs(), high.max(0).unsigned_abs())
     }
 
-    /// Runs a loop: turn by turn where that is not too much, else until nothing new comes.
+    /// Executes a loop: iteration by iteration if that is not too much, else to a fixpoint.
     fn turn(
         &mut self,
         act: &mut Activation,
         at: usize,
         end: usize,
         (least, most): (u64, u64),
-    ) -> Result<(), NotFollowed> {
+    ) -> Result<(), NotAnalysed> {
         let Some(begun) = act.state.take() else { return Ok(()) };
         let mut exits: Option<State> = None;
         if least == 0 {
             exits = Some(begun.clone());
         }
         let (mut head, mut settled) = (begun, false);
-        // What was noted before the head was widened, and how often it grew to a limit.
+        // The records before widening began, and how often the state was widened to a limit.
         let (mut before, mut grown) = (None, 0);
         let began = self.work;
         let exact_work = if least == most { EXACT_WORK } else { EXACT_WORK_OPEN };
@@ -605,10 +606,10 @@ impl<'p> Run<'p> {
             if turn >= least || settled {
                 join(self.fresh(), &mut exits, state.clone());
             }
-            // A loop that is followed to its end is seldom asked whether it still changes anything.
+            // For a loop that is executed completely, it is tested only rarely whether the state still changes.
             let is_asked = turn < TURNS || turn.is_power_of_two();
             if !settled && is_asked && head.covers(&state) {
-                // Every further turn is the same.
+                // All further iterations are the same.
                 if turn < least {
                     join(self.fresh(), &mut exits, state);
                 }
@@ -620,7 +621,7 @@ impl<'p> Run<'p> {
                 head = state;
                 continue;
             }
-            // From here on the head stands for any further turn.
+            // From here on, the state at the loop head covers all further iterations.
             let is_cheap = spent <= CHEAP_WORK;
             if !settled && is_cheap {
                 before = Some(self.noted(act, &exits));
@@ -636,7 +637,7 @@ impl<'p> Run<'p> {
                 wider = self.followed.anything();
             }
             if head.covers(&wider) {
-                // Less comes out than goes in: here too every further turn is the same.
+                // The iteration adds nothing to the state at its head, so all further iterations are the same.
                 join(self.fresh(), &mut exits, state.clone());
                 if let Some(before) = before.filter(|_| is_cheap) {
                     exits = self.narrower(act, at..end, state, before)?;
@@ -650,12 +651,12 @@ impl<'p> Run<'p> {
         Ok(())
     }
 
-    /// What was noted up to here, to come back to.
-    fn noted(&mut self, act: &Activation, exits: &Option<State>) -> Noted {
-        // It takes as long as some instructions.
+    /// The records up to this point, to return to them later.
+    fn noted(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
+        // Copying takes as long as some instructions.
         self.work +=
             (self.found.units.len() + self.found.reaches.len() + self.written.len()) as u64 / 64;
-        Noted {
+        Snapshot {
             found: self.found.clone(),
             written: self.written.clone(),
             lost: self.lost.clone(),
@@ -664,16 +665,17 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Runs a loop's turns once more from what a turn leaves that begins with anything that the head was widened to: each
-    /// turn but the first of those begins so. What was noted of the widened ones is forgotten. Where the loop is left to.
+    /// Narrowing: executes one more iteration from the widened state, and takes the result as the new state at the loop
+    /// head, since every iteration but the first begins with what another one left. The records of the widened
+    /// iterations are discarded. Returns the state at which the loop is left.
     fn narrower(
         &mut self,
         act: &mut Activation,
         body: std::ops::Range<usize>,
         left: State,
-        before: Noted,
-    ) -> Result<Option<State>, NotFollowed> {
-        let Noted { found, written, lost, landings, ends } = before;
+        before: Snapshot,
+    ) -> Result<Option<State>, NotAnalysed> {
+        let Snapshot { found, written, lost, landings, ends } = before;
         (self.found, self.written, self.lost, act.landings) = (found, written, lost, landings);
         let [returned, ended, stopped, mut exits] = ends;
         (act.returned, self.ended, self.stopped) = (returned, ended, stopped);

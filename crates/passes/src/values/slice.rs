@@ -1,5 +1,5 @@
-//! Which words matter: those that count loops, units or indices, and those that they are worked out from; and the bits on
-//! which it hangs whether these are written or counted.
+//! Finds the relevant cells (a program slice): words that give counts, units or indices, words from which these are
+//! computed, and bits that control their writes.
 
 use super::slots::Slots;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -9,11 +9,11 @@ use scanbound_ir::{
     WordTarget, Write, flow,
 };
 
-/// So many words that an index may lead to are followed.
+/// For an indexed read, at most this many words after the base are tracked.
 const NEXT: u32 = 32;
 
-/// The words that matter, and, if these are wanted, those that are compared and what they are worked out from. What may
-/// change at any moment is none of them.
+/// The relevant words; with `compared` also words in comparisons and words from which these are computed. Cells in
+/// `changing`, which may change at any moment, are excluded.
 pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell> {
     let mut slice = Slice {
         program,
@@ -41,12 +41,12 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
             if let Write::Havoc(_, choice) = &effect.write
                 && let Some(indexed) = program.indexed.get(choice)
             {
-                indexed.readings.iter().for_each(|words| slice.words(words));
+                indexed.indices.iter().for_each(|words| slice.words(words));
             }
         }
     }
-    // What is stated of a word is held against what the program writes into it.
-    for range in &program.ranges {
+    // A word with a stated range is relevant, because it is checked whether the program keeps the range.
+    for range in &program.stated_ranges {
         if let [cell] = range.cells[..] {
             slice.word(WordSource::Cell(cell));
         }
@@ -71,11 +71,11 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
     found
 }
 
-/// The bits that are contacts of rungs in which a word that matters is written, or something is counted, or control goes
-/// elsewhere. What may change at any moment is none of them.
+/// The bits that are contacts of rungs that write a relevant word, use a count, or transfer control. Cells in
+/// `changing` are excluded.
 pub fn contacts(program: &Program, changing: &[Region], words: &Slots) -> Vec<Cell> {
     let mut found: FxHashSet<Cell> = FxHashSet::default();
-    // Of the rung: its bits, and whether it matters.
+    // Of the current rung: its bits, and whether it is relevant.
     let (mut bits, mut matters) = (Vec::new(), false);
     for (at, instruction) in program.instructions.iter().enumerate() {
         if let Step::Logic { join: Join::Start, .. } = instruction.step {
@@ -98,13 +98,13 @@ pub fn contacts(program: &Program, changing: &[Region], words: &Slots) -> Vec<Ce
     if matters {
         found.extend(&bits);
     }
-    let steady = |cell: &Cell| !changing.iter().any(|region| region.holds(*cell));
+    let steady = |cell: &Cell| !changing.iter().any(|region| region.contains(*cell));
     let mut found: Vec<Cell> = found.into_iter().filter(steady).collect();
     found.sort_unstable();
     found
 }
 
-/// The plain words that an operation's results go to.
+/// The words to which an operation's results are written directly.
 fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
     let targets = meaning.outputs.iter().filter_map(|output| match output {
         Target::Words(targets) => Some(targets),
@@ -116,7 +116,7 @@ fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
     })
 }
 
-/// Which instructions write each word for which they say what.
+/// For each word, the instructions that write a known value to it.
 fn writers(program: &Program) -> FxHashMap<Cell, Vec<usize>> {
     let mut writers: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
     let mut note = |cell, at| writers.entry(cell).or_default().push(at);
@@ -155,7 +155,7 @@ impl Slice<'_> {
     fn word(&mut self, word: WordSource) {
         match word {
             WordSource::Cell(cell) => {
-                let changes = self.changing.iter().any(|region| region.holds(cell));
+                let changes = self.changing.iter().any(|region| region.contains(cell));
                 if !changes && self.found.insert(cell) {
                     self.open.push(cell);
                 }
@@ -165,7 +165,7 @@ impl Slice<'_> {
         }
     }
 
-    /// What a truth value compares.
+    /// Collects the words that a Boolean expression compares.
     fn compared(&mut self, logic: &Logic) {
         match logic {
             Logic::Compare(compare) => {
@@ -204,7 +204,9 @@ impl Slice<'_> {
         }
         let program = self.program;
         match program.kinds.get(&choice) {
-            Some(ChoiceKind::Iterations(word) | ChoiceKind::Unsigned(word)) => self.word(*word),
+            Some(ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word)) => {
+                self.word(*word)
+            }
             Some(ChoiceKind::Exact(meaning)) => {
                 for input in &meaning.inputs {
                     match input {
@@ -224,10 +226,10 @@ impl Slice<'_> {
         }
     }
 
-    /// An address's index, and of the words that it may lead to the next ones that the program writes.
+    /// Collects the index of an address, and the next words after its base that the program writes.
     fn address(&mut self, address: &Address) {
         address.terms.iter().for_each(|term| self.term(term));
-        let stretch = address.stretches.iter().find(|stretch| {
+        let stretch = address.ranges.iter().find(|stretch| {
             (stretch.from..stretch.from + i64::from(stretch.count)).contains(&address.base)
         });
         let Some(stretch) = stretch else { return };

@@ -1,11 +1,11 @@
-//! Cells in their order, each with its place among them.
+//! A sorted list of cells; the slot of a cell is its index in the list.
 
 use rustc_hash::FxHashMap;
 use scanbound_ir::{AreaId, Cell, Region};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Some cells, each with a slot.
+/// Cells with their slots.
 pub struct Slots {
     cells: Vec<Cell>,
     slots: FxHashMap<Cell, usize>,
@@ -13,7 +13,7 @@ pub struct Slots {
 }
 
 impl Slots {
-    /// Slots for these cells, which are in order.
+    /// Assigns slots to these cells, which are sorted.
     pub fn of(cells: Vec<Cell>) -> Slots {
         let slots = cells.iter().enumerate().map(|(slot, cell)| (*cell, slot)).collect();
         let mut areas: BTreeMap<AreaId, Range<usize>> = BTreeMap::new();
@@ -23,17 +23,17 @@ impl Slots {
         Slots { cells, slots, areas }
     }
 
-    /// The cells.
+    /// The cells in order.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
     }
 
-    /// The slot of a cell, if it has one.
+    /// The slot of a cell, if it is in the list.
     pub fn slot(&self, cell: Cell) -> Option<usize> {
         self.slots.get(&cell).copied()
     }
 
-    /// The slots of all cells that lie in a region.
+    /// The slots of all cells in a region.
     pub fn within(&self, region: Region) -> Range<usize> {
         match region {
             Region::Everything => 0..self.cells.len(),

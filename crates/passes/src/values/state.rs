@@ -1,8 +1,8 @@
-//! What words may hold at one place of the scan, and what is known of the bits on which it hangs whether they are written.
+//! The abstract state at one program point: the possible values of words, and what is known about bits.
 
-use super::condition::{Condition, Happened, Known, Literal, Perhaps};
-use super::limits::Limits;
-use super::rungs::passed_over;
+use super::condition::{Condition, ConditionalWrite, Executed, Literal, WordFact};
+use super::limits::WideningLimits;
+use super::skippable::skippable;
 use super::slots::Slots;
 use super::value::Value;
 use rustc_hash::FxHashSet;
@@ -10,59 +10,62 @@ use scanbound_ir::Program;
 use std::ops::Range;
 use std::rc::Rc;
 
-/// What is followed: the words that matter, and bits on which it hangs whether they are written.
-pub struct Followed {
+/// The words and bits that the abstract interpretation tracks: words that affect counts, and bits that control their
+/// writes.
+pub struct Tracked {
     pub words: Slots,
     pub bits: Slots,
-    /// For the first instruction of each rung that changes none of them, the one behind it; 0 for all others.
+    /// For the first instruction of each rung that changes no tracked cell: the index of the next rung. 0 for all other
+    /// instructions.
     pub behind: Vec<usize>,
-    /// How far what grows is let grow.
-    pub limits: Limits,
+    /// The limits for widening.
+    pub limits: WideningLimits,
 }
 
-impl Followed {
-    /// These words and bits of a program.
-    pub fn of(program: &Program, words: Slots, bits: Slots) -> Followed {
-        let behind = passed_over(program, &words, &bits);
-        let limits = Limits::of(program, &words);
-        Followed { words, bits, behind, limits }
+impl Tracked {
+    /// Tracks these words and bits of a program.
+    pub fn of(program: &Program, words: Slots, bits: Slots) -> Tracked {
+        let behind = skippable(program, &words, &bits);
+        let limits = WideningLimits::of(program, &words);
+        Tracked { words, bits, behind, limits }
     }
 
-    /// A state in which all may hold anything.
+    /// The state in which everything may have any value.
     pub fn anything(&self) -> State {
         self.holding(vec![Value::TOP; self.words.cells().len()])
     }
 
-    /// A state in which the words hold these values.
+    /// The state in which the words have these values.
     pub fn holding(&self, values: Vec<Value>) -> State {
         State::new(&values, self.bits.cells().len())
     }
 }
 
-/// So many slots are kept together: what does not change is shared between states.
+/// The number of slots in a block. States share blocks that are equal.
 const BLOCK: usize = 32;
 
-/// What the words and bits hold.
+/// The abstract state.
 #[derive(Debug, Clone)]
 pub struct State {
     words: Vec<Rc<Block>>,
-    /// Whether each word was written in this scan on every path here: a bit each, a block after the other.
+    /// Whether each word was written in this scan on every path to this point: one bit for each word, one `u32` for
+    /// each block.
     written: Vec<u32>,
     bits: Vec<Rc<[Bit; BLOCK]>>,
 }
 
-/// What some words hold.
+/// The values of some words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Block {
     values: [Value; BLOCK],
-    /// Which write each value comes from: what was found out about a value says nothing of another.
+    /// The stamp of the write that gave each value. Facts refer to a stamp, so they do not apply to later values.
     stamps: [u32; BLOCK],
-    /// What the last writes of each were that need not have happened.
+    /// The recent conditional writes of each word.
     writes: [Option<Rc<Writes>>; BLOCK],
 }
 
 impl Block {
-    /// Some words that may hold anything, all by one write.
+    /// A block of words with any values, all with one stamp.
     fn anything(stamp: u32) -> Block {
         Block {
             values: [Value::TOP; BLOCK],
@@ -72,25 +75,25 @@ impl Block {
     }
 }
 
-/// Writes of a word that need not have happened.
+/// The conditional writes of a word.
 #[derive(Debug, PartialEq, Eq)]
 struct Writes {
-    /// What it held before them.
+    /// The value before these writes.
     before: Value,
-    /// They, the last one first.
-    perhaps: Vec<Perhaps>,
+    /// The writes, latest first.
+    perhaps: Vec<ConditionalWrite>,
 }
 
 /// What is known of a bit.
 #[derive(Debug, Clone, Default)]
 struct Bit {
-    /// Which write its value comes from.
+    /// The stamp of its last write.
     stamp: u32,
-    /// When it is on, and when it is off.
+    /// The facts if it is on, and the facts if it is off.
     truth: Option<Rc<[Condition; 2]>>,
 }
 
-/// The blocks that slots lie in, each with the places in it.
+/// The blocks that contain these slots, each with the positions in the block.
 fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
     let Range { start, end } = slots;
     (start / BLOCK..end.div_ceil(BLOCK)).map(move |place| {
@@ -99,11 +102,11 @@ fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
     })
 }
 
-/// So many writes of a word that need not have happened are remembered.
+/// The largest number of conditional writes of a word that are remembered.
 const MOST_WRITES: usize = 4;
 
 impl State {
-    /// What they hold when the scan starts, and so many bits anything.
+    /// A state with these values of words and nothing known of `bits` bits.
     pub fn new(values: &[Value], bits: usize) -> State {
         let block = |some: &[Value]| {
             let mut block = Block::anything(0);
@@ -126,7 +129,7 @@ impl State {
         self.words[slot / BLOCK].writes[slot % BLOCK].as_ref()
     }
 
-    /// The value where these are true.
+    /// The value of a word if these literals are true.
     pub fn value_where(&self, slot: usize, holds: &[Literal]) -> Value {
         let all = self.value(slot);
         let Some(writes) = self.writes(slot) else { return all };
@@ -135,9 +138,9 @@ impl State {
         let mut done = false;
         for write in &writes.perhaps {
             match write.happened(holds) {
-                Happened::No => continue,
-                Happened::Perhaps => add(write.value),
-                Happened::Yes => {
+                Executed::No => continue,
+                Executed::ConditionalWrite => add(write.value),
+                Executed::Yes => {
                     add(write.value);
                     done = true;
                     break;
@@ -147,7 +150,7 @@ impl State {
         if !done {
             add(writes.before);
         }
-        // Both are true of it.
+        // Both results are valid, so use their intersection.
         found.map_or(all, |found| found.closer(all))
     }
 
@@ -159,22 +162,22 @@ impl State {
         self.written[slot / BLOCK] & 1 << (slot % BLOCK) != 0
     }
 
-    /// Takes what is known of a value closer; it stays the same value.
+    /// Refines the value of a word without a new stamp.
     pub fn know(&mut self, slot: usize, value: Value) {
         if self.value(slot) != value {
             Rc::make_mut(&mut self.words[slot / BLOCK]).values[slot % BLOCK] = value;
         }
     }
 
-    /// Takes the words closer to what holds with a condition. What was known before is put into `before`. False if it cannot
-    /// hold here.
+    /// Refines the words with the facts of a condition that is true. The previous values are appended to `before`.
+    /// `false` if the condition cannot be true here.
     pub fn assume(&mut self, condition: &Condition, before: &mut Vec<(usize, Value)>) -> bool {
         for known in condition.words() {
             if self.stamp(known.slot) != known.stamp {
                 continue;
             }
             let value = self.value(known.slot);
-            match value.meet(known.lies) {
+            match value.meet(known.value) {
                 Some(closer) => {
                     before.push((known.slot, value));
                     self.know(known.slot, closer);
@@ -185,13 +188,13 @@ impl State {
         true
     }
 
-    /// The same with what holds where a condition does not.
+    /// Refines the words with the facts of a condition that is false. `false` if the condition cannot be false here.
     pub fn assume_not(&mut self, condition: &Condition) -> bool {
         for known in condition.words_off() {
             if self.stamp(known.slot) != known.stamp {
                 continue;
             }
-            match self.value(known.slot).meet(known.lies) {
+            match self.value(known.slot).meet(known.value) {
                 Some(closer) => self.know(known.slot, closer),
                 None => return false,
             }
@@ -199,7 +202,7 @@ impl State {
         true
     }
 
-    /// The value of a word where a condition does not hold; `None` if that cannot be.
+    /// The value of a word if a condition is false; `None` if it cannot be false here.
     pub fn value_unless(&self, slot: usize, condition: &Condition) -> Option<Value> {
         let (mut value, stamp) = (self.value(slot), self.stamp(slot));
         if let Some(ways) = condition.ways_off(slot, stamp) {
@@ -210,10 +213,10 @@ impl State {
         }
         let off = condition.words_off().iter();
         let off = off.filter(|known| known.slot == slot && known.stamp == stamp);
-        off.map(|known| known.lies).try_fold(value, Value::meet)
+        off.map(|known| known.value).try_fold(value, Value::meet)
     }
 
-    /// Takes all values closer to what they are where these are true.
+    /// Refines all words with what follows if these literals are true.
     pub fn know_where(&mut self, holds: &[Literal]) {
         if holds.is_empty() {
             return;
@@ -225,7 +228,7 @@ impl State {
         }
     }
 
-    /// Writes a value; `stamp` is a new one.
+    /// Writes a value; `stamp` must be new.
     pub fn write(&mut self, slot: usize, value: Value, stamp: u32) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.values[at] = value;
@@ -234,7 +237,7 @@ impl State {
         self.written[slot / BLOCK] |= 1 << at;
     }
 
-    /// Words may hold anything from here on; `stamp` is a new one.
+    /// Sets words to any value; `stamp` must be new.
     pub fn lose(&mut self, slots: Range<usize>, stamp: u32) {
         let all = std::cell::OnceCell::new();
         for (place, within) in blocks(slots) {
@@ -252,15 +255,22 @@ impl State {
         }
     }
 
-    /// Writes a value perhaps; where that does not happen it stays one of `unwritten`. `stamp` is a new one.
-    pub fn write_perhaps(&mut self, slot: usize, perhaps: Perhaps, unwritten: Value, stamp: u32) {
+    /// Writes a value conditionally; if the write is not executed, the word has a value of `unwritten`. `stamp` must be
+    /// new.
+    pub fn write_perhaps(
+        &mut self,
+        slot: usize,
+        perhaps: ConditionalWrite,
+        unwritten: Value,
+        stamp: u32,
+    ) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.stamps[at] = stamp;
         let earlier = block.writes[at].take();
         let value = block.values[at];
         block.values[at] = unwritten.join(perhaps.value);
         if perhaps.when.is_none() && perhaps.value == Value::TOP {
-            // From here on it is anything, whatever came before.
+            // The word may have any value in either case.
             return;
         }
         let (before, mut others) = match earlier {
@@ -273,7 +283,7 @@ impl State {
         block.writes[at] = Some(Rc::new(Writes { before, perhaps: others }));
     }
 
-    /// The literal that a bit is on, and what is known when it is on or off.
+    /// The condition that a bit is on (or off), with the facts about it.
     pub fn bit(&self, bit: usize, on: bool) -> Condition {
         let Bit { stamp, truth } = &self.bits[bit / BLOCK][bit % BLOCK];
         let literal = Literal { bit: Some(bit), stamp: *stamp, on };
@@ -293,13 +303,13 @@ impl State {
         }
     }
 
-    /// Writes a bit; nothing is known of it if `truth` is `None`. `stamp` is a new one.
+    /// Writes a bit; `truth` is `None` if nothing is known of it. `stamp` must be new.
     pub fn write_bit(&mut self, bit: usize, truth: Option<[Condition; 2]>, stamp: u32) {
         let block = Rc::make_mut(&mut self.bits[bit / BLOCK]);
         block[bit % BLOCK] = Bit { stamp, truth: truth.map(Rc::new) };
     }
 
-    /// Nothing is known of bits from here on; `stamp` is a new one.
+    /// Forgets everything about bits; `stamp` must be new.
     pub fn lose_bits(&mut self, bits: Range<usize>, stamp: u32) {
         let all = std::cell::OnceCell::new();
         let lost = || Bit { stamp, truth: None };
@@ -314,13 +324,13 @@ impl State {
         }
     }
 
-    /// What they hold where two paths meet; `stamp` is a new one.
+    /// Joins the states of two paths; `stamp` must be new.
     pub fn meet(&mut self, other: &State, stamp: u32) {
         self.together(other, stamp, |_, here, there| here.join(there));
     }
 
-    /// The same where that is done again and again.
-    pub fn widen(&mut self, other: &State, stamp: u32, limits: &Limits, is_last: bool) {
+    /// Joins with widening, for loops and scans that are repeated.
+    pub fn widen(&mut self, other: &State, stamp: u32, limits: &WideningLimits, is_last: bool) {
         self.together(other, stamp, |slot, here, there| limits.widen(slot, here, there, is_last));
     }
 
@@ -360,7 +370,7 @@ impl State {
         }
     }
 
-    /// Whether all that can come of the other state can come of this one, and no more is known of this one.
+    /// Whether this state over-approximates the other.
     pub fn covers(&self, other: &State) -> bool {
         let words = |(here, there): (&Rc<Block>, &Rc<Block>)| {
             Rc::ptr_eq(here, there)
@@ -368,11 +378,11 @@ impl State {
                     && (0..BLOCK)
                         .all(|at| here.writes[at].is_none() || here.stamps[at] == there.stamps[at]))
         };
-        // What is known of a bit may speak of words, each by the write that it comes from.
-        let holds_there = |known: &Known| {
+        // Facts about a bit may refer to words, each with the stamp of its write.
+        let holds_there = |known: &WordFact| {
             self.stamp(known.slot) != known.stamp || other.stamp(known.slot) == known.stamp
         };
-        // Another write of a bit is the same only if nothing that is known hangs on which it is.
+        // Different stamps of a bit matter only if a fact refers to that stamp.
         let mut named: Option<FxHashSet<(usize, u32)>> = None;
         let mut bit = |place: usize, here: &Bit, there: &Bit| match &here.truth {
             None if here.stamp == there.stamp => true,
@@ -396,7 +406,7 @@ impl State {
                 .all(|(place, (here, there))| bit(place, here, there))
     }
 
-    /// The bits, each by a write of it, on which it hangs what is known of words and other bits.
+    /// The bits, with their stamps, to which facts about words and other bits refer.
     fn named(&self) -> FxHashSet<(usize, u32)> {
         let writes = self.words.iter().flat_map(|block| block.writes.iter().flatten());
         let perhaps = writes.flat_map(|writes| &writes.perhaps);

@@ -1,11 +1,11 @@
-//! What the pass says of programs as no front writes them: ways that meet within a rung, routines that end by
-//! themselves, results that are asked for behind a loop.
+//! Tests on programs that no front generates: paths that join within a rung, routines that end early, results that are
+//! read after a loop.
 
 use super::*;
 use scanbound_ir::meaning::Operand;
 use scanbound_ir::{
     Area, AreaId, AreaKind, Compare, Counted, Effect, Instruction, Interrupt, Join, Logic, Number,
-    Radix, Reading, Relation, TimingKey, When, WordSource, WordTarget, testing,
+    NumberFormat, Radix, Relation, TimingKey, When, WordSource, WordTarget, testing,
 };
 
 fn m(index: u32) -> Logic {
@@ -23,7 +23,7 @@ fn start(value: Logic) -> Instruction {
     testing::instruction(Step::Logic { join: Join::Start, value })
 }
 
-/// Puts a number into D0 if it fires.
+/// Writes a number to D0 if it fires.
 fn put(fires: Logic, value: u16) -> Instruction {
     let number = Number::Words(vec![WordSource::Const(value)]);
     let write = Write::Words(vec![WordTarget::Cell(d(0))], number);
@@ -34,7 +34,7 @@ fn jump(fires: Logic, target: usize) -> Instruction {
     testing::instruction(Step::Jump { fires, target })
 }
 
-/// Handles as many units as D0 says.
+/// An instruction that processes as many units as D0 says.
 fn count() -> Instruction {
     let words = vec![WordSource::Cell(d(0))];
     let units = Units::Counted(Counted { words, each: 1, most: 65_535, executes_up_to: 65_535 });
@@ -42,15 +42,15 @@ fn count() -> Instruction {
         names: Vec::new(),
         class: "",
         units,
-        dearer: false,
+        use_larger_time: false,
         optional: false,
-        touched: scanbound_ir::Touched::default(),
+        accessed: scanbound_ir::AccessedDevices::default(),
     };
     let act = testing::instruction(Step::Act { fires: ALWAYS });
     Instruction { timing: Some(Box::new(timing)), ..act }
 }
 
-/// A program of which the first `main` instructions are the main routine.
+/// A program whose first `main` instructions are the main routine.
 fn program(main: usize, instructions: Vec<Instruction>) -> Program {
     let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);
     Program {
@@ -61,14 +61,14 @@ fn program(main: usize, instructions: Vec<Instruction>) -> Program {
     }
 }
 
-/// The most units that are counted, whatever memory holds when the scan starts.
+/// The largest number of units, for any values at the start of the scan.
 fn counted_at_most(program: &mut Program) -> u64 {
     (PASS.run)(program, &Settings { trust: Trust::None, budget: None }).expect("no fault");
     let counted = program.instructions.iter().find_map(Instruction::counted);
     counted.expect("something is counted").most
 }
 
-/// The same of a program of these instructions.
+/// The largest number of units in a program of these instructions, for any values at the start of the scan.
 fn most(main: usize, instructions: Vec<Instruction>) -> u64 {
     counted_at_most(&mut program(main, instructions))
 }
@@ -88,7 +88,7 @@ fn a_routine_ends_by_itself_where_it_does_not_return() {
     assert_eq!(most(4, called), 9);
 }
 
-/// Where a routine or a program has two ends what either leaves is reckoned with.
+/// If a routine or a program has two ends, the states at both are joined.
 #[test]
 fn a_routine_and_a_program_end_at_either_of_their_ends() {
     let step = testing::instruction;
@@ -116,7 +116,7 @@ fn a_routine_and_a_program_end_at_either_of_their_ends() {
     assert_eq!(counted_at_most(&mut ended), 9);
 }
 
-/// Where two ways meet with more and fewer results, the last one is not known.
+/// If two paths with different stack depths join, the last result is unknown.
 #[test]
 fn results_of_unlike_depth_are_not_taken_for_each_other() {
     let load = testing::instruction(Step::Logic { join: Join::Load, value: ALWAYS });
@@ -146,7 +146,7 @@ fn a_result_is_the_one_of_either_way_that_leads_to_it() {
 fn what_one_way_did_not_save_is_not_what_the_other_did() {
     let (save, fetch) =
         (|| testing::instruction(Step::Save(0)), || testing::instruction(Step::Fetch(0)));
-    // What is asked of an empty slot is true.
+    // Reading an empty slot gives true.
     let passed = vec![
         put(ALWAYS, 1),
         start(ALWAYS),
@@ -192,12 +192,12 @@ fn behind_a_loop_that_may_make_no_turn_nothing_is_known_of_its_results() {
     assert_eq!(most(7, rung), 9);
 }
 
-/// What a contact in series does by itself it does wherever it is on, whatever stands before it.
+/// The effects of a contact in series do not depend on the contacts before it.
 #[test]
 fn what_a_contact_does_does_not_hang_on_those_before_it() {
     let is_seven = Logic::Compare(Box::new(Compare {
         relation: Relation::Equal,
-        reading: Reading::Signed,
+        format: NumberFormat::Signed,
         left: Number::Words(vec![WordSource::Cell(d(0))]),
         right: Number::Words(vec![WordSource::Const(7)]),
     }));
@@ -221,8 +221,8 @@ fn what_a_contact_does_does_not_hang_on_those_before_it() {
     assert_eq!(most(4, counts), 7);
 }
 
-/// Rungs that change nothing of what is followed are passed over, but not where control gets into one, where a later one
-/// asks for what it saved, or where what it leaves is asked for.
+/// Rungs that change nothing relevant are skipped, unless control can jump into them, or a later rung reads a slot or
+/// result that they leave.
 #[test]
 fn rungs_that_matter_to_others_are_not_passed_over() {
     let step = testing::instruction;
@@ -252,7 +252,7 @@ fn rungs_that_matter_to_others_are_not_passed_over() {
     assert_eq!(most(6, asked), 8);
 }
 
-/// A turn finds the results that the one before left, even if that changed nothing else.
+/// An iteration reads the results that the previous one left, even if nothing else has changed.
 #[test]
 fn a_loops_first_turn_says_nothing_of_the_others_results() {
     let turns = |count: u16, most: u32| {
@@ -272,7 +272,7 @@ fn a_loops_first_turn_says_nothing_of_the_others_results() {
     assert_eq!(most(8, looped), 9);
 }
 
-/// An interrupt comes at any moment of the scan, not at its end.
+/// An interrupt may occur at any moment of the scan, not only at its end.
 #[test]
 fn what_an_interrupt_counts_it_may_count_before_the_scan_is_over() {
     let copied = Meaning::of(Operand::Words(vec![WordSource::Cell(d(0))]));

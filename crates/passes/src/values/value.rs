@@ -1,25 +1,26 @@
-//! What a word may hold: a range on the ring of 65,536 with a stride, or a few values.
+//! The abstract value of a word: a strided interval modulo 65,536, or a small set of values.
 //!
-//! A stride makes of a range an arithmetic progression that may go round: strided intervals (T. Reps, G. Balakrishnan,
-//! J. Lim: Intermediate-representation recovery from low-level code, PEPM 2006) on the ring of `base::ring`.
+//! A strided interval is an arithmetic progression that may wrap around (T. Reps, G. Balakrishnan, J. Lim:
+//! Intermediate-representation recovery from low-level code, PEPM 2006), on the wrapped intervals of `base`.
 
-use scanbound_base::ring::Ring;
+use scanbound_base::word_interval::WordInterval;
 
-/// So many values are told one by one; the scan's model tells as many values of an index apart.
+/// Sets of at most this many values are represented exactly. The model of the scan distinguishes as many values of an
+/// index.
 pub const MOST_FEW: usize = 8;
-/// So many values of a word are told apart when a scan starts.
+/// At most this many values of a word are listed in a constraint on the start of a scan.
 const MOST_APART: u32 = 256;
-/// How many values a word has.
+/// The number of values of a word.
 const ALL: u32 = 1 << 16;
 
-/// What a word may hold.
+/// The abstract value of a word. Never empty.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Value {
-    /// From the first to the last of them.
-    ring: Ring,
-    /// The first and every so manieth behind it; 0 if there is but one.
+    /// The interval from the first to the last value.
+    ring: WordInterval,
+    /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
-    /// How many they are if they are few, else 0; and then these, in their order as unsigned numbers.
+    /// The number of values in `few`, or 0 if there are too many to list; `few` holds them in ascending unsigned order.
     count: u8,
     few: [u16; MOST_FEW],
 }
@@ -33,16 +34,16 @@ impl std::fmt::Debug for Value {
     }
 }
 
-/// How far what grows again and again is let grow.
+/// How far widening extends a value that keeps growing.
 #[derive(Debug, Clone, Copy)]
 pub enum Growth<'a> {
-    /// To the next of these signed numbers, which are in order; beyond them to an end of the numbers.
+    /// To the next of these signed numbers, which are sorted; beyond them to the least or largest number.
     To(&'a [i64]),
-    /// To an end of the numbers.
+    /// To the least or largest number.
     Ends,
 }
 
-/// The greatest common divisor; that of 0 and a number is the number.
+/// The greatest common divisor; of 0 and a number, the number.
 pub fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
@@ -52,14 +53,14 @@ fn gcd_of(all: &[u32]) -> u32 {
 }
 
 impl Value {
-    /// Anything.
-    pub const TOP: Value = Value { ring: Ring::TOP, step: 1, count: 0, few: [0; MOST_FEW] };
+    /// All values.
+    pub const TOP: Value = Value { ring: WordInterval::TOP, step: 1, count: 0, few: [0; MOST_FEW] };
 
-    /// One value.
+    /// A single value.
     pub const fn constant(value: u16) -> Value {
         let mut few = [0; MOST_FEW];
         few[0] = value;
-        Value { ring: Ring::constant(value), step: 0, count: 1, few }
+        Value { ring: WordInterval::constant(value), step: 0, count: 1, few }
     }
 
     /// The integers of a range, each modulo 65,536.
@@ -70,12 +71,12 @@ impl Value {
         }
     }
 
-    /// All of a ring.
-    pub fn of(ring: Ring) -> Value {
+    /// All values of an interval.
+    pub fn of(ring: WordInterval) -> Value {
         Value::progression(ring.first(), ring.span().into(), 1)
     }
 
-    /// From the first on every `step`th, up to `span` behind it.
+    /// The values `first`, `first + step`, ..., up to `first + span`.
     pub fn progression(first: u16, span: u32, step: u32) -> Value {
         let step = step.max(1);
         let span = span - span % step;
@@ -86,17 +87,18 @@ impl Value {
         if span >= ALL - 1 {
             return Value::TOP;
         }
-        let ring = Ring::of(first.into(), i64::from(first) + i64::from(span));
+        let ring = WordInterval::of(first.into(), i64::from(first) + i64::from(span));
         Value { ring, step: step as u16, count: 0, few: [0; MOST_FEW] }
     }
 
-    /// All that leave the same remainder as this by a divisor, also of what goes round: by its part of 65,536.
+    /// All values with the same remainder as `to` by a divisor. With wraparound only the part of the divisor that is a
+    /// power of two counts.
     pub fn congruent(to: u16, divisor: u32) -> Value {
         let divisor = gcd_of(&[divisor, ALL]);
         Value::progression((u32::from(to) % divisor) as u16, ALL - divisor, divisor)
     }
 
-    /// These values, or more; `None` if there are none.
+    /// The set of these values, over-approximated if there are too many; `None` if there are none.
     pub fn of_values(values: impl IntoIterator<Item = u16>) -> Option<Value> {
         let mut all: Vec<u16> = values.into_iter().collect();
         (!all.is_empty()).then(|| Value::few_of(&mut all))
@@ -108,7 +110,7 @@ impl Value {
         }
         all.sort_unstable();
         all.dedup();
-        // They begin behind the widest gap.
+        // The interval begins after the widest gap.
         let gap = |place: usize| all[(place + 1) % all.len()].wrapping_sub(all[place]);
         let widest = (0..all.len()).max_by_key(|&place| (gap(place), place)).unwrap_or(0);
         let (first, last) = (all[(widest + 1) % all.len()], all[widest]);
@@ -120,31 +122,31 @@ impl Value {
         }
         let mut few = [0; MOST_FEW];
         few[..all.len()].copy_from_slice(all);
-        let ring = Ring::of(first.into(), i64::from(first) + i64::from(span));
+        let ring = WordInterval::of(first.into(), i64::from(first) + i64::from(span));
         Value { ring, step: step as u16, count: all.len() as u8, few }
     }
 
-    /// The range in which they lie.
-    pub fn ring(&self) -> Ring {
+    /// The interval that contains all values.
+    pub fn ring(&self) -> WordInterval {
         self.ring
     }
 
-    /// The first of them and every so manieth behind it; 0 if there is but one.
+    /// The stride; 0 for a single value.
     pub fn step(&self) -> u32 {
         self.step.into()
     }
 
-    /// All of them, if they are few.
+    /// The list of values, if there are few.
     pub fn few(&self) -> Option<&[u16]> {
         (self.count > 0).then(|| &self.few[..self.count.into()])
     }
 
-    /// The value, if there is but one.
+    /// The value, if there is only one.
     pub fn as_constant(&self) -> Option<u16> {
         self.ring.as_constant()
     }
 
-    /// The least and the largest as signed numbers.
+    /// The smallest and the largest value as signed numbers.
     pub fn signed(&self) -> (i64, i64) {
         match self.few() {
             Some(few) => ends_of(few.iter().map(|value| i64::from(value.cast_signed()))),
@@ -152,7 +154,7 @@ impl Value {
         }
     }
 
-    /// The least and the largest as unsigned numbers.
+    /// The smallest and the largest value as unsigned numbers.
     pub fn unsigned(&self) -> (i64, i64) {
         match self.few() {
             Some(few) => ends_of(few.iter().map(|&value| i64::from(value))),
@@ -160,8 +162,8 @@ impl Value {
         }
     }
 
-    /// The values one by one where they are not all of a range and no more than a scan's start is told apart by.
-    pub fn apart(&self) -> Option<Vec<u16>> {
+    /// The list of values, if they are not a complete range and not too many for a constraint on the start of a scan.
+    pub fn listed(&self) -> Option<Vec<u16>> {
         let (low, high) = self.signed();
         if *self == Value::range(low, high) || self.size() > MOST_APART {
             return None;
@@ -173,14 +175,14 @@ impl Value {
         })
     }
 
-    /// The same or more: what a constraint on a scan's start says, a range or some values.
+    /// An over-approximation that a constraint on the start of a scan can express: a range or a list of values.
     #[must_use]
     pub fn as_start(self) -> Value {
         let (low, high) = self.signed();
-        if self.apart().is_some() { self } else { Value::range(low, high) }
+        if self.listed().is_some() { self } else { Value::range(low, high) }
     }
 
-    /// How many values there are.
+    /// The number of values.
     fn size(&self) -> u32 {
         match self.few() {
             Some(few) => few.len() as u32,
@@ -188,8 +190,8 @@ impl Value {
         }
     }
 
-    /// Whether this is one of them.
-    pub fn has(&self, value: u16) -> bool {
+    /// Whether this is one of the values.
+    pub fn contains_value(&self, value: u16) -> bool {
         match self.few() {
             Some(few) => few.contains(&value),
             None => {
@@ -199,25 +201,25 @@ impl Value {
         }
     }
 
-    /// Whether it has all of the other's values.
-    pub fn holds(&self, other: &Value) -> bool {
+    /// Whether it contains all values of the other.
+    pub fn contains(&self, other: &Value) -> bool {
         match (self.few(), other.few()) {
-            (_, Some(few)) => few.iter().all(|&value| self.has(value)),
+            (_, Some(few)) => few.iter().all(|&value| self.contains_value(value)),
             (Some(_), None) => false,
             (None, None) => {
-                self.ring.holds(other.ring)
-                    && self.has(other.ring.first())
+                self.ring.contains(other.ring)
+                    && self.contains_value(other.ring.first())
                     && other.step().is_multiple_of(self.step())
             }
         }
     }
 
-    /// All values of both.
+    /// The union, over-approximated.
     pub fn join(self, other: Value) -> Value {
-        if self.holds(&other) {
+        if self.contains(&other) {
             return self;
         }
-        if other.holds(&self) {
+        if other.contains(&self) {
             return other;
         }
         if let (Some(few), Some(more)) = (self.few(), other.few()) {
@@ -234,31 +236,35 @@ impl Value {
         Value::progression(ring.first(), ring.span().into(), step)
     }
 
-    /// All values that lie in both, and perhaps others of one of them; `None` if there are none.
+    /// The intersection, over-approximated; `None` if it is empty.
     pub fn meet(self, other: Value) -> Option<Value> {
         if let Some(few) = self.few() {
-            return Value::of_values(few.iter().copied().filter(|&value| other.has(value)));
+            return Value::of_values(
+                few.iter().copied().filter(|&value| other.contains_value(value)),
+            );
         }
         if let Some(few) = other.few() {
-            return Value::of_values(few.iter().copied().filter(|&value| self.has(value)));
+            return Value::of_values(
+                few.iter().copied().filter(|&value| self.contains_value(value)),
+            );
         }
         let (one, two) = (self.restricted(other.ring)?, other.restricted(self.ring)?);
         Some(if one.size() <= two.size() { one } else { two })
     }
 
-    /// The same, but what both say where it cannot be true together is the first.
+    /// The intersection, over-approximated; `self` if it is empty.
     pub fn closer(self, other: Value) -> Value {
         self.meet(other).unwrap_or(self)
     }
 
-    /// Those of many values that lie in a range; all where these are two stretches. `None` if there are none.
-    fn restricted(self, to: Ring) -> Option<Value> {
+    /// The values that lie in an interval; all of them if these are two ranges. `None` if there are none.
+    fn restricted(self, to: WordInterval) -> Option<Value> {
         let (own, span, step) =
             (self.ring.first(), u32::from(self.ring.span()), self.step().max(1));
         let from = u32::from(to.first().wrapping_sub(own));
         let end = from + u32::from(to.span());
         let ahead = (from <= span).then(|| (from, end.min(span)));
-        // Behind the last number it goes on from the first.
+        // After wraparound the progression continues from the beginning.
         let round = (end >= ALL).then(|| (0, (end - ALL).min(span)));
         let (low, high) = match (ahead, round) {
             (Some(_), Some(_)) => return Some(self),
@@ -270,8 +276,8 @@ impl Value {
         (low <= high).then(|| Value::progression(first, high - low, step))
     }
 
-    /// All values of both; where that is more, it grows so far that it soon grows no more. What stays few may grow by
-    /// single values, but not to the ends.
+    /// Widening: the union, extended so that repeated application reaches a fixpoint soon. A set that remains small may
+    /// grow by single values, unless `growth` is [`Growth::Ends`].
     #[must_use]
     pub fn widen(self, other: Value, growth: Growth<'_>) -> Value {
         let joined = self.join(other);
@@ -294,7 +300,7 @@ impl Value {
         };
         let low = if low < was { to_low } else { low };
         let high = if high > had { to_high } else { high };
-        // Whatever else is known of them stays: the values joined are among these.
+        // Other known properties are preserved, because the joined values have them.
         let step = match growth {
             Growth::Ends if joined.step != self.step => 1,
             _ => joined.step().max(1),
@@ -310,22 +316,22 @@ impl Value {
         }
     }
 
-    /// The first of them as a signed number if it is the least.
+    /// The first value as a signed number, if it is the smallest.
     fn first_signed(&self) -> Option<i64> {
         let first = i64::from(self.ring.first().cast_signed());
         (first == self.signed().0).then_some(first)
     }
 
-    /// The last of them as a signed number if it is the largest.
+    /// The last value as a signed number, if it is the largest.
     fn last_signed(&self) -> Option<i64> {
         let last = self.ring.first().wrapping_add(self.ring.span());
         let last = i64::from(last.cast_signed());
         (last == self.signed().1).then_some(last)
     }
 
-    /// Each value and another, modulo 65,536.
+    /// The sums of a value of each, modulo 65,536.
     #[must_use]
-    pub fn plus(self, other: Value) -> Value {
+    pub fn add(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, u16::wrapping_add) {
             return found;
         }
@@ -338,7 +344,7 @@ impl Value {
         Value::congruent(first, step)
     }
 
-    /// Each value from 0, modulo 65,536.
+    /// The negatives of all values, modulo 65,536.
     #[must_use]
     pub fn negated(self) -> Value {
         if let Some(few) = self.few() {
@@ -349,14 +355,14 @@ impl Value {
         Value::progression(last.wrapping_neg(), self.ring.span().into(), self.step())
     }
 
-    /// What a function makes of each value of one and each of another, if they are few.
+    /// The results of a function on all pairs of values, if there are few.
     pub fn each_pair(self, other: Value, of: impl Fn(u16, u16) -> u16) -> Option<Value> {
         let (a, b) = (self.few()?, other.few()?);
         let pairs = a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b)));
         Value::of_values(pairs.map(|(a, b)| of(a, b)))
     }
 
-    /// The bits that both have.
+    /// Bitwise AND.
     #[must_use]
     pub fn and(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, |a, b| a & b) {
@@ -370,7 +376,7 @@ impl Value {
             _ => return Value::progression(0, high as u32, unit),
         };
         if mask.count_ones() <= MOST_FEW.ilog2() {
-            // Each part of the mask, from the least to the mask itself.
+            // Enumerates the subsets of the mask's bits, from the least to the mask itself.
             let next = |part: &u16| (*part != mask).then(|| part.wrapping_sub(mask) & mask);
             let parts =
                 std::iter::successors(Some(0), next).filter(|&part| i64::from(part) <= high);
@@ -382,22 +388,22 @@ impl Value {
         Value::progression(0, high as u32, unit)
     }
 
-    /// A power of two of which all of them are multiples.
+    /// The largest power of two that divides all values.
     fn zeros(&self) -> u32 {
         gcd_of(&[self.step(), self.ring.first().into(), ALL])
     }
 
-    /// The bits that one of both has at least, or, `is_exclusive`, exactly one of them.
+    /// Bitwise OR, or exclusive OR if `is_exclusive`.
     #[must_use]
     pub fn or(self, other: Value, is_exclusive: bool) -> Value {
         let found = self.each_pair(other, |a, b| if is_exclusive { a ^ b } else { a | b });
         if let Some(found) = found {
             return found;
         }
-        // The highest bit alone comes out as it does in a sum.
+        // For the highest bit alone, exclusive OR equals addition.
         const HIGHEST: u16 = 1 << 15;
         if is_exclusive && [self, other].contains(&Value::constant(HIGHEST)) {
-            return self.plus(other);
+            return self.add(other);
         }
         let ((a, ah), (b, bh)) = (self.unsigned(), other.unsigned());
         let low = if is_exclusive { 0 } else { a.max(b) };

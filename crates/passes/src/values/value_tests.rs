@@ -1,11 +1,11 @@
-//! Values and integers against plain sets of numbers.
+//! Compares abstract values and integers with plain sets of numbers.
 
 use super::integers::Integers;
 use super::reach::Reach;
 use super::value::{Growth, MOST_FEW, Value};
 use std::collections::BTreeSet;
 
-/// Numbers by chance: xorshift64.
+/// Pseudo-random numbers: xorshift64.
 pub struct Chance(pub u64);
 
 impl Chance {
@@ -26,7 +26,7 @@ impl Chance {
         }
     }
 
-    /// A value, and all that it is to be, listed.
+    /// A random value, and the set of numbers that it must contain.
     fn value(&mut self) -> (Value, BTreeSet<u16>) {
         match self.below(6) {
             0 => {
@@ -39,7 +39,9 @@ impl Chance {
                 let value = Value::of_values(all.iter().copied()).expect("some");
                 match all.len() <= MOST_FEW {
                     true => (value, all),
-                    false => (value, (0..=u16::MAX).filter(|&one| value.has(one)).collect()),
+                    false => {
+                        (value, (0..=u16::MAX).filter(|&one| value.contains_value(one)).collect())
+                    }
                 }
             }
             3 | 4 => {
@@ -59,7 +61,7 @@ impl Chance {
         }
     }
 
-    /// Some of them: the first, the last, and others.
+    /// A sample of a set: the first, the last, and some others.
     fn some(&mut self, all: &BTreeSet<u16>) -> Vec<u16> {
         let mut some: Vec<u16> =
             all.iter().copied().take(2).chain(all.iter().rev().copied().take(2)).collect();
@@ -75,7 +77,7 @@ fn a_value_has_what_it_was_made_of_and_nothing_else() {
     for _ in 0..1500 {
         let (value, all) = chance.value();
         for one in (0..40).map(|_| chance.word()).chain(all.iter().copied().take(50)) {
-            assert_eq!(value.has(one), all.contains(&one), "{value:?} {one}");
+            assert_eq!(value.contains_value(one), all.contains(&one), "{value:?} {one}");
         }
         let (low, high) = value.signed();
         let (least, largest) = value.unsigned();
@@ -97,10 +99,13 @@ fn joined_met_and_widened_values_have_what_they_should() {
         let joined = a.join(b);
         let widened = [a.widen(b, Growth::Ends), a.widen(b, Growth::To(&limits))];
         for one in chance.some(&all).into_iter().chain(chance.some(&more)) {
-            assert!(joined.has(one), "{a:?} {b:?} {joined:?} {one}");
-            assert!(widened.iter().all(|wider| wider.has(one)), "{a:?} {b:?} {widened:?} {one}");
+            assert!(joined.contains_value(one), "{a:?} {b:?} {joined:?} {one}");
+            assert!(
+                widened.iter().all(|wider| wider.contains_value(one)),
+                "{a:?} {b:?} {widened:?} {one}"
+            );
         }
-        assert!(!a.holds(&b) || more.is_subset(&all), "{a:?} {b:?}");
+        assert!(!a.contains(&b) || more.is_subset(&all), "{a:?} {b:?}");
         let both: Vec<u16> = all.intersection(&more).copied().collect();
         match a.meet(b) {
             None => {
@@ -108,8 +113,8 @@ fn joined_met_and_widened_values_have_what_they_should() {
                 assert!(both.is_empty(), "{a:?} {b:?}");
             }
             Some(met) => {
-                assert!(both.iter().all(|&one| met.has(one)), "{a:?} {b:?} {met:?}");
-                assert!(a.holds(&met) || b.holds(&met), "{a:?} {b:?} {met:?}");
+                assert!(both.iter().all(|&one| met.contains_value(one)), "{a:?} {b:?} {met:?}");
+                assert!(a.contains(&met) || b.contains(&met), "{a:?} {b:?} {met:?}");
                 closer += u32::from(met != a && met != b);
             }
         }
@@ -129,7 +134,8 @@ fn what_grows_stops_growing() {
                 steps += u32::from(wider != value);
                 value = wider;
             }
-            // To the ends it takes few steps; to limits one each, for every number of few and every stride, too.
+            // Widening to the ends takes few steps; widening to limits takes one step for each limit, each value of a
+            // small set and each stride.
             let most = if matches!(growth, Growth::Ends) { 6 } else { 60 };
             assert!(steps <= most, "{steps} {growth:?}");
         }
@@ -144,19 +150,22 @@ fn words_are_worked_with_as_a_plc_does() {
         let (one, other) = (chance.some(&all), chance.some(&more));
         for (&x, &y) in one.iter().flat_map(|x| other.iter().map(move |y| (x, y))) {
             for (found, value, name) in [
-                (a.plus(b), x.wrapping_add(y), "+"),
-                (a.plus(b.negated()), x.wrapping_sub(y), "-"),
+                (a.add(b), x.wrapping_add(y), "+"),
+                (a.add(b.negated()), x.wrapping_sub(y), "-"),
                 (a.and(b), x & y, "and"),
                 (a.or(b, false), x | y, "or"),
                 (a.or(b, true), x ^ y, "xor"),
             ] {
-                assert!(found.has(value), "{a:?} {name} {b:?} is {found:?}: {x} {y} {value}");
+                assert!(
+                    found.contains_value(value),
+                    "{a:?} {name} {b:?} is {found:?}: {x} {y} {value}"
+                );
             }
         }
     }
 }
 
-/// A number's words, with what they may be.
+/// The words of a number, with samples of their values.
 fn words(chance: &mut Chance, count: usize) -> (Vec<Value>, Vec<Vec<u16>>) {
     let parts = (0..count).map(|_| {
         let (value, all) = chance.value();
@@ -165,7 +174,7 @@ fn words(chance: &mut Chance, count: usize) -> (Vec<Value>, Vec<Vec<u16>>) {
     parts.unzip()
 }
 
-/// Some numbers that these words make.
+/// Some numbers that consist of these words.
 fn numbers(some: &[Vec<u16>], is_signed: bool) -> Vec<i64> {
     let word = |word: u16| if is_signed { i64::from(word.cast_signed()) } else { word.into() };
     match some {
@@ -186,7 +195,10 @@ fn holds(of: &Integers, number: i64) -> bool {
 }
 
 fn in_words(words: &[Value], number: i64) -> bool {
-    words.iter().enumerate().all(|(place, word)| word.has((number >> (16 * place)) as u16))
+    words
+        .iter()
+        .enumerate()
+        .all(|(place, word)| word.contains_value((number >> (16 * place)) as u16))
 }
 
 #[test]
@@ -222,21 +234,21 @@ fn integers_are_worked_with_as_integers_are() {
             assert!(low <= within.low && within.high <= high);
         }
         let results = x.divided(&y);
-        apart += u32::from(x.is_apart(&y));
+        apart += u32::from(x.is_disjoint(&y));
         divided += u32::from(results.is_some());
         for (&one, &other) in xs.iter().zip(&ys) {
-            // Products of unsigned double words are not asked for.
+            // Products of unsigned double words are not supported.
             let factor = if is_signed { y.clone() } else { Integers::constant(3) };
             let by = if is_signed { other } else { 3 };
             let found =
-                [(x.plus(&y), one + other), (x.times(&factor), one * by), (x.negated(), -one)];
+                [(x.add(&y), one + other), (x.multiply(&factor), one * by), (x.negated(), -one)];
             for (found, number) in found {
                 let found = found.expect("no overflow");
                 assert!(holds(&found, number), "{x:?} {y:?} {found:?} {number}");
                 assert!(in_words(&found.words(4), number), "{x:?} {y:?} {found:?} {number}");
                 assert!(!found.fits(1) || i16::try_from(number).is_ok(), "{found:?} {number}");
             }
-            assert!(!(x.is_apart(&y) && one == other), "{x:?} {y:?}");
+            assert!(!(x.is_disjoint(&y) && one == other), "{x:?} {y:?}");
             if let Some([quotient, rest]) = &results {
                 assert!(holds(quotient, one / other), "{x:?} / {y:?}: {quotient:?} {one} {other}");
                 assert!(holds(rest, one % other), "{x:?} % {y:?}: {rest:?} {one} {other}");
@@ -246,7 +258,7 @@ fn integers_are_worked_with_as_integers_are() {
     assert!(divided > 100 && apart > 100 && empty > 100, "{divided} {apart} {empty}");
 }
 
-/// Numbers near each other, so that strides and ends meet: every number of each is tried.
+/// Numbers close to each other, so that strides and ends overlap. Every number of each set is tried.
 #[test]
 fn small_integers_are_worked_with_number_by_number() {
     let mut chance = Chance(6);
@@ -258,9 +270,9 @@ fn small_integers_are_worked_with_number_by_number() {
     };
     for _ in 0..600 {
         let ((x, xs), (y, ys)) = (small(), small());
-        let (sum, product) = (x.plus(&y).expect("small"), x.times(&y).expect("small"));
+        let (sum, product) = (x.add(&y).expect("small"), x.multiply(&y).expect("small"));
         let results = x.divided(&y);
-        let is_apart = x.is_apart(&y);
+        let is_apart = x.is_disjoint(&y);
         for (&one, &other) in xs.iter().flat_map(|one| ys.iter().map(move |other| (one, other))) {
             assert!(holds(&sum, one + other) && holds(&product, one * other), "{x:?} {y:?}");
             assert!(!is_apart || one != other, "{x:?} {y:?}");
@@ -279,22 +291,22 @@ fn strides_and_few_values_stay_what_they_are() {
     assert_eq!(few(&[0, 19]).join(few(&[5])).few(), Some(&[0, 5, 19][..]));
     assert_eq!(Value::TOP.and(Value::constant(12)).few(), Some(&[0, 4, 8, 12][..]));
     assert_eq!(digits.and(Value::constant(0xFF)), digits);
-    let tens = Integers::signed(&[digits]).and_then(|all| all.times(&Integers::constant(10)));
+    let tens = Integers::signed(&[digits]).and_then(|all| all.multiply(&Integers::constant(10)));
     let [tens] = tens.expect("a product").words(1)[..] else { panic!() };
     assert_eq!((tens.signed(), tens.step()), ((0, 150), 10));
-    assert_eq!(tens.plus(Value::constant(3)).signed(), (3, 153));
+    assert_eq!(tens.add(Value::constant(3)).signed(), (3, 153));
     assert_eq!(tens.meet(Value::range(45, 75)).expect("some").few(), Some(&[50, 60, 70][..]));
-    assert!(!tens.has(45) && tens.meet(Value::constant(45)).is_none());
-    let all = Value::TOP.plus(Value::TOP);
+    assert!(!tens.contains_value(45) && tens.meet(Value::constant(45)).is_none());
+    let all = Value::TOP.add(Value::TOP);
     assert_eq!(all, Value::TOP);
-    let even = Integers::signed(&[Value::TOP]).and_then(|all| all.times(&Integers::constant(2)));
+    let even = Integers::signed(&[Value::TOP]).and_then(|all| all.multiply(&Integers::constant(2)));
     assert_eq!(even.expect("a product").words(1)[0], Value::congruent(0, 2));
     let limits = [9, 10, 11, 1000];
     let to = |from: Value, more: Value| from.widen(more, Growth::To(&limits)).signed();
     assert_eq!(to(Value::range(0, 20), Value::range(0, 21)), (0, 1000));
     assert_eq!(to(Value::range(0, 8), Value::range(0, 9)), (0, 9));
-    assert_eq!(to(tens, tens.plus(Value::constant(10))), (0, 1000));
-    assert_eq!(tens.widen(tens.plus(Value::constant(10)), Growth::To(&limits)).step(), 10);
+    assert_eq!(to(tens, tens.add(Value::constant(10))), (0, 1000));
+    assert_eq!(tens.widen(tens.add(Value::constant(10)), Growth::To(&limits)).step(), 10);
     assert_eq!(Value::range(0, 20).widen(Value::range(0, 21), Growth::Ends).signed(), (0, 32_767));
 }
 
@@ -321,7 +333,7 @@ fn what_an_index_reaches_has_all_cells_of_both_ways() {
         assert!(cells.iter().all(|&cell| has(one, cell)), "{one:?}");
         let both = one.join(other);
         assert!(cells.union(&more).all(|&cell| has(both, cell)), "{one:?} {other:?} {both:?}");
-        let closer = one.closer(other);
+        let closer = one.meet(other);
         assert!(cells.intersection(&more).all(|&cell| has(closer, cell)), "{one:?} {other:?}");
     }
     assert!(apart > 500, "{apart}");
@@ -331,7 +343,7 @@ fn what_an_index_reaches_has_all_cells_of_both_ways() {
     assert_eq!(tens.stretches(), [(10, 12), (20, 22), (30, 32), (40, 42)]);
 }
 
-/// Two ranges that lie in no range but all numbers: where they meet a stride goes on as another.
+/// Two ranges whose smallest common range is all numbers: where they meet, the stride changes.
 #[test]
 fn strides_end_where_numbers_go_round() {
     for step in [2, 3, 8, 10, 1000] {
@@ -344,7 +356,10 @@ fn strides_end_where_numbers_go_round() {
             let ((a, one), (b, other)) = (all(first), all(first.wrapping_add(30_000)));
             let both = [a.join(b), b.join(a)];
             for number in one.chain(other) {
-                assert!(both.iter().all(|joined| joined.has(number)), "{a:?} {b:?} {both:?}");
+                assert!(
+                    both.iter().all(|joined| joined.contains_value(number)),
+                    "{a:?} {b:?} {both:?}"
+                );
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The effects of one instruction.
+//! Executes the effects of one instruction.
 
 use super::condition::Condition;
 use super::evaluate::Evaluation;
@@ -12,32 +12,32 @@ use scanbound_ir::{BitTarget, ChoiceId, Region, WordTarget, Write};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// One write of what is followed.
+/// A write of tracked words or bits.
 pub enum To {
-    /// A bit's slot, and what is known when it is on and when it is off.
+    /// A bit's slot, and the facts if it is on and if it is off.
     Bit(usize, Option<[Condition; 2]>),
-    /// A word's slot and its value: it is written if the effect happens.
+    /// A word's slot and value: written if the effect is executed.
     Word { slot: usize, value: Value },
-    /// Some words, perhaps: they may hold anything from here on.
+    /// Words that may get any value.
     Words(Range<usize>),
-    /// Some bits, perhaps.
+    /// Bits that may get any value.
     Bits(Range<usize>),
 }
 
-/// One effect being carried out.
+/// Executes one effect.
 pub struct Writer<'a> {
-    /// In the state before it, where its guard holds.
+    /// Evaluates expressions in the state before the effect, if its guard is true.
     pub evaluation: Evaluation<'a>,
-    /// What was found of indexed writes.
+    /// The cells that indexed writes reach, for the result.
     pub reaches: &'a mut BTreeMap<ChoiceId, Option<Reach>>,
-    /// The instruction's.
+    /// The condition of the instruction.
     pub condition: &'a Condition,
-    /// What it writes.
+    /// The writes collected so far.
     pub writes: Vec<To>,
 }
 
 impl Writer<'_> {
-    /// Carries it out. `done` are the choices of which all effects are carried out.
+    /// Executes a write. `done` contains the choices whose effects have all been executed.
     pub fn write(&mut self, write: &Write, done: &mut FxHashSet<ChoiceId>) {
         match write {
             Write::Bit(BitTarget::Cell(cell), value) => {
@@ -86,13 +86,13 @@ impl Writer<'_> {
             && meaning.outputs.iter().all(is_followed)
             && let Some(results) = self.evaluation.operation(meaning)
         {
-            // All effects with this choice are one writing.
+            // All effects with one choice are one write.
             if done.insert(choice) {
                 for (place, output) in meaning.outputs.iter().enumerate() {
                     let results = results.get(place).map_or(&[][..], Vec::as_slice);
                     match output {
                         Target::Words(targets) => self.put(targets, results),
-                        // Bits are lost below.
+                        // Bits are forgotten below.
                         Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
                     }
                 }
@@ -107,7 +107,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Takes bits as not known.
+    /// Forgets everything about the bits of a region.
     fn lose_bits(&mut self, region: Region) {
         let bits = self.bits().within(region);
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
@@ -136,11 +136,11 @@ impl Writer<'_> {
             _ => None,
         };
         let Some(found) = found else { return vec![region] };
-        found.stretches().into_iter().map(|ends| indexed.stretch(ends)).collect()
+        found.stretches().into_iter().map(|ends| indexed.range(ends)).collect()
     }
 }
 
-/// Whether it is known where a result goes. A bit of a word is not followed: that word may hold anything.
+/// Whether the target of a result is tracked. Bits of words are not: the word may then have any value.
 fn is_followed(to: &Target) -> bool {
     match to {
         Target::Words(_) | Target::Nowhere => true,

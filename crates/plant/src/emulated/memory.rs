@@ -85,7 +85,7 @@ impl Memory for Cpu<'_> {
 
     fn setting(&mut self, coil: Coil, number: u32, from: u32) -> Option<Setting> {
         let begins = |at: usize| self.program.instructions.get(at).map_or("", |one| &*one.text);
-        let found = self.program.timekeeping.coils.iter().find(|(at, timed)| {
+        let found = self.program.timekeeping.instructions.iter().find(|(at, timed)| {
             let name = begins(**at).split(' ').next().unwrap_or("");
             // Some mnemonics are written with the function's number behind them.
             let name = name.split('(').next().unwrap_or("");

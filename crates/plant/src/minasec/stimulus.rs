@@ -78,8 +78,8 @@ impl Stimulus {
             }
         };
         let head = line_of(bytes, heads.position(), b'#');
-        let time = heads.iter().position(|head| Unit::words_of_head(head) == "time");
-        let unit = time.and_then(|column| Unit::of_head(&heads[column]));
+        let time = heads.iter().position(|head| Unit::words_of_heading(head) == "time");
+        let unit = time.and_then(|column| Unit::of_heading(&heads[column]));
         let Some((time, unit)) = time.zip(unit) else {
             return Err(whole("no column is a time with its unit".into(), FORM));
         };

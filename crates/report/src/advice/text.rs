@@ -7,8 +7,8 @@ use anstyle::Style;
 use scanbound_audit::Share;
 use scanbound_audit::advise::{Advice, Measured};
 use scanbound_base::location::Location;
-use scanbound_base::spoken::at_most;
-use scanbound_ir::place::short;
+use scanbound_base::time_text::at_most;
+use scanbound_ir::location_text::short_file_name;
 
 const BOLD: Style = Style::new().bold();
 
@@ -113,7 +113,7 @@ fn place(advice: &Advice, at: Location) -> String {
     let file = advice
         .files
         .get(at.file as usize)
-        .map_or("", |name| short(name, advice.files.iter().map(String::as_str)));
+        .map_or("", |name| short_file_name(name, advice.files.iter().map(String::as_str)));
     let step = at.step.map_or(String::new(), |step| format!(" step {step}"));
     format!("{file}:{}{step}", at.line)
 }

@@ -7,7 +7,7 @@ use anstyle::{AnsiColor, Style};
 use scanbound_audit::Share;
 use scanbound_audit::cpus::{Candidate, Choice, Found, Limit};
 use scanbound_audit::verdict::{Check, Verdict};
-use scanbound_base::spoken::at_most;
+use scanbound_base::time_text::at_most;
 
 const BOLD: Style = Style::new().bold();
 const GOOD: Style = AnsiColor::Green.on_default().bold();

@@ -5,8 +5,8 @@ use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
 use scanbound_audit::difference::{Change, Difference, Kind};
-use scanbound_base::spoken::{about, at_most};
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::{about, at_most};
 
 const BOLD: Style = Style::new().bold();
 const MORE: Style = AnsiColor::Red.on_default();

@@ -6,8 +6,8 @@ use crate::diff::text as diff;
 use crate::format::{Checked, Checks, Extent, Project};
 use crate::text;
 use scanbound_audit::difference::{Difference, Kind, Side};
-use scanbound_base::spoken::at_most;
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::at_most;
 use scanbound_measured::Comparison;
 use std::io::{self, Write};
 

@@ -6,8 +6,8 @@ use crate::columns::{Cell, fitted, left, right};
 use crate::format::Extent;
 use crate::method;
 use scanbound_audit::{Audit, Evidence, Share};
-use scanbound_base::spoken::Scale;
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::Scale;
 
 /// The bound, the longest scan found, the structural bound, and which search it was.
 pub(super) fn exact(audit: &Audit, extent: Extent) -> String {

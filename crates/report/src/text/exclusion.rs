@@ -5,8 +5,8 @@ use super::words::{capped, count, heading, more, named, place, us, wrapped};
 use crate::columns::{Cell, fitted, left, right};
 use crate::format::{Detail, Extent};
 use scanbound_audit::{Audit, Exclusion, Fate, GroupUse, RungUse};
-use scanbound_base::spoken::at_most;
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::at_most;
 
 /// So many rungs are told unless all are asked for.
 const MOST_RUNGS: usize = 6;

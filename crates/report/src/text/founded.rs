@@ -5,7 +5,7 @@ use super::words::{count, heading, list, more, place};
 use crate::columns::{Cell, fitted, left, right};
 use crate::format::Extent;
 use scanbound_audit::{Assumption, Audit, Fact, Minor, SolvedBound, Status};
-use scanbound_base::spoken::{about, at_most};
+use scanbound_base::time_text::{about, at_most};
 use scanbound_ir::range_or_values;
 
 /// So many of the instructions that write a word are named.

@@ -4,7 +4,7 @@ use super::style::BOLD;
 use super::words::place;
 use crate::columns::{Cell, left};
 use scanbound_audit::{Audit, Doubt, Share, UnstatedPoints};
-use scanbound_base::spoken::about;
+use scanbound_base::time_text::about;
 
 /// So many steps are told.
 const MOST: usize = 2;

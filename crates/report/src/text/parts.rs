@@ -7,8 +7,8 @@ use crate::format::{Detail, Extent};
 use crate::wrap;
 use scanbound_audit::breakdown::{By, Part, Piece};
 use scanbound_audit::{Audit, Evidence, Share};
-use scanbound_base::spoken::{Scale, at_most};
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::{Scale, at_most};
 use unicode_width::UnicodeWidthStr;
 
 /// The table has at least so many rows where it is asked for.

@@ -4,8 +4,8 @@ use super::words::{capped, count, heading, more, named, wrapped};
 use crate::columns::{Cell, fitted, left, right};
 use crate::format::{Detail, Extent};
 use scanbound_audit::{Audit, FreeValue, Value};
-use scanbound_base::spoken::{about, at_least};
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::{about, at_least};
 use std::cmp::Reverse;
 
 /// The conditions of the longest scan found, those first that add most to it.

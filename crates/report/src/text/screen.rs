@@ -11,8 +11,8 @@ use crate::format::{Detail, Extent};
 use crate::response;
 use scanbound_audit::verdict::Check;
 use scanbound_audit::{Audit, Share, TaskUse};
-use scanbound_base::budget::Cut;
-use scanbound_base::spoken::about;
+use scanbound_base::budget::EarlyStop;
+use scanbound_base::time_text::about;
 
 /// So many rungs are shown however small the screen is.
 const FEWEST: usize = 3;
@@ -103,7 +103,13 @@ pub(crate) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact> {
     found.extend(response::nominal(audit).map(|told| fact("nominal", told)));
     found.extend(audit.cuts.iter().map(|cut| Fact {
         label: "ended",
-        told: format!("by {} while {}: {}{}", cut.by, cut.stage, cut.open, left_open(audit, cut)),
+        told: format!(
+            "by {} while {}: {}{}",
+            cut.reason,
+            cut.stage,
+            cut.unfinished,
+            left_open(audit, cut)
+        ),
         is_care: true,
     }));
     if audit.ended_early {
@@ -114,7 +120,7 @@ pub(crate) fn facts(audit: &Audit, check: Option<&Check>) -> Vec<Fact> {
 }
 
 /// How far the bound is from a scan, where the search was cut short.
-fn left_open(audit: &Audit, cut: &Cut) -> String {
+fn left_open(audit: &Audit, cut: &EarlyStop) -> String {
     let above = audit.bound.upper.checked_sub(audit.possible()).unwrap_or_default();
     match cut.stage {
         "searching" => format!("; the bound is {} above the longest scan found", about(above)),

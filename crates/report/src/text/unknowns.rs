@@ -5,7 +5,7 @@ use super::words::{heading, item, more, place};
 use crate::columns::{Cell, fitted, left, right};
 use crate::format::Extent;
 use scanbound_audit::{Audit, Counts, SolvedBound, Unknown};
-use scanbound_base::spoken::{about, at_most};
+use scanbound_base::time_text::{about, at_most};
 use std::cmp::Reverse;
 
 /// What is not known and what to state of it: counts, then where is written.

@@ -7,8 +7,8 @@ use crate::wrap;
 use anstyle::Style;
 use scanbound_audit::verdict::{Check, Measure, Verdict};
 use scanbound_audit::{Audit, Doubt, Reason, UnstatedPoints};
-use scanbound_base::spoken::{at_least, at_most};
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::{at_least, at_most};
 use scanbound_timing::table::Evidence;
 use std::collections::BTreeSet;
 

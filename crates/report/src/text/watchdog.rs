@@ -3,8 +3,8 @@
 use super::words::place;
 use scanbound_audit::verdict::{Check, Margin, Measure, Verdict};
 use scanbound_audit::{Audit, SettingUse, Share};
-use scanbound_base::spoken::{at_least, at_most};
 use scanbound_base::time::Picos;
+use scanbound_base::time_text::{at_least, at_most};
 
 /// From so many thousandths on a share is told as so many times.
 const MANY_TIMES: u64 = 10_000;

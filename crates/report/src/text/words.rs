@@ -7,7 +7,7 @@ use crate::wrap;
 use scanbound_audit::Audit;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
-use scanbound_ir::place::short;
+use scanbound_ir::location_text::short_file_name;
 use unicode_width::UnicodeWidthStr;
 
 pub(super) fn heading(text: &str, extent: Extent) -> String {
@@ -91,7 +91,7 @@ pub(crate) fn place(audit: &Audit, at: Location) -> String {
 /// The file's name, as short as tells the files apart.
 pub(crate) fn file(audit: &Audit, index: u32) -> &str {
     let all = audit.files.iter().map(String::as_str);
-    audit.files.get(index as usize).map_or("", |name| short(name, all))
+    audit.files.get(index as usize).map_or("", |name| short_file_name(name, all))
 }
 
 /// Microseconds to three places, rounded up.

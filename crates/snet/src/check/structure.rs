@@ -52,13 +52,13 @@ pub fn plain(diagram: &Diagram) -> Net {
         };
         let takes = diagram.places_of(at, Direction::Into);
         let mut one = Transition {
-            takes: takes.flat_map(|place| std::iter::repeat_n(place, counted(place))).collect(),
-            puts: diagram.places_of(at, Direction::OutOf).collect(),
+            inputs: takes.flat_map(|place| std::iter::repeat_n(place, counted(place))).collect(),
+            outputs: diagram.places_of(at, Direction::OutOf).collect(),
             ..Transition::default()
         };
         for gate in diagram.gates_of(at) {
             let Signal::Place(place) = gate.signal else { continue };
-            let side = if gate.is_inhibiting { &mut one.bars } else { &mut one.needs };
+            let side = if gate.is_inhibiting { &mut one.inhibitors } else { &mut one.tested };
             side.push(place);
         }
         one

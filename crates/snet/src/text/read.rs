@@ -9,7 +9,7 @@ use super::names::{Named, Names};
 use super::token::{Token, is_name, tokens};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::near::{meant, nearest};
+use scanbound_base::suggestion::{nearest, with_suggestion};
 
 /// How many faults are told.
 const SHOWN: usize = 20;
@@ -108,7 +108,8 @@ impl Reader<'_> {
             other => {
                 let known = STATEMENTS.iter().map(|&name| name.to_owned());
                 let help = "a line begins with net, page, outer, box, timer, counter, transition, stop, arbiter or arc";
-                let help = meant(nearest(other, known.chain(["arbiter".to_owned()])), help);
+                let help =
+                    with_suggestion(nearest(other, known.chain(["arbiter".to_owned()])), help);
                 self.fault(statement, other, format!("`{other}` begins no line of a net"), &help);
             }
         }
@@ -481,7 +482,7 @@ impl Reader<'_> {
         if found.is_none() {
             let help =
                 "declare it in a line of its own, or name its page in front of it: PAGE.NAME";
-            let help = meant(nearest(name, self.names.all(page)), help);
+            let help = with_suggestion(nearest(name, self.names.all(page)), help);
             let message = format!("the net has no element {name}");
             self.fault_of(Code::NetName, line, text, name, message, &help);
         }

@@ -1,10 +1,11 @@
-//! Questions of charts, case by case.
+//! Searches problems with charts case by case.
 //!
-//! Which step of a chart is active decides which of its actions run, and the charts that these call. To the solver the costs
-//! of steps are thousands of pairs that exclude each other. Where a step is fixed, nearly all other guards are false by
-//! propagation alone. So a bit is taken of which either value takes off most, each value is a case, and the case that may cost
-//! most is next, until none may cost more than the best scan found. Slices bound a case, and where they show that it cannot
-//! be far above that scan, the solver searches it. A case that is still open after so many decisions is split again.
+//! The active step of a chart decides which of its actions run, and which charts these call. For the solver, the costs
+//! of steps are thousands of mutually exclusive pairs. If a step is fixed, nearly all other guards become false by
+//! propagation alone. Therefore the search branches on the bit both values of which lower the bound most; each value is
+//! a case. The case with the highest bound comes next, until no case can exceed the best scan found. Slices bound a
+//! case; if they show that it cannot be far above that scan, the solver searches it. A case that is still open after a
+//! number of decisions is split again.
 
 use super::ground::Ground;
 use super::objective::Objective;
@@ -17,31 +18,32 @@ use crate::trace::Step;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 
-/// Questions of fewer clauses are solved at once.
+/// Problems with fewer clauses are solved directly.
 pub const FEWEST_CLAUSES: usize = 3_000;
 
-/// Of larger ones each look at a bit takes too long.
+/// For problems with more clauses, examining a bit takes too long.
 const MOST_CLAUSES: usize = 200_000;
 
-/// How many bits are looked at to split a case.
+/// The number of bits that are examined to split a case.
 const CANDIDATES: usize = 128;
 
-/// How many cases are searched side by side: a fixed number, so that results do not depend on how many threads there are.
+/// The number of cases that are searched in parallel. It is fixed, so that results do not depend on the number of
+/// threads.
 const TOGETHER: usize = 4;
 
-/// The decisions that a case's search may take at each partition before the case is split.
+/// The decisions that the search of a case may use in each partition before the case is split.
 pub const DECISIONS: u64 = 400_000;
 
-/// A case is split before any search where it may cost more than so many times the best scan ...
+/// A case is split without a search if its bound is more than this many times the best scan ...
 const FAR: u64 = 2;
 
-/// ... unless either value of the best bit leaves more than 49 of 50 parts.
+/// ... unless even the best bit leaves more than 49/50 of the bound for one of its values.
 const WORTH: (u64, u64) = (49, 50);
 
-/// What some literals leave possible.
+/// A case: the scans in which some literals are true.
 struct Case {
     literals: Vec<i32>,
-    /// What no scan of the case costs more than.
+    /// The upper bound of the case.
     upper: u64,
     state: State,
 }
@@ -49,25 +51,26 @@ struct Case {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     New,
-    /// It was searched, and is to be split.
+    /// It was searched and must be split.
     Searched,
-    /// It was searched as far as can be.
+    /// It was searched completely.
     Ended,
 }
 
-/// What comes of a case: what of it is open, and what its search found.
+/// The result of processing a case: the cases that remain open, and the bounds of its search.
 type Next<'a> = (Vec<Case>, Option<Bounds<'a>>);
 
-/// A bit and what each of its values leaves, by how much they take off.
+/// A bit and the bound for each of its values, sorted by how much they lower it.
 type Ranked = (Reverse<u128>, i32, [u64; 2]);
 
-/// Whether a question of so many clauses may be searched so: one that only time ends.
+/// Whether a problem with so many clauses may be searched case by case. Only problems whose search ends by time alone
+/// are.
 pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> bool {
     (ground.sizes.least..=MOST_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
 
-/// Searches until the bounds meet or the limits end it. Where cases take off little, nothing is done, and the objective is the
-/// answer.
+/// Searches until the bounds meet or the limits are reached. If cases would lower the bound only little, does nothing
+/// and returns the objective.
 pub fn search(
     ground: &Ground<'_>,
     objective: Objective,
@@ -88,7 +91,7 @@ pub fn search(
         return Some(objective);
     }
     bounds.step(|| Step::Cases);
-    // One case is searched to the end, so that the others can be held against a good scan.
+    // Search one promising case first, so that the others can be compared with a good scan.
     let (first, most) = split.promising(&mut trail, &candidates);
     let (_, found) =
         split.search(&first, &mut trail, most, Some(ground.sizes.decisions), bounds, &quiet);
@@ -117,15 +120,15 @@ pub fn search(
     None
 }
 
-/// What all cases are made of.
+/// The problem that all cases share.
 struct Split<'g> {
     ground: &'g Ground<'g>,
     formula: &'g Formula,
     softs: Vec<(i32, u64)>,
-    /// What all soft literals cost together that can be true, with what is always there.
+    /// The cost of all soft literals that can be true, and the constant.
     most: u64,
     propagator: Propagator,
-    /// By variable: what is lost where it is true, and where it is false.
+    /// By variable: what is lost if it is true, and if it is false.
     lost: Vec<[u64; 2]>,
 }
 
@@ -148,19 +151,19 @@ impl<'g> Split<'g> {
         Split { ground, formula, softs, most, propagator, lost }
     }
 
-    /// The soft literals that a trail leaves open.
+    /// The soft literals that are unassigned on a trail.
     fn open(&self, trail: &Propagator) -> Vec<(i32, u64)> {
         let open = |soft: &&(i32, u64)| trail.value(soft.0) == 0;
         self.softs.iter().filter(open).copied().collect()
     }
 
-    /// What is lost where these literals are true.
+    /// What is lost if these literals are true.
     fn loses(&self, literals: &[i32]) -> u64 {
         let each = |&l: &i32| self.lost[l.unsigned_abs() as usize][usize::from(l < 0)];
         literals.iter().map(each).sum()
     }
 
-    /// What is left of `most` where the trail's literals and one more are true: 0 if they cannot be.
+    /// The bound that remains if another literal is added to the trail: 0 if it contradicts the trail.
     fn left(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
         let (level, known) = (trail.level(), trail.length());
         if trail.assume(literal).is_some() {
@@ -171,7 +174,7 @@ impl<'g> Split<'g> {
         left
     }
 
-    /// The bits that a trail leaves open, those first of which both values take off most.
+    /// The bits that are unassigned on a trail; those both of whose values lower the bound most come first.
     fn ranked(&self, trail: &mut Propagator, bits: &[i32], most: u64) -> Vec<Ranked> {
         let mut ranked: Vec<Ranked> = Vec::with_capacity(bits.len());
         for &bit in bits {
@@ -189,14 +192,14 @@ impl<'g> Split<'g> {
         self.ranked(trail, bits, most).into_iter().next().map(|(_, bit, left)| (bit, left))
     }
 
-    /// The bits that are worth a look in every case.
+    /// The bits that are examined in every case.
     fn candidates(&self) -> Vec<i32> {
         let bits: Vec<i32> = self.ground.clauses.inputs().collect();
         let ranked = self.ranked(&mut self.propagator.clone(), &bits, self.most);
         ranked.into_iter().take(CANDIDATES).map(|(_, bit, _)| bit).collect()
     }
 
-    /// What is left where at each bit that value is taken which keeps most, as long as that takes off something.
+    /// The bound if, bit by bit, the value that leaves the higher bound is taken, as long as this lowers the bound.
     fn dearest(&self, candidates: &[i32]) -> u64 {
         let mut trail = self.propagator.clone();
         let mut most = self.most;
@@ -210,8 +213,9 @@ impl<'g> Split<'g> {
         most
     }
 
-    /// A case that probably holds a long scan: where at each bit that value is taken of which slices leave most, as long as
-    /// that takes off something. The trail holds its literals then; with it, what all its soft literals cost.
+    /// A case that probably contains a long scan: bit by bit, the value for which slices leave the higher bound is
+    /// taken, as long as this lowers the bound. The trail then holds its literals. Also returns the cost of all its
+    /// soft literals.
     fn promising(&self, trail: &mut Propagator, candidates: &[i32]) -> (Case, u64) {
         let mut case = Case { literals: Vec::new(), upper: self.most, state: State::New };
         let mut most = self.most;
@@ -236,7 +240,7 @@ impl<'g> Split<'g> {
         (case, most)
     }
 
-    /// Bounds a case, and searches it or splits it.
+    /// Bounds a case, then searches or splits it.
     fn next<'a>(
         &self,
         case: Case,
@@ -273,8 +277,8 @@ impl<'g> Split<'g> {
         (is_open.then_some(left).into_iter().collect(), Some(found))
     }
 
-    /// Searches a case, whose literals the trail holds and whose soft literals cost so much at most. Whether it is open then,
-    /// and its bounds.
+    /// Searches a case whose literals are on the trail and whose soft literals cost at most this much. Returns whether
+    /// it remains open, and its bounds.
     fn search<'a>(
         &self,
         case: &Case,
@@ -306,7 +310,8 @@ mod tests {
     use crate::{Limits, bounds::Bounds, problem::Problem};
     use scanbound_model::{Assignment, Lit, ScanModel};
 
-    /// Charts of three steps each of which one is active, the first around the others, and what a scan costs at most.
+    /// Charts of three steps each, one of which is active; the first chart contains the others. Also returns the
+    /// largest cost of a scan.
     fn charts(seed: u64, inner: usize) -> (ScanModel, u64) {
         let mut dice = Dice(seed);
         let mut b = Builder::default();
@@ -321,7 +326,7 @@ mod tests {
             b.model.constraints.extend(pairs.map(|both| !both));
         }
         for (number, steps) in charts.iter().enumerate() {
-            // The chart around the others, or one that a step of it calls.
+            // The outer chart, or one that a step of the outer chart calls.
             let called = if number == 0 { Lit::TRUE } else { charts[0][dice.below(3) as usize] };
             for &step in steps {
                 for _ in 0..1 + dice.below(4) {
@@ -358,7 +363,7 @@ mod tests {
                 .filter(|charge| !group.charges.contains(charge))
                 .map(|charge| model.charges[charge].on.0)
                 .sum();
-            // Also where each search is given up at once, and its case is split.
+            // Also with searches that are abandoned immediately, so that cases are split.
             for decisions in [0, 5, 400_000] {
                 let limits = Limits { trace: true, ..Limits::default() };
                 let mut bounds = Bounds::new(&problem, &limits);

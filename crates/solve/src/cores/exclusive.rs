@@ -1,34 +1,35 @@
-//! Guards that exclude each other by their form, taken together before any search.
+//! Combines guards that exclude each other by their structure, before any search.
 //!
-//! A search in a table stops at its first find, a step is left before the next is looked at: there each guard says of
-//! the earlier ones that they are false. At most one of such guards holds, so they never cost more than the dearest. Left to
-//! the solver, each two of them are a core to be found. Put together they are a staircase: what the lightest
-//! weighs is paid where any of them holds, what the next weighs more where any but the lightest does, and so on.
+//! A table search stops at its first match, and a step is left before the next is tested: there each guard contains the
+//! negation of the earlier ones. At most one of these guards is true, so together they cost at most the largest weight.
+//! Without this preparation, every two of them are a core that the solver has to find. Combined they are a staircase:
+//! the lightest weight is paid if any of them is true, the difference to the next weight if any but the lightest is
+//! true, and so on.
 
 use crate::problem::{Item, Problem};
 use rustc_hash::{FxHashMap, FxHashSet};
 use scanbound_model::{Circuit, Lit, Node};
 use std::cmp::Reverse;
 
-/// So many parts of a guard are looked at.
+/// The largest number of parts of a guard that are examined.
 const MOST_PARTS: usize = 4096;
-/// What more guards than this say is no mark of one iteration or step.
+/// A literal that occurs in more guards than this does not identify one iteration or step.
 const FEW: usize = 16;
-/// So many parts of all guards.
+/// The largest number of parts of all guards together.
 const MOST_IN_ALL: usize = 25_000_000;
 
-/// A problem whose exclusive guards are taken together. It costs what the original one costs under every assignment, and
-/// its variables are the same. Its circuit is the original one, and the staircases behind it.
+/// A problem whose mutually exclusive guards are combined. It has the same variables as the original, and the same cost
+/// under every assignment. Its circuit is the original one followed by the staircases.
 pub struct Merged {
-    /// The problem.
+    /// The new problem.
     pub problem: Problem,
-    /// Which of the original items each of its items is, if it is one.
+    /// For each item, the index of the original item, if it is one.
     pub origins: Vec<Option<usize>>,
-    /// The original items that were taken together, and the weight that this takes off.
+    /// The original items that were combined, and the weight that this saves.
     pub taken: Vec<(Vec<usize>, u64)>,
 }
 
-/// Takes together what excludes each other by its form.
+/// Combines the items that exclude each other by their structure.
 pub fn merge(original: &Problem) -> Merged {
     let together = together(original);
     let mut member: FxHashMap<usize, usize> = FxHashMap::default();
@@ -83,12 +84,12 @@ impl Merged {
     }
 }
 
-/// Sets of items of which each excludes each, at least two a set, in order.
+/// Sets of at least two mutually exclusive items, in order.
 fn together(problem: &Problem) -> Vec<Vec<usize>> {
-    // Which guards say what, unless they are many: those are left to the search.
+    // For each literal, the guards that contain it. Literals in too many guards are left to the search.
     let mut saying: FxHashMap<Lit, Vec<usize>> = FxHashMap::default();
     let mut parts = Parts::of(&problem.circuit);
-    // A set of one item until a second one comes.
+    // A set has one item until a second one is found.
     let mut sets: Vec<Vec<usize>> = Vec::with_capacity(problem.items.len());
     let mut set_of: Vec<usize> = Vec::with_capacity(problem.items.len());
     let mut others: FxHashSet<usize> = FxHashSet::default();
@@ -125,10 +126,10 @@ fn together(problem: &Problem) -> Vec<Vec<usize>> {
     sets
 }
 
-/// Looks at what guards say, each part once a guard.
+/// Enumerates the conjuncts of guards, each once for each guard.
 struct Parts<'a> {
     circuit: &'a Circuit,
-    /// By node: the guard for which it was looked at last.
+    /// By node: the last guard for which it was examined.
     seen: Vec<u32>,
     guards: u32,
     looked: usize,
@@ -139,7 +140,7 @@ impl<'a> Parts<'a> {
         Parts { circuit, seen: vec![0; circuit.nodes().len()], guards: 0, looked: 0 }
     }
 
-    /// Shows literals all of which hold where the guard does, each once.
+    /// Calls `see` with literals that are all true if the guard is, each once.
     fn each(&mut self, guard: Lit, mut see: impl FnMut(Lit)) {
         self.guards += 1;
         let mut open = vec![guard];
@@ -199,7 +200,7 @@ mod tests {
         let mut taken = 0;
         for seed in 0..300 {
             let mut model = random(seed, 30);
-            // Some guards exclude others by form.
+            // Some guards exclude others by their structure.
             let fires: Vec<Lit> = model.charges.iter().map(|charge| charge.fires).collect();
             for (at, &own) in fires.iter().enumerate().skip(1).filter(|(at, _)| at % 3 != 0) {
                 let before = model.charges[at - 1].fires;

@@ -10,27 +10,27 @@ use crate::trace::Step;
 use scanbound_model::VarId;
 use std::sync::Mutex;
 
-/// Where a search begins.
+/// The parameters with which a search begins.
 #[derive(Clone, Copy)]
 pub(super) struct Sizes {
-    /// How many variables the smallest partitions have.
+    /// The number of variables of the smallest partitions.
     pub(super) smallest: usize,
-    /// How many conflicts an easy question takes at most.
+    /// The largest number of conflicts of an easy query.
     pub(super) easy: u64,
-    /// How many clauses a question has at least that is searched case by case.
+    /// The least number of clauses of a problem that is searched case by case.
     pub(super) least: usize,
-    /// The decisions that a case's search may take at each partition before the case is split.
+    /// The decisions that the search of a case may use in each partition before the case is split.
     pub(super) decisions: u64,
 }
 
-/// What is asked, the same in all cases.
+/// The problem, which is the same in all cases.
 pub(super) struct Ground<'a> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
-    /// By item of the clauses: which it is of the problem's, if it is one.
+    /// For each item of the clauses, the index of the original item, if it is one.
     pub(super) origins: &'a [Option<usize>],
     pub(super) sizes: Sizes,
-    /// The bits that most clauses ask for.
+    /// The bits that occur in most clauses.
     pub(super) modes: Vec<VarId>,
 }
 
@@ -50,8 +50,8 @@ impl Ground<'_> {
         objective
     }
 
-    /// Searches until the bounds meet or the limits end it, where some values are fixed. Each partition may take
-    /// so many decisions. Whether any scan keeps the constraints, as far as that was found out.
+    /// Searches, with some values fixed, until the bounds meet or the limits are reached. Each partition may use this
+    /// many decisions. Returns whether any scan satisfies the constraints, as far as known.
     pub(super) fn search(
         &self,
         mut objective: Objective,
@@ -72,7 +72,7 @@ impl Ground<'_> {
             bounds: Mutex::new(bounds),
         };
         let whole = self.clauses.variables + 1;
-        // In a case, little is left of each partition.
+        // In a case, few clauses of each partition remain.
         let mut size = if fixed.is_empty() { self.sizes.smallest } else { whole };
         for round in 0.. {
             if round == PROPAGATE_AFTER && !search.done() {
@@ -83,7 +83,7 @@ impl Ground<'_> {
             if search.done() {
                 return true;
             }
-            // A round just below the whole would cost as much.
+            // A round slightly below the whole size would cost as much as the whole.
             size = if size < whole / 2 { size } else { whole };
             let possible = search.round(&mut objective, size, whole);
             if possible && size < whole {
@@ -99,8 +99,8 @@ impl Ground<'_> {
     }
 }
 
-/// How many rounds go by before the search looks for cores by propagation over the whole program.
+/// The number of rounds before the search looks for cores by propagation over the whole program.
 pub(super) const PROPAGATE_AFTER: usize = 2;
 
-/// By how much the partitions grow from round to round.
+/// The factor by which partitions grow from round to round.
 pub(super) const GROWTH: usize = 12;

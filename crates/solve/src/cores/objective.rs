@@ -1,4 +1,4 @@
-//! The reformulated objective: the soft literals that are left, with their weights in picoseconds.
+//! The reformulated objective: the remaining soft literals, with their weights in picoseconds.
 
 use crate::formula::Formula;
 use crate::totalizer::Totalizer;
@@ -6,40 +6,40 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A stratum ends where its soft literals are more than this many times as many as its different weights, or one weighs
-/// less than this part of the stratum's first.
+/// A stratum ends if it has more than `DIVERSITY` times as many soft literals as different weights, or if the next
+/// weight is below a fraction of the stratum's first one.
 const DIVERSITY: usize = 2;
 
-/// A soft literal's place among the others: the heaviest first, then by variable.
+/// The sort key of a soft literal: heaviest first, then by variable.
 type Rank = (Reverse<u64>, u32, i32);
 
 fn rank(literal: i32, weight: u64) -> Rank {
     (Reverse(weight), literal.unsigned_abs(), literal)
 }
 
-/// The soft literals, and the hard clauses that tie them together.
+/// The soft literals, and the hard clauses that connect them.
 ///
-/// It can be split into partitions of the program, which are worked on independently, and joined again.
+/// It can be split into partitions of the program, which are solved independently, and joined again.
 pub struct Objective {
     /// The clauses so far.
     pub formula: Formula,
-    /// How many variables are the circuit's. Each is its own position in the order of execution.
+    /// The number of the circuit's variables. Each is its own position in the order of execution.
     circuit: usize,
-    /// What it costs if a literal is false. Of a literal and its negation, one has no weight.
+    /// What is lost if a literal is false. Of a literal and its negation, at most one has a weight.
     weights: FxHashMap<i32, u64>,
-    /// The literals that have weights.
+    /// The literals with weights, sorted.
     order: BTreeSet<Rank>,
     totalizers: Vec<Totalizer>,
-    /// Of a soft literal that is the negated output of a totalizer: the totalizer and the count.
+    /// For soft literals that are negated totalizer outputs: the totalizer and the count.
     counted: BTreeMap<i32, (usize, usize)>,
-    /// Of a soft literal that one of a slice is true: its position.
+    /// For soft literals that say that one member of a slice is true: the position.
     sliced: FxHashMap<i32, usize>,
-    /// The weight of cores found since this was last asked.
+    /// The weight of the cores found since the last call of `take_falsified`.
     falsified: u64,
 }
 
 impl Objective {
-    /// No soft literals yet.
+    /// An objective without soft literals.
     pub fn new(formula: Formula, circuit: usize) -> Objective {
         Objective {
             formula,
@@ -53,24 +53,24 @@ impl Objective {
         }
     }
 
-    /// The weight of the cores found since this was last asked. Every scan falsifies that much, so the bound falls by
-    /// it.
+    /// The weight of the cores found since the last call. Every scan falsifies that much, so the bound falls by it.
     pub fn take_falsified(&mut self) -> u64 {
         std::mem::take(&mut self.falsified)
     }
 
-    /// What it costs if the literal is false.
+    /// What is lost if the literal is false.
     pub fn weight(&self, literal: i32) -> u64 {
         self.weights.get(&literal).copied().unwrap_or(0)
     }
 
-    /// The soft literals of at least this weight, the heaviest first.
+    /// The soft literals of at least this weight, heaviest first.
     pub fn soft_literals(&self, least: u64) -> impl Iterator<Item = (i32, u64)> {
         let all = self.order.iter().map(|&(Reverse(weight), _, literal)| (literal, weight));
         all.take_while(move |&(_, weight)| weight >= least)
     }
 
-    /// The next stratum: the least weight of its soft literals. `None` if none is lighter than `least`.
+    /// The next stratum, given by the least weight of its soft literals. `None` if no soft literal is lighter than
+    /// `least`.
     pub fn next_stratum(&self, least: u64) -> Option<u64> {
         let below = (Reverse(least.checked_sub(1)?), 0, i32::MIN);
         let weights = || self.order.range(below..).map(|&(Reverse(weight), ..)| weight);
@@ -100,7 +100,8 @@ impl Objective {
         }
     }
 
-    /// Adds to a soft literal's weight. What its negation weighs cancels out: one of the two is always false.
+    /// Adds weight to a soft literal. The common weight of a literal and its negation cancels out, because one of them
+    /// is always false.
     pub fn add_soft(&mut self, literal: i32, weight: u64) {
         let opposite = self.weight(-literal);
         let against = opposite.min(weight);
@@ -113,13 +114,13 @@ impl Objective {
         }
     }
 
-    /// Makes a hard clause of a soft literal that is true in every scan still of interest.
+    /// Hardens a soft literal, which is true in every scan still of interest: makes it a clause.
     pub fn harden(&mut self, literal: i32) {
         self.set_weight(literal, 0);
         self.formula.add(self.position(literal), &[literal]);
     }
 
-    /// Subtracts a core's weight, the least of its literals' weights, from each of them. Returns that weight.
+    /// Subtracts a core's weight (the smallest of its literals' weights) from each of its literals. Returns the weight.
     pub fn subtract_core(&mut self, core: &[i32]) -> u64 {
         let weight = core.iter().map(|&literal| self.weight(literal)).min().unwrap_or(0);
         for &literal in core {
@@ -129,8 +130,8 @@ impl Objective {
         weight
     }
 
-    /// Takes this weight off soft literals of which at most one can be true. What remains of it is a soft literal, that one
-    /// of them is, which is the answer.
+    /// Subtracts this weight from mutually exclusive soft literals, and adds a soft literal of this weight that says
+    /// that one of them is true. Returns the new literal.
     pub fn slice(&mut self, members: &[i32], weight: u64) -> i32 {
         let position = members.iter().map(|&literal| self.position(literal)).max().unwrap_or(1);
         for &literal in members {
@@ -149,9 +150,9 @@ impl Objective {
         any
     }
 
-    /// Relaxes a core whose `weight` was subtracted: adds the soft literal that no second one of its literals is false.
-    /// `forced` may know that a literal cannot be true; then more of them must be false. Returns the literals whose
-    /// weight grew.
+    /// Relaxes a core whose `weight` was subtracted: adds the soft literal that no second literal of the core is false.
+    /// `forced` may show that a literal cannot be true; then more of them must be false. Returns the literals whose
+    /// weight increased.
     pub fn relax(
         &mut self,
         core: &[i32],
@@ -172,7 +173,7 @@ impl Objective {
         }
         let totalizer = self.totalizers.len();
         self.totalizers.push(Totalizer::new(&negated, position));
-        // At least one is false; perhaps it is easy to see that more are.
+        // At least one literal is false; maybe it is easy to show that more are.
         let mut false_ones = 1;
         while false_ones < core.len() {
             let more = self.totalizers[totalizer].output(false_ones + 1, &mut self.formula);
@@ -187,8 +188,8 @@ impl Objective {
         grown
     }
 
-    /// Adds the soft literal that at most `count` of a totalizer's inputs are true, and returns it; `None` if there are
-    /// no more inputs.
+    /// Adds the soft literal that at most `count` inputs of a totalizer are true, and returns it; `None` if it has no
+    /// more inputs.
     fn add_at_most(&mut self, totalizer: usize, count: usize, weight: u64) -> Option<i32> {
         if count >= self.totalizers[totalizer].size() {
             return None;
@@ -199,7 +200,7 @@ impl Objective {
         Some(-more)
     }
 
-    /// A soft literal's position in the order of execution.
+    /// The position of a soft literal in the order of execution.
     fn position(&self, literal: i32) -> usize {
         let variable = literal.unsigned_abs() as usize;
         if variable <= self.circuit {
@@ -211,7 +212,7 @@ impl Objective {
         }
     }
 
-    /// The objectives of the partitions, each of `size` positions. No soft literal and no clause stays here.
+    /// Splits the objective into partitions of `size` positions. No soft literal and no clause remains here.
     pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Objective> {
         let formulas = self.formula.split(size, partitions);
         let mut split: Vec<Objective> =
@@ -222,7 +223,7 @@ impl Objective {
         for &(Reverse(weight), _, literal) in &self.order {
             split[self.position(literal) / size].set_weight(literal, weight);
         }
-        // By totalizer: its partition and its index there.
+        // For each totalizer, its partition and its index there.
         let mut places = Vec::with_capacity(self.totalizers.len());
         for totalizer in std::mem::take(&mut self.totalizers) {
             let partition = totalizer.position() / size;
@@ -238,7 +239,7 @@ impl Objective {
         split
     }
 
-    /// Takes the partitions back in their order.
+    /// Joins the partitions again, in their order.
     pub fn join(&mut self, partitions: impl IntoIterator<Item = Objective>) {
         let shared = self.formula.variable_count();
         let mut order = Vec::new();

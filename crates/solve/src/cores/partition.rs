@@ -1,4 +1,4 @@
-//! One partition of the program, with a SAT solver of its own.
+//! A partition of the program, with a SAT solver of its own.
 
 use super::objective::Objective;
 use super::search::Search;
@@ -9,44 +9,44 @@ use crate::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
 
-/// Decisions beyond the assumptions that may be spent on finding out whether a core stays one without a literal.
+/// Decisions beyond the assumptions that may be used to find out whether a core remains one without a literal.
 const CORE_EFFORT: u64 = 30;
 
-/// Decisions that may be spent on finding out whether a second literal of a core must be false.
+/// Decisions that may be used to find out whether a second literal of a core must be false.
 const COUNT_EFFORT: u64 = 10;
 
-/// So many literals of a core may turn out to be needed in the search of a case before the others are left as they are.
+/// In the search of a case, minimising a core stops after this many literals turned out to be needed.
 const PATIENCE: usize = 30;
 
-/// A partition while it is worked on apart from the others.
+/// A partition while it is solved separately.
 pub struct Partition {
     /// Its positions in the order of execution.
     pub positions: Range<usize>,
-    /// Its soft literals and its clauses.
+    /// Its soft literals and clauses.
     pub objective: Objective,
-    /// Of its variables: the values in the last scan found for it; empty as long as there is none.
+    /// The values of its variables in the last scan found for it; empty if there is none.
     pub values: Vec<bool>,
-    /// Its clauses exclude each other.
+    /// Whether its clauses are contradictory.
     pub contradiction: bool,
-    /// The cores that were found, if anyone wants to know.
+    /// The cores that were found, if a trace is requested.
     pub trace: Trace,
 }
 
 impl Partition {
-    /// A partition in which nothing is found yet.
+    /// A partition that has not been solved yet.
     pub fn new(positions: Range<usize>, objective: Objective) -> Partition {
         let (values, trace) = (Vec::new(), Trace::default());
         Partition { positions, objective, values, contradiction: false, trace }
     }
 
-    /// Extracts cores until all soft literals can be true together. If it is the `whole` program, every model is a
+    /// Extracts cores until all soft literals can be true together. If this is the `whole` program, every model is a
     /// scan.
     ///
-    /// It goes stratum by stratum in every round: asked for all soft literals of a project of 64 stations at once, the
-    /// solver took minutes.
+    /// Every round goes stratum by stratum: asked for all soft literals of a project of 64 stations at once, the solver
+    /// took minutes.
     pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
         if search.limits.reached() {
-            // To tell a solver the clauses takes long, too.
+            // Passing the clauses to a solver takes long too.
             return;
         }
         let own = search.decisions.map(Decisions::new);
@@ -55,11 +55,11 @@ impl Partition {
         let patience = search.decisions.map_or(usize::MAX, |_| PATIENCE);
         let mut asker = Asker::new(search, &limits);
         let mut least = self.objective.soft_literals(1).next().map_or(1, |(_, weight)| weight);
-        // The cores found in this stratum, with their weights. They are relaxed only when all soft literals that are
-        // left in it can be true together.
+        // The cores of this stratum, with their weights. They are relaxed only when all remaining soft literals of the
+        // stratum can be true together.
         let mut cores: Vec<(Vec<i32>, u64)> = Vec::new();
-        // How many strata the next question takes in: twice as many after each yes, one again after a core. Of the last
-        // rounds' many strata hardly any has one.
+        // The number of strata in the next query: doubled after each positive answer, one after a core. Most of the
+        // many strata of late rounds have no core.
         let mut strata = 1;
         loop {
             search.bounds().count();
@@ -110,8 +110,8 @@ impl Partition {
         self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
     }
 
-    /// The stratum to go on with after the answer yes, so many below: the model found answers for those that it keeps
-    /// whole. The last one is asked for all the same.
+    /// The next stratum after a positive answer, at most this many below. Strata that the model already satisfies
+    /// completely are skipped, except the last one.
     fn stratum_below(&self, least: u64, oracle: &Oracle<'_>, strata: usize) -> Option<u64> {
         let mut next = self.objective.next_stratum(least)?;
         let mut left = strata - 1;
@@ -126,8 +126,8 @@ impl Partition {
         }
     }
 
-    /// Minimises a core as far as a small effort goes. Cores of two are left as they are: soft literals that cannot
-    /// even be true alone are rare. With a core of thousands each question takes so long that the limits may end it.
+    /// Minimises a core with a small effort. Cores of two are left unchanged, because soft literals that cannot be true
+    /// alone are rare. For a core of thousands of literals, a query takes so long that the limits may stop it.
     fn minimised(
         &self,
         mut core: Vec<i32>,
@@ -138,7 +138,7 @@ impl Partition {
         if core.len() <= 2 {
             return core;
         }
-        // The lightest are tried first: without them the core costs more.
+        // Remove the lightest literals first: without them the weight of the core is larger.
         core.sort_by_key(|&l| (Reverse(self.objective.weight(l)), l.unsigned_abs(), l));
         let mut at = core.len();
         while at > 0 && core.len() > 1 && patience > 0 && !limits.reached() {
@@ -158,15 +158,15 @@ impl Partition {
     }
 }
 
-/// A solver that is told of a growing formula before each question.
+/// A solver that gets the new clauses of a growing formula before each query.
 struct Asker<'a> {
     limits: &'a Limits<'a>,
-    /// What the partitions before found.
+    /// Values to try first, from earlier partitions.
     hints: &'a [bool],
     oracle: Oracle<'a>,
-    /// How many of the formula's clauses it knows.
+    /// The number of the formula's clauses that it already has.
     told: usize,
-    /// How many conflicts a question may take before a solver that branches on all variables takes over.
+    /// The conflicts that a query may take before a solver that branches on all variables takes over.
     easy: u64,
 }
 
@@ -177,7 +177,7 @@ impl<'a> Asker<'a> {
         Asker { limits, hints, oracle, told: 0, easy: search.easy }
     }
 
-    /// Whether the clauses and assumptions can hold together; `None` if that takes more than so many decisions.
+    /// Whether the clauses and assumptions can be true together; `None` if this takes more decisions.
     fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
         let effort = Effort { decisions, conflicts: self.easy };
         let answer = self.put(formula, assumptions, effort);

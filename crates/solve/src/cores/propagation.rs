@@ -1,13 +1,13 @@
-//! Cores that unit propagation alone shows, over the whole program at once.
+//! Finds cores by unit propagation alone, over the whole program.
 //!
-//! The soft literals are assumed one after another, the heaviest first, on one trail that is kept from literal to
-//! literal: each costs only what newly follows from it. A literal that the trail makes false is a core with the
-//! assumptions behind that. A literal whose whole weight was subtracted stays on the trail and may stand in the way of
-//! others; the next pass does without it.
+//! The soft literals are assumed one after another, heaviest first, on one trail that is kept from literal to literal,
+//! so each costs only its new consequences. If the trail makes a literal false, this literal and the assumptions that
+//! cause it are a core. A literal whose whole weight was subtracted stays on the trail and may prevent others; the next
+//! pass leaves it out.
 //!
-//! Modes and run flags tie thousands of soft literals together: each that needs a mode makes a core with each that
-//! excludes it. So such a *pivot* is assumed first, by itself, with the value that more weight needs, and is replaced
-//! in a core by a soft literal that needs it.
+//! Mode bits and run flags connect thousands of soft literals: each literal that needs a mode is a core with each that
+//! excludes it. Therefore such a *pivot* is assumed first, by itself, with the value that more weight needs. In a core
+//! it is replaced by a soft literal that needs it.
 
 use super::objective::Objective;
 use super::search::Search;
@@ -16,48 +16,48 @@ use crate::propagator::Propagator;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How many of the variables with most clauses may be pivots.
+/// The number of variables, of those in most clauses, that are examined as pivots.
 const CANDIDATES: usize = 16;
 
-/// How many soft literals at least need a pivot, and how many exclude it.
+/// A pivot is needed by at least this many soft literals, and excluded by as many.
 const FEWEST: usize = 8;
 
-/// How many passes there are at most; further cores are left to the solver.
+/// The largest number of passes; further cores are left to the solver.
 const PASSES: usize = 3;
 
-/// Larger cores are only asked for what propagation uses of them, and not literal by literal.
+/// Larger cores are only reduced to what propagation uses of them, not minimised literal by literal.
 const LARGEST: usize = 40;
 
-/// How many soft literals are looked at between two looks at the clock.
+/// The number of soft literals between two looks at the clock.
 const LOOK: usize = 64;
 
-/// Propagation over all clauses, kept from pass to pass.
+/// Propagators over all clauses, kept from pass to pass.
 struct Extraction {
-    /// The assumptions so far and all that follows.
+    /// The current assumptions and all their consequences.
     trail: Propagator,
-    /// For questions apart from the trail.
+    /// A second propagator, for queries independent of the trail.
     probe: Propagator,
-    /// How many of the formula's clauses both know.
+    /// The number of the formula's clauses that both have.
     told: usize,
 }
 
 /// A literal that many soft literals need.
 struct Pivot {
     literal: i32,
-    /// The soft literals that need it, the heaviest last.
+    /// The soft literals that need it; the heaviest is last.
     needed_by: Vec<i32>,
-    /// What the soft literals that exclude it weigh.
+    /// The weight of the soft literals that exclude it.
     against: u64,
 }
 
-/// Soft literals by weight, the heaviest first, then by variable.
+/// Soft literals, heaviest first, then by variable.
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl Search<'_, '_> {
     /// Extracts the cores that propagation shows in a few passes.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
-        // Of a clause that is longer than two, its literals and its length.
+        // The arena stores the length and the literals of each clause with more than two literals.
         let long = formula.since(0).filter(|clause| clause.len() > 2);
         let literals = long.map(|clause| clause.len() + 1).sum();
         let told = || {
@@ -65,12 +65,12 @@ impl Search<'_, '_> {
             formula.since(0).for_each(|clause| propagator.add(clause));
             propagator
         };
-        // To tell both takes no longer than to tell one and copy it.
+        // Filling both in parallel takes no longer than filling one and copying it.
         let (trail, probe) = rayon::join(told, told);
         let mut extraction = Extraction { trail, probe, told: formula.len() };
         for _ in 0..PASSES {
             let more = self.pass(objective, &mut extraction);
-            // The trail is nearly a scan: what it leaves open is as in the partitions' scans.
+            // The trail is nearly a scan; its unassigned variables get the values of the partitions' scans.
             let (values, trail) = (&self.values, &extraction.trail);
             let holds = |literal: i32| match trail.value(literal) {
                 0 => values[literal.unsigned_abs() as usize] == (literal > 0),
@@ -84,7 +84,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Assumes every soft literal once. Whether another pass may find more.
+    /// Assumes every soft literal once. Returns whether another pass may find more.
     fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
         extraction.trail.back(0);
         extraction.learn(objective);
@@ -132,7 +132,7 @@ fn ranked((literal, weight): (i32, u64)) -> (u64, Reverse<u32>, i32) {
 }
 
 impl Extraction {
-    /// Takes in the clauses that came since.
+    /// Adds the clauses that are new since the last call.
     fn learn(&mut self, objective: &Objective) {
         for clause in objective.formula.since(self.told) {
             self.trail.add(clause);
@@ -141,7 +141,7 @@ impl Extraction {
         self.told = objective.formula.len();
     }
 
-    /// The pivots as the weights are now, the most contested first.
+    /// The pivots for the current weights, the most contested first.
     fn pivots(&mut self, objective: &Objective, limits: &Limits<'_>) -> Vec<Pivot> {
         let ranked = |variable| (Reverse(self.probe.occurrences(variable)), variable);
         let mut busy: Vec<(Reverse<usize>, i32)> =
@@ -182,7 +182,7 @@ impl Extraction {
     }
 }
 
-/// Each pivot in a core is replaced by the heaviest soft literal that needs it.
+/// Replaces each pivot in a core by the heaviest soft literal that needs it.
 fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], objective: &Objective) -> Vec<i32> {
     for literal in &mut core {
         let pivot = pivots.iter_mut().find(|pivot| pivot.literal == *literal);
@@ -198,8 +198,8 @@ fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], objective: &Objectiv
     core
 }
 
-/// A core without the literals that propagation does not need. Cores of two are left as they are: soft literals that
-/// cannot even be true alone are rare.
+/// Removes from a core the literals that propagation does not need. Cores of two are left unchanged, because soft
+/// literals that cannot be true alone are rare.
 fn shrunk(
     mut core: Vec<i32>,
     objective: &Objective,
@@ -209,7 +209,7 @@ fn shrunk(
     if core.len() <= 2 {
         return core;
     }
-    // What comes last is used least.
+    // The last literals are used least.
     loop {
         probe.back(0);
         let used = core.iter().find_map(|&literal| probe.require(literal));
@@ -222,7 +222,7 @@ fn shrunk(
         return core;
     }
     core.sort_unstable_by_key(|&literal| (Reverse(objective.weight(literal)), literal));
-    // The probe's level behind each of the core's first literals that it holds: from one question to the next they stay.
+    // The levels of the probe after each of the core's first literals; they are kept from one query to the next.
     let mut levels = vec![0];
     let mut at = core.len();
     while at > 0 && core.len() > 1 && !limits.reached() {

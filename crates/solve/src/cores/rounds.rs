@@ -7,8 +7,9 @@ use crate::trace::Step;
 use rayon::prelude::*;
 
 impl Search<'_, '_> {
-    /// Searches all partitions of `size` variables of the `whole`, side by side. No partition sees another, nor that
-    /// the bounds have met, so the result does not depend on which is first. Returns whether the constraints can hold.
+    /// Searches all partitions of `size` of the `whole` variables in parallel. No partition sees the results of
+    /// another, nor that the bounds have met, so the result does not depend on the order of threads. Returns whether
+    /// the constraints may be satisfiable.
     pub(super) fn round(&mut self, objective: &mut Objective, size: usize, whole: usize) -> bool {
         let count = whole.div_ceil(size);
         let objectives = objective.split(size, count).into_iter().enumerate();
@@ -36,8 +37,8 @@ impl Search<'_, '_> {
         possible
     }
 
-    /// Combines the partitions' best values to one scan, seldom the best of the whole. The mode bits, on which the
-    /// partitions disagree, are tried with both values.
+    /// Combines the best scans of the partitions to one scan, which is rarely the best one of the whole program. The
+    /// mode bits, on which the partitions disagree, are tried with both values.
     pub(super) fn combine(&self) {
         let values = &self.values;
         let holds = |literal: i32| values[literal.unsigned_abs() as usize] == (literal > 0);

@@ -10,23 +10,24 @@ use scanbound_base::time::Picos;
 use scanbound_model::VarId;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What all partitions have in common.
+/// The data that all partitions share.
 pub(super) struct Search<'a, 'b> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
-    /// By item of the clauses: which it is of the problem's, if it is one.
+    /// For each item of the clauses, the index of the original item, if it is one.
     pub(super) origins: &'a [Option<usize>],
     pub(super) limits: &'b Limits<'b>,
-    /// The decisions that each partition may take, if the search may be given up.
+    /// The decisions that each partition may use; `None` if they are unlimited.
     pub(super) decisions: Option<u64>,
-    /// How many conflicts an easy question takes at most.
+    /// The largest number of conflicts of an easy query.
     pub(super) easy: u64,
     pub(super) bounds: Mutex<&'a mut Bounds<'b>>,
-    /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first round.
+    /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first
+    /// round.
     pub(super) values: Vec<bool>,
-    /// By variable: 1 where it is true in the case that is searched, -1 where it is false. Empty where that is all there is.
+    /// By variable: 1 or -1 if it is fixed to true or false in the current case. Empty if there are no cases.
     pub(super) fixed: &'a [i8],
-    /// The bits that most clauses ask for.
+    /// The bits that occur in most clauses.
     pub(super) modes: &'a [VarId],
 }
 
@@ -39,7 +40,7 @@ impl<'a, 'b> Search<'a, 'b> {
         self.bounds().exact() || self.limits.reached()
     }
 
-    /// What the trace says of a core of this weight.
+    /// The trace entry of a core of this weight.
     pub(super) fn core(&self, core: &[i32], weight: u64) -> Step {
         let items = self.clauses.items.iter().zip(self.origins);
         let items: Vec<usize> = items
@@ -49,8 +50,8 @@ impl<'a, 'b> Search<'a, 'b> {
         Step::Core { counts: core.len().saturating_sub(items.len()), items, weight: Picos(weight) }
     }
 
-    /// Takes note of a model of the whole. A soft literal that weighs more than the gap between the bounds is true in
-    /// every better one, so it is hardened: it becomes a clause.
+    /// Records a model of the whole program. A soft literal that weighs more than the gap between the bounds is true in
+    /// every better scan, so it is hardened: it becomes a clause.
     pub(super) fn found(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
         bounds.falsified(objective.take_falsified());

@@ -1,21 +1,21 @@
-//! Soft literals that exclude each other by propagation, taken together before the solver is asked.
+//! Combines soft literals that exclude each other by propagation, before the solver is asked.
 //!
-//! Where each of some literals excludes each, at most one of them is true: of the weight that the lightest has, all but one
-//! lose theirs. What is left of that slice is one soft literal, that any of them is true, which may stand in further
-//! slices. So where the steps of a chart exclude each other, the dearest step is what remains of them, and the steps of a
-//! chart within a step come together before those of the chart around it: what excludes most others is taken first, with
-//! what excludes the same.
+//! If all of some literals exclude each other, at most one of them is true. Of the weight of the lightest one, all but
+//! one of them lose their share. What remains of this slice is one new soft literal: that any of them is true. It may
+//! be a member of further slices. So for the mutually exclusive steps of a chart, the step with the largest cost
+//! remains. The steps of a chart within a step are combined before those of the chart around it: the literal that
+//! excludes most others is taken first, together with those that exclude the same literals.
 
 use super::objective::Objective;
 use crate::propagator::Propagator;
 use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 
-/// More soft literals are not held against each other.
+/// With more soft literals, they are not compared with each other.
 pub const MOST: usize = 4_000;
 
-/// What several literals give up for one of them all. Members are places among the soft literals, and behind these among the
-/// slices.
+/// A slice: the weight that its members lose in exchange for one literal for all of them. Members are indices of soft
+/// literals, followed by indices of slices.
 struct Slice {
     members: Vec<usize>,
     weight: u64,
@@ -27,12 +27,12 @@ pub struct Slices {
     /// The soft literals that cannot be true.
     never: Vec<i32>,
     slices: Vec<Slice>,
-    /// What all this takes off.
+    /// By how much all this lowers the bound.
     pub off: u64,
 }
 
 impl Slices {
-    /// The slices of soft literals that are open on a trail.
+    /// The slices of the soft literals that are unassigned on a trail.
     pub fn of(softs: &[(i32, u64)], trail: &mut Propagator) -> Slices {
         let mut found = Slices::default();
         if softs.len() > MOST {
@@ -70,7 +70,7 @@ impl Slices {
         found
     }
 
-    /// Takes the slices from an objective of these soft literals.
+    /// Applies the slices to an objective with these soft literals.
     pub fn take(&self, softs: &[(i32, u64)], objective: &mut Objective) {
         for &literal in &self.never {
             objective.subtract_core(&[literal]);
@@ -83,13 +83,13 @@ impl Slices {
     }
 }
 
-/// Which literals exclude which, by place.
+/// The exclusion relation, by index.
 struct Table {
     weights: Vec<u64>,
     excluded: Vec<Vec<u64>>,
-    /// How many each row has.
+    /// The number of exclusions in each row.
     counts: Vec<u32>,
-    /// How many words a row has: there is room for as many slices as there are literals.
+    /// The number of words of a row: there is room for as many slices as there are literals.
     words: usize,
     softs: usize,
 }
@@ -126,7 +126,7 @@ impl Table {
         self.counts[one] += 1;
     }
 
-    /// The next literals that exclude each other: the one that excludes most, and those that exclude the same.
+    /// The next mutually exclusive literals: the one that excludes most, and those that exclude the same.
     fn next(&self) -> Option<Vec<usize>> {
         if self.weights.len() >= 2 * self.softs {
             return None;
@@ -151,7 +151,7 @@ impl Table {
         Some(members)
     }
 
-    /// What has no weight excludes nothing any more.
+    /// A literal without weight no longer excludes any.
     fn forget(&mut self, at: usize) {
         let gone = std::mem::take(&mut self.excluded[at]);
         for other in (0..self.weights.len()).filter(|&other| has(&gone, other)) {
@@ -160,7 +160,7 @@ impl Table {
         }
     }
 
-    /// Takes a slice off its members, and adds that any of them is true.
+    /// Subtracts a slice from its members, and adds the literal that any of them is true.
     fn take(&mut self, members: &[usize], weight: u64) {
         let mut row = vec![u64::MAX; self.words];
         for &at in members {
@@ -189,12 +189,12 @@ mod tests {
 
     #[test]
     fn charts_within_steps_cost_their_dearest_step() {
-        // A chart of steps 1 and 2, and one of steps 3 and 4 that runs in step 1.
+        // A chart of steps 1 and 2, and a chart of steps 3 and 4 that runs within step 1.
         let clauses: &[&[i32]] = &[&[-1, -2], &[-3, 1], &[-4, 1], &[-3, -4]];
         let mut trail = Propagator::default();
         clauses.iter().for_each(|clause| trail.add(clause));
         trail.back(0);
-        // In step 1: 10 by itself, 5 or 7 more. In step 2: 12.
+        // In step 1: 10 by itself, plus 5 or 7. In step 2: 12.
         let slices = Slices::of(&[(1, 10), (3, 5), (4, 7), (2, 12)], &mut trail);
         assert_eq!(slices.off, 10 + 5 + 7 + 12 - 17);
         assert_eq!(trail.level(), 0);

@@ -1,4 +1,4 @@
-//! The satisfiability solver behind the search by subsets: Z3, or BatSat in a build without Z3.
+//! The SAT solver of the search by subsets: Z3, or BatSat in a build without Z3.
 
 #[cfg(not(feature = "z3"))]
 mod batsat;

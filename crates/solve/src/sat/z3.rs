@@ -1,25 +1,25 @@
-//! Z3 as the satisfiability solver of the search by subsets.
+//! Z3 as the SAT solver of the search by subsets.
 
 use crate::clauses::Clauses;
 use z3::ast::Bool;
 use z3::{Config, Params, SatResult, Solver, with_z3_config};
 
-/// Gives `work` a Z3 context of its own, for the searches that it makes on this thread one after the other. With one
-/// context for all threads, equally long scans would be found differently from run to run.
+/// Calls `work` with a Z3 context of its own, for the searches that it makes on this thread one after the other. With
+/// one context for all threads, the choice among equally long scans would differ from run to run.
 pub fn with_solver<R: Send + Sync>(work: impl FnOnce() -> R + Send + Sync) -> R {
     with_z3_config(&Config::new(), work)
 }
 
-/// A set of clauses that answers questions. Literals are those of [`Clauses`].
+/// A SAT solver with a set of clauses. Literals are those of [`Clauses`].
 pub struct Sat {
     solver: Solver,
     variables: Vec<Bool>,
-    /// The effort that the solver was last told to keep to.
+    /// The effort limit that is currently set in the solver.
     effort: u32,
 }
 
 impl Sat {
-    /// To be used within [`with_solver`].
+    /// A solver with these clauses. Call it within [`with_solver`].
     pub fn new(clauses: &Clauses) -> Sat {
         let solver = Solver::new_for_logic("QF_FD").unwrap_or_default();
         let variables = (1..=clauses.variables)
@@ -38,7 +38,7 @@ impl Sat {
         if literal < 0 { variable.not() } else { variable.clone() }
     }
 
-    /// Whether all assumptions can hold together; `None` if that takes more than this effort, in Z3's own measure.
+    /// Whether all assumptions can be true together; `None` if this takes more effort (Z3's `rlimit`).
     pub fn check(&mut self, assumptions: &[i32], effort: u32) -> Option<bool> {
         if self.effort != effort {
             self.effort = effort;
@@ -54,7 +54,7 @@ impl Sat {
         }
     }
 
-    /// After the answer yes: the values of all variables.
+    /// After a positive answer: the values of all variables.
     pub fn model(&self) -> impl Fn(i32) -> bool {
         let model = self.solver.get_model();
         move |literal| {
@@ -64,7 +64,7 @@ impl Sat {
         }
     }
 
-    /// After the answer no: assumptions that cannot hold together.
+    /// After a negative answer: a subset of the assumptions that cannot be true together.
     pub fn core(&self, assumptions: &[i32]) -> Vec<i32> {
         let named = self.solver.get_unsat_core();
         assumptions.iter().copied().filter(|&l| named.contains(&self.literal(l))).collect()

@@ -86,7 +86,7 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
         .into_iter()
         .zip(firsts)
         .filter_map(|((_, what), first)| Some(NetworkUse { what, first: first? }));
-    let direct = program.direct_links.map(|first| {
+    let direct = program.first_direct_access.map(|first| {
         let text = program.instructions.get(first).map_or("", |one| &*one.text);
         NetworkUse { what: format!("the station that {text} accesses"), first }
     });
@@ -138,7 +138,7 @@ pub fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
             Write::Havoc(..) => {}
         }
     }
-    for region in instruction.timing.iter().flat_map(|key| &key.touched.regions) {
+    for region in instruction.timing.iter().flat_map(|key| &key.accessed.regions) {
         each(*region);
     }
 }

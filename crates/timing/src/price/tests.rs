@@ -4,8 +4,9 @@ use super::*;
 use crate::table::{CLASSES, POINTS, SINGLE, VARIED};
 use scanbound_base::location::Location;
 use scanbound_ir::{
-    Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join, Logic, Number,
-    Radix, Region, Role, SourceFile, Step, Touched, When, WordSource, WordTarget, Write, testing,
+    AccessedDevices, Area, AreaId, AreaKind, BitSource, Cell, ChoiceId, Effect, Interrupt, Join,
+    Logic, Number, Radix, Region, Role, SourceFile, Step, When, WordSource, WordTarget, Write,
+    testing,
 };
 
 const HEAD: &str = "instruction,on_us,off_us,per_unit_us,evidence\n";
@@ -19,9 +20,9 @@ fn key(names: &[&str], class: &'static str, units: Units) -> TimingKey {
         names: names.iter().map(|name| (*name).to_owned()).collect(),
         class,
         units,
-        dearer: false,
+        use_larger_time: false,
         optional: false,
-        touched: Touched::default(),
+        accessed: AccessedDevices::default(),
     }
 }
 
@@ -94,7 +95,7 @@ fn the_dearer_time_is_taken_before_the_factor_rounds_up() {
     let table = table("LD,0.000001,0.000003\n@factor,1.05,\n");
     let mut contact = key(&["LD"], "contact", Units::None);
     assert_eq!(times(&table, &contact), (Picos(2), Picos(4), "LD".into()));
-    contact.dearer = true;
+    contact.use_larger_time = true;
     assert_eq!(times(&table, &contact), (Picos(4), Picos(4), "LD".into()));
 }
 
@@ -252,7 +253,13 @@ fn what_is_written_by_an_index_is_charged_once() {
     let readings = vec![vec![WordSource::Cell(cell(D, 0))]];
     let (stated, found) = (None, Vec::new());
     let length = scanbound_ir::Length::Exactly(300);
-    let reached = scanbound_ir::Indexed { first: cell(ZR, 0), readings, length, stated, found };
+    let reached = scanbound_ir::IndexedWrite {
+        first: cell(ZR, 0),
+        indices: readings,
+        length,
+        stated,
+        proved: found,
+    };
     let of = |program: &Program| {
         let table = table("FMOV,1,\n@+ZR,10,0\n");
         price(program, &table, &Facts::default()).unwrap().times()[0].on

@@ -1,8 +1,8 @@
 //! Which cells an instruction reads and writes, as far as its meaning shows them.
 
 use scanbound_ir::{
-    AreaId, BitSource, BitTarget, Cell, ChoiceId, Indexed, Instruction, Length, Region, Source,
-    Touched, WordSource, WordTarget, Write,
+    AccessedDevices, AreaId, BitSource, BitTarget, Cell, ChoiceId, IndexedWrite, Instruction,
+    Length, Region, Source, WordSource, WordTarget, Write,
 };
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ impl Cells {
     pub fn of(
         instruction: &Instruction,
         units: u64,
-        indexed: &BTreeMap<ChoiceId, Indexed>,
+        indexed: &BTreeMap<ChoiceId, IndexedWrite>,
     ) -> Cells {
         let mut cells = Cells { units, ..Cells::default() };
         instruction.each_read(&mut |source| match source {
@@ -82,7 +82,7 @@ impl Cells {
             }
         }
         if let Some(key) = &instruction.timing {
-            cells.named(&key.touched);
+            cells.named(&key.accessed);
         }
         cells
     }
@@ -93,7 +93,7 @@ impl Cells {
     }
 
     /// Adds the cells that operands name: the larger of the cells shown by effects and the cells named counts.
-    fn named(&mut self, touched: &Touched) {
+    fn named(&mut self, touched: &AccessedDevices) {
         let mut named = Cells { units: self.units, ..Cells::default() };
         touched.regions.iter().for_each(|&region| named.region(region));
         for OfArea { area, count, highest } in named.areas {

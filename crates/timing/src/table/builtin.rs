@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use super::{Evidence, Table};
-use scanbound_base::near;
+use scanbound_base::suggestion;
 use scanbound_base::time::Picos;
 
 /// The name and text of each file under `timing-tables`, sorted by name.
@@ -166,13 +166,14 @@ impl Table {
             }
         };
         // Different letters may mean another, slower CPU. The same letters in another order are a typing error.
-        let slip = all().find(|(own, _)| meant(cpu).iter().any(|one| near::is_reordered(one, own)));
+        let slip =
+            all().find(|(own, _)| meant(cpu).iter().any(|one| suggestion::is_reordered(one, own)));
         let slip = slip.map(|(own, _)| own.clone());
         let advice = format!(
             "name a table with --table, built in ({}) or your own{near}",
             names().join(", ")
         );
-        near::meant(slip, &advice)
+        suggestion::with_suggestion(slip, &advice)
     }
 }
 

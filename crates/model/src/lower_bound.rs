@@ -1,27 +1,32 @@
-//! A model in which nothing depends on unknown values: what a scan costs at least, whatever they are.
+//! Builds a model for lower bounds, in which nothing depends on unknown values: each charge costs what a scan costs at
+//! least, whatever the unknown values are.
 
 use super::{Atom, Charge, Circuit, Lit, Node, ScanModel, VarId};
 use scanbound_base::time::Picos;
 
-/// What the search for a lower bound may do with a free variable.
+/// What the search for a lower bound may assume about a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
-    /// Choose its value.
+pub enum Treatment {
+    /// It may choose any value.
     Free,
-    /// Take it as 0.
+    /// The value is 0.
     Zero,
-    /// Nothing: its value is unknown, so no lower bound may depend on it.
+    /// Nothing: the value is unknown, so a lower bound must not depend on it.
     Unknown,
 }
 
-/// Of a node: that it is true whatever the unknown values are, and that it is false whatever they are.
+/// For a node, two literals: that it is true whatever the unknown values are, and that it is false whatever they are.
 type Pair = (Lit, Lit);
 
-/// The model in which nothing depends on unknown variables: each charge costs the least that it may, whatever these are.
-/// If `strict`, only assignments are left under which it is known of each charge that costs something whether control
-/// reaches it. Variables keep their numbers; charges do not.
+/// The model in which nothing depends on unknown variables: each charge has the least cost that it can have for any
+/// values of them. If `strict`, only assignments remain under which, for each charge with a cost, it is known whether
+/// control reaches it. Variables keep their numbers; charges do not.
 #[must_use]
-pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: bool) -> ScanModel {
+pub fn lower_bound_model(
+    model: &ScanModel,
+    standing: &dyn Fn(VarId) -> Treatment,
+    strict: bool,
+) -> ScanModel {
     let mut circuit = Circuit::default();
     let mut pairs: Vec<Pair> = Vec::with_capacity(model.circuit.nodes().len());
     let of = |pairs: &[Pair], lit: Lit| {
@@ -32,20 +37,20 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
         let pair = match *node {
             Node::True => (Lit::TRUE, Lit::FALSE),
             Node::Atom(atom) => match standing(atom.variable()) {
-                Standing::Free => {
+                Treatment::Free => {
                     let lit = circuit.atom(atom);
                     (lit, !lit)
                 }
-                Standing::Zero => {
+                Treatment::Zero => {
                     let lit = Lit::constant(matches!(atom, Atom::AtLeast(_, 0)));
                     (lit, !lit)
                 }
-                Standing::Unknown => (Lit::FALSE, Lit::FALSE),
+                Treatment::Unknown => (Lit::FALSE, Lit::FALSE),
             },
             Node::And(a, b) => {
                 let ((yes, no), (also, nor)) = (of(&pairs, a), of(&pairs, b));
                 let yes = circuit.and(yes, also);
-                // Where neither input depends on unknown values, one gate says both.
+                // If neither input depends on unknown values, one gate serves both literals.
                 let no = if is_known(&pairs, a) && is_known(&pairs, b) {
                     !yes
                 } else {
@@ -60,10 +65,10 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
     for charge in &model.charges {
         let (reached, passed) = of(&pairs, charge.reached);
         let (fires, idle) = of(&pairs, charge.fires);
-        if strict && charge.dearer() > Picos::ZERO {
+        if strict && charge.largest_cost() > Picos::ZERO {
             found.constraints.push(circuit.or(reached, passed));
         }
-        let ((on, units), off) = (charge.fired(), charge.off);
+        let ((on, units), off) = (charge.cost_if_fired(), charge.off);
         let bare = || Charge { counted: None, ..charge.clone() };
         let mut add = |holds: Lit, more: Picos| {
             let (reached, fires) = (holds, holds);
@@ -85,12 +90,12 @@ pub fn certain(model: &ScanModel, standing: &dyn Fn(VarId) -> Standing, strict: 
         found.charges.push(Charge { reached, fires, on: base, off: base, ..bare() });
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
-    // Whether an error occurs that depends on unknown values, the run tells.
+    // The real run finds out whether an error occurs that depends on unknown values.
     found.constraints.extend(model.errors.iter().map(|&error| !of(&pairs, error).0));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();
-    found.havocs = model.havocs.where_happened(|happened| of(&pairs, happened).0);
+    found.havocs = model.havocs.with_conditions(|happened| of(&pairs, happened).0);
     found.circuit = circuit;
     found
 }
@@ -133,11 +138,11 @@ mod tests {
             });
         }
         let unknown = |variable: VarId| match variable.0 {
-            1 => Standing::Unknown,
-            2 => Standing::Zero,
-            _ => Standing::Free,
+            1 => Treatment::Unknown,
+            2 => Treatment::Zero,
+            _ => Treatment::Free,
         };
-        let found = certain(&model, &unknown, true);
+        let found = lower_bound_model(&model, &unknown, true);
         let run = |x0: u16| {
             let assignment = Assignment(vec![x0, 1, 1]);
             let all: Vec<usize> = (0..found.charges.len()).collect();
@@ -145,7 +150,8 @@ mod tests {
             let holds = found.constraints.iter().all(|&holds| values.get(holds));
             (holds, found.cost(&all, &assignment))
         };
-        // X0 settles it; without it the second charge's path is open, and the first costs its lesser time.
+        // If X0 is on, everything is known. If it is off, it is unknown whether the second charge is reached, and the
+        // first has the smaller of its times.
         assert_eq!(run(1), (true, Picos(100 + 100 + 7)));
         assert_eq!(run(0), (false, Picos(7 + 7)));
     }

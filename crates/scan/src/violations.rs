@@ -1,39 +1,40 @@
-//! What a bound rests on besides the program, asked of the scan itself: that scans keep words in their ranges and relays
-//! apart, and that nothing counts or reaches further than was found.
+//! Checks on the scan itself what the bound relies on besides the program: that every scan keeps the trusted words in
+//! their ranges and the exclusive bits exclusive, and that no count and no indexed write exceeds the range that was
+//! found.
 
-use super::fit::SizeLimits;
 use super::memory::Memory;
 use super::run::Run;
-use super::settings::{Purpose, ScanError, Settings};
-pub use super::watch::Breach;
-use super::watch::Watch;
+use super::settings::{Purpose, ScanError, Settings, SizeLimits};
+pub use super::violation_log::Violation;
+use super::violation_log::ViolationLog;
 use super::word::Word;
 use super::{held, number, run};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{
-    BitTarget, Cell, ChoiceId, Effect, Indexed, Length, Program, StartRange, Step, WordSource,
+    BitTarget, Cell, ChoiceId, Effect, IndexedWrite, Length, Program, StartRange, Step, WordSource,
     Write,
 };
 use scanbound_model::{Atom, Charge, Lit, Origin, ScanModel, VarId};
 
-/// The scan's model with what breaks something in place of what costs: a charge for each.
+/// The scan's model with violations in place of costs: one charge for each possible violation, which is reached if the
+/// violation happens.
 ///
 /// # Errors
-/// If it grows beyond the limits.
-pub fn scan_model_keeping(
+/// If the model exceeds the size limits.
+pub fn scan_model_of_violations(
     program: &Program,
     times: &[Times],
     limits: &SizeLimits<'_>,
-) -> Result<(ScanModel, Vec<Breach>), ScanError> {
+) -> Result<(ScanModel, Vec<Violation>), ScanError> {
     let settings = Settings::of_upper_bounds(times, limits);
-    let watch = Some(Box::new(Watch::of(program)));
-    let end = |memory: &mut Memory<'_>| breaches(program, memory);
+    let watch = Some(Box::new(ViolationLog::of(program)));
+    let end = |memory: &mut Memory<'_>| violations(program, memory);
     let (mut model, found) = run(program, settings, watch, end)?;
-    let charge = |(breach, happens): &(Breach, Lit)| Charge {
-        instruction: match *breach {
-            Breach::Count(at) | Breach::Reach(at) => at,
-            Breach::Word(_) | Breach::All(_) => 0,
+    let charge = |(violation, happens): &(Violation, Lit)| Charge {
+        instruction: match *violation {
+            Violation::Count(at) | Violation::Reach(at) => at,
+            Violation::Word(_) | Violation::All(_) => 0,
         },
         frames: Vec::new(),
         reached: *happens,
@@ -43,59 +44,60 @@ pub fn scan_model_keeping(
         counted: None,
     };
     model.charges = found.iter().map(charge).collect();
-    Ok((model, found.into_iter().map(|(breach, _)| breach).collect()))
+    Ok((model, found.into_iter().map(|(violation, _)| violation).collect()))
 }
 
-/// Something that is stated to hold whenever a scan starts.
+/// A statement about the state at the start of every scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Stays {
-    /// A number of these words, least first, is in a range.
+pub enum Candidate {
+    /// The number in these words, low word first, is within a range.
     Within(Vec<Cell>, i64, i64),
-    /// No two of these bits are on.
-    Apart(Vec<BitTarget>),
+    /// At most one of these bits is on.
+    Exclusive(Vec<BitTarget>),
 }
 
-/// What may become of it in a scan.
+/// How a scan may violate a statement.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stay {
-    /// It does not hold when the scan ends.
-    pub ends: Lit,
-    /// It does not hold then or, of a single word, may not have held at some moment before: if the power fails then, that
-    /// is what a latched word is left with.
-    pub breaks: Lit,
-    /// For each of its bits, or its number: it was off or 0 when the scan started, and is not when it ends.
-    pub moves: Vec<Lit>,
+pub struct CandidateOutcome {
+    /// The statement is false at the end of the scan.
+    pub violated_at_end: Lit,
+    /// The statement is false at the end or, for a range, possibly at some moment before. If the power fails at that
+    /// moment, a latched word keeps the value that it has then.
+    pub violated: Lit,
+    /// For each bit of the statement, or for its number: it was off or 0 at the start of the scan and is not at the
+    /// end.
+    pub changed: Vec<Lit>,
 }
 
-/// A scan's model, without its charges, and what may become of each of these.
+/// A scan's model without charges, and for each statement how the scan may violate it.
 ///
 /// # Errors
-/// The same.
-pub fn scan_model_staying(
+/// As for [`scan_model_of_violations`].
+pub fn scan_model_of_candidates(
     program: &Program,
     times: &[Times],
     (knowledge, purpose): (&Knowledge, Purpose),
     limits: &SizeLimits<'_>,
-    all: &[Stays],
-) -> Result<(ScanModel, Vec<Stay>), ScanError> {
+    all: &[Candidate],
+) -> Result<(ScanModel, Vec<CandidateOutcome>), ScanError> {
     let settings = Settings { times, knowledge, purpose, limits };
-    let single = |(place, one): (usize, &Stays)| match one {
-        Stays::Within(cells, low, high) => {
+    let single = |(place, one): (usize, &Candidate)| match one {
+        Candidate::Within(cells, low, high) => {
             let (cells, low, high) = (cells.clone(), *low, *high);
             Some((place, StartRange { cells, low, high, values: Vec::new() }))
         }
-        Stays::Apart(_) => None,
+        Candidate::Exclusive(_) => None,
     };
-    let watch = Watch::of_words(all.iter().enumerate().filter_map(single));
+    let watch = ViolationLog::of_words(all.iter().enumerate().filter_map(single));
     let end = |memory: &mut Memory<'_>| {
         let watched = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
-        let stay = |(place, one): (usize, &Stays)| {
+        let stay = |(place, one): (usize, &Candidate)| {
             let mut found = stay(memory, one);
-            let forgets = |cell: &Cell| program.power_up.forgets(*cell);
-            if matches!(one, Stays::Within(cells, ..) if !cells.iter().all(forgets)) {
-                // What is not watched may be anything by then.
-                let midst = watched.get(&Breach::Word(place)).copied().unwrap_or(Lit::TRUE);
-                found.breaks = memory.circuit().or(found.ends, midst);
+            let forgets = |cell: &Cell| program.power_up.is_lost_at_power_failure(*cell);
+            if matches!(one, Candidate::Within(cells, ..) if !cells.iter().all(forgets)) {
+                // The values of cells that are not watched are unknown during the scan.
+                let midst = watched.get(&Violation::Word(place)).copied().unwrap_or(Lit::TRUE);
+                found.violated = memory.circuit().or(found.violated_at_end, midst);
             }
             found
         };
@@ -106,9 +108,9 @@ pub fn scan_model_staying(
     Ok((model, found))
 }
 
-fn stay(memory: &mut Memory<'_>, one: &Stays) -> Stay {
+fn stay(memory: &mut Memory<'_>, one: &Candidate) -> CandidateOutcome {
     match one {
-        Stays::Within(cells, low, high) => {
+        Candidate::Within(cells, low, high) => {
             let end: Vec<Word> = cells.iter().map(|&cell| memory.read_word(cell)).collect();
             let start: Option<Vec<Word>> =
                 cells.iter().map(|&cell| started(memory, cell)).collect();
@@ -120,9 +122,9 @@ fn stay(memory: &mut Memory<'_>, one: &Stays) -> Stay {
                 let was_zero = number::within(words, circuit, &start, true, 0, 0);
                 moves = circuit.and(was_zero, moves);
             }
-            Stay { ends, breaks: ends, moves: vec![moves] }
+            CandidateOutcome { violated_at_end: ends, violated: ends, changed: vec![moves] }
         }
-        Stays::Apart(bits) => {
+        Candidate::Exclusive(bits) => {
             let end: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
             let moves = bits.iter().zip(&end).map(|(&bit, &end)| {
                 let was_on = bit_started(memory, bit);
@@ -135,23 +137,23 @@ fn stay(memory: &mut Memory<'_>, one: &Stays) -> Stay {
                 two = memory.circuit().or(two, both);
                 any = memory.circuit().or(any, one);
             }
-            Stay { ends: two, breaks: two, moves }
+            CandidateOutcome { violated_at_end: two, violated: two, changed: moves }
         }
     }
 }
 
-/// The variable that is a cell's value when the scan starts; none where the scan never asks for it.
+/// The variable of a cell's value at the start of the scan; `None` if the scan never reads it.
 fn start_of(memory: &Memory<'_>, cell: Cell) -> Option<VarId> {
     let at = memory.model.variables.iter().position(|one| one.origin == Origin::Start(cell))?;
     u32::try_from(at).ok().map(VarId)
 }
 
-/// The word that the scan started with.
+/// The word's value at the start of the scan.
 fn started(memory: &mut Memory<'_>, cell: Cell) -> Option<Word> {
     start_of(memory, cell).map(|variable| memory.words.free(variable))
 }
 
-/// Whether a bit was on when the scan started; where nothing depends on that, it was not.
+/// The literal that a bit was on at the start of the scan; false if the model does not depend on it.
 fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => match start_of(memory, cell) {
@@ -164,54 +166,55 @@ fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
         },
     }
 }
-/// All that may be broken, each with where it is.
-fn breaches(program: &Program, memory: &mut Memory<'_>) -> Vec<(Breach, Lit)> {
+/// All possible violations, each with the literal that it happens.
+fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit)> {
     let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
-    for apart in &program.apart {
-        for bits in apart.never() {
+    for apart in &program.mutually_exclusive {
+        for bits in apart.forbidden_sets() {
             let on: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
             let happens = memory.circuit().all(on);
-            all.insert(Breach::All(bits), happens);
+            all.insert(Violation::All(bits), happens);
         }
     }
-    // What is summarised is not followed, so nothing was asked there.
+    // Summarised loops and routines are not followed, so their counts and indices were not checked: they count as
+    // violations.
     let summaries = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Summary(summary) => Some(summary),
         _ => None,
     });
     for &(at, _) in summaries.flat_map(|summary| &summary.charges) {
-        if program.narrowed.contains(&at) {
-            all.insert(Breach::Count(at), Lit::TRUE);
+        if program.limited_counts.contains(&at) {
+            all.insert(Violation::Count(at), Lit::TRUE);
         }
         let is_found = |effect: &Effect| match &effect.write {
             Write::Havoc(_, choice) => {
-                program.indexed.get(choice).is_some_and(|indexed| !indexed.found.is_empty())
+                program.indexed.get(choice).is_some_and(|indexed| !indexed.proved.is_empty())
             }
             _ => false,
         };
         if program.instructions[at].effects.iter().any(is_found) {
-            all.insert(Breach::Reach(at), Lit::TRUE);
+            all.insert(Violation::Reach(at), Lit::TRUE);
         }
     }
     all.into_iter().collect()
 }
 
 impl Run<'_> {
-    fn note(&mut self, breach: Breach, happens: Lit) {
+    fn note(&mut self, violation: Violation, happens: Lit) {
         if let Some(watch) = &mut self.memory.watch {
-            watch.note(&mut self.memory.model.circuit, breach, happens);
+            watch.note(&mut self.memory.model.circuit, violation, happens);
         }
     }
 
-    /// A loop begins that makes at most so many iterations.
-    pub(super) fn note_iterations(
+    /// Records a violation if a loop makes more than `most` iterations.
+    pub(super) fn check_iterations(
         &mut self,
         reached: Lit,
         at: usize,
         count: WordSource,
         most: u32,
     ) {
-        if self.memory.watch.is_none() || !self.program.narrowed.contains(&at) {
+        if self.memory.watch.is_none() || !self.program.limited_counts.contains(&at) {
             return;
         }
         let (count, is_signed) = self.count(count);
@@ -220,37 +223,37 @@ impl Run<'_> {
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let within = number::within(words, circuit, &[count], is_signed, least, most.into());
         let more = circuit.and(reached, !within);
-        self.note(Breach::Count(at), more);
+        self.note(Violation::Count(at), more);
     }
 
-    /// More units are counted than the most that were found.
-    pub(super) fn note_units(&mut self, at: usize, over: Lit) {
-        if self.program.narrowed.contains(&at) {
-            self.note(Breach::Count(at), over);
+    /// Records a violation if an instruction processes more units than the maximum that was found.
+    pub(super) fn check_units(&mut self, at: usize, over: Lit) {
+        if self.program.limited_counts.contains(&at) {
+            self.note(Violation::Count(at), over);
         }
     }
 
-    /// Something is written by an index, where this holds.
-    pub(super) fn note_reach(&mut self, guard: Lit, choice: ChoiceId, at: usize) {
+    /// Records a violation if an indexed write, executed under `guard`, goes outside the cells that were found.
+    pub(super) fn check_reach(&mut self, guard: Lit, choice: ChoiceId, at: usize) {
         let program = self.program;
         if self.memory.watch.is_none() {
             return;
         }
         let Some(indexed) = program.indexed.get(&choice) else { return };
-        if indexed.found.is_empty() {
+        if indexed.proved.is_empty() {
             return;
         }
         let mut inside = Lit::FALSE;
-        for &(least, largest) in &indexed.found {
+        for &(least, largest) in &indexed.proved {
             let within = self.is_inside(indexed, least, largest, at);
             inside = self.memory.circuit().or(inside, within);
         }
         let beyond = self.memory.circuit().and(guard, !inside);
-        self.note(Breach::Reach(at), beyond);
+        self.note(Violation::Reach(at), beyond);
     }
 
-    /// Whether what is written by an index surely lies between two cells of its area.
-    fn is_inside(&mut self, indexed: &Indexed, least: u32, largest: u32, at: usize) -> Lit {
+    /// The literal that an indexed write certainly stays between two cells of its area.
+    fn is_inside(&mut self, indexed: &IndexedWrite, least: u32, largest: u32, at: usize) -> Lit {
         let first = i64::from(indexed.first.index);
         let (low, high) = (i64::from(least) - first, i64::from(largest) - first);
         let constant =
@@ -259,7 +262,7 @@ impl Run<'_> {
             Length::Exactly(count) => {
                 let high = high - (i64::from(count) - 1).max(0);
                 let mut all = Lit::TRUE;
-                for reading in &indexed.readings {
+                for reading in &indexed.indices {
                     let index: Vec<Word> =
                         reading.iter().map(|word| self.word(*word, at)).collect();
                     let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
@@ -273,14 +276,14 @@ impl Run<'_> {
                 all
             }
             Length::Counted(word, unit)
-                if low <= 0 && indexed.readings.iter().all(|one| constant(one)) =>
+                if low <= 0 && indexed.indices.iter().all(|one| constant(one)) =>
             {
                 let count = self.word(word, at);
                 let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
                 let most = (high + 1) / i64::from(unit.max(1));
                 number::within(words, circuit, &[count], false, 0, most)
             }
-            // An index and a count together are not asked for.
+            // Not determined for lengths that are counted or unknown.
             Length::Counted(..) | Length::Unknown => Lit::FALSE,
         }
     }

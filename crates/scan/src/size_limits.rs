@@ -1,5 +1,5 @@
-//! Keeps the model of a scan within limits of size: where single instructions make it too large, what they read is
-//! taken as any value.
+//! Keeps the model of a scan within size limits. If single instructions make it too large, the values that they read
+//! are replaced by any values.
 
 use super::scan_model_within;
 use super::settings::ScanError;
@@ -12,17 +12,18 @@ use scanbound_ir::{
 use scanbound_model::ScanModel;
 use std::collections::BTreeSet;
 
-/// Limits on one execution of an instruction, tried one after the other until the model fits.
+/// The limits for one execution of an instruction, tried in this order until the model fits.
 const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
 
-/// How often one limit is tried: taking costly instructions' reads as any value makes others cheaper or costlier.
+/// How often one limit is tried: after the inputs of costly instructions became any values, others may become cheaper
+/// or costlier.
 const ROUNDS: usize = 3;
 
-/// Executes one scan symbolically into a model of at most `in_all`. Where single instructions add too much to it, what
-/// they read is taken as any value, and that is listed as an approximation. `None` if the model is too large even so.
+/// Executes one scan symbolically into a model of size `in_all` at most. If single instructions make it too large,
+/// their inputs become any values, and this is recorded as over-approximation. `None` if the model is still too large.
 ///
 /// # Errors
-/// If `is_over` ended it, or the program is not well formed.
+/// If `is_over` stopped the execution, or the program is not well formed.
 pub fn scan_model_fitted(
     program: &mut Program,
     times: &[Times],
@@ -34,7 +35,7 @@ pub fn scan_model_fitted(
             match scan_model_within(program, times, &SizeLimits { per_execution, in_all, is_over })
             {
                 Ok(model) => return Ok(Some(model)),
-                Err(ScanError::Grown { costly, .. }) => {
+                Err(ScanError::TooLarge { costly, .. }) => {
                     if !widen(program, &costly) {
                         break;
                     }
@@ -46,8 +47,8 @@ pub fn scan_model_fitted(
     Ok(None)
 }
 
-/// Takes all that these instructions read, and words of which they write a bit, as any value. Whether any of them
-/// read anything.
+/// Replaces everything that these instructions read, and the words of which they write a bit, by any values. Returns
+/// whether any of them read anything.
 fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
     let mut choices = program.choices;
     let mut choice = || {
@@ -84,16 +85,16 @@ fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
         }
     }
     program.choices = choices;
-    // What an operation gives takes as much, too, where it is followed.
+    // The results of operations that the analysis follows can also be too large, so they become any values too.
     for &at in costly {
         let havocked = program.instructions[at].effects.iter().filter_map(|effect| {
             let Write::Havoc(_, choice) = effect.write else { return None };
             Some(choice)
         });
         let followed: Vec<ChoiceId> =
-            havocked.filter(|choice| program.followed.contains(choice)).collect();
+            havocked.filter(|choice| program.always_followed.contains(choice)).collect();
         for choice in followed {
-            program.followed.remove(&choice);
+            program.always_followed.remove(&choice);
             wide.push((at, Approximated::CostlyRead));
         }
     }

@@ -1,102 +1,104 @@
-//! What a word may hold: consecutive values on the ring of 65,536, so that numbers about 0 need no sign.
+//! The abstract value of a 16-bit word: an interval of consecutive values modulo 65,536 (a wrapped interval), which
+//! serves for signed and unsigned numbers alike.
 
-/// Values from `low` on, `span` more behind it, going round at 65,535.
+/// The values `low`, `low + 1`, … `low + span`, each modulo 65,536. Never empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Ring {
+pub struct WordInterval {
     low: u16,
     span: u16,
 }
 
-impl Ring {
-    /// Anything.
-    pub const TOP: Ring = Ring { low: 0, span: u16::MAX };
+impl WordInterval {
+    /// All 65,536 values.
+    pub const TOP: WordInterval = WordInterval { low: 0, span: u16::MAX };
 
-    /// One value.
-    pub const fn constant(value: u16) -> Ring {
-        Ring { low: value, span: 0 }
+    /// The interval that contains this value only.
+    pub const fn constant(value: u16) -> WordInterval {
+        WordInterval { low: value, span: 0 }
     }
 
-    /// The integers of a range, each modulo 65,536: anything if that is all of them.
-    pub fn of(low: i64, high: i64) -> Ring {
+    /// The interval of the integers `low..=high`, each modulo 65,536; all values if the range is as long as that.
+    pub fn of(low: i64, high: i64) -> WordInterval {
         match u16::try_from(high - low) {
-            Ok(span) if span < u16::MAX => Ring { low: low as u16, span },
-            _ => Ring::TOP,
+            Ok(span) if span < u16::MAX => WordInterval { low: low as u16, span },
+            _ => WordInterval::TOP,
         }
     }
 
-    /// The first of the values.
+    /// The first value, at which the interval begins.
     #[must_use]
     pub fn first(self) -> u16 {
         self.low
     }
 
-    /// How many more are behind it.
+    /// The number of values minus 1.
     #[must_use]
     pub fn span(self) -> u16 {
         self.span
     }
 
-    /// The value, if there is but one.
+    /// The value, if the interval contains only one.
     pub fn as_constant(self) -> Option<u16> {
         (self.span == 0).then_some(self.low)
     }
 
-    /// The least and the largest as signed numbers.
+    /// The smallest and the largest value as signed numbers.
     pub fn signed(self) -> (i64, i64) {
         let low = i64::from(self.low.cast_signed());
         let high = low + i64::from(self.span);
         if high > i64::from(i16::MAX) { (i16::MIN.into(), i16::MAX.into()) } else { (low, high) }
     }
 
-    /// The least and the largest as unsigned numbers.
+    /// The smallest and the largest value as unsigned numbers.
     pub fn unsigned(self) -> (i64, i64) {
         let low = i64::from(self.low);
         let high = low + i64::from(self.span);
         if high > i64::from(u16::MAX) { (0, u16::MAX.into()) } else { (low, high) }
     }
 
-    /// All values but those from one to another, both included.
+    /// The complement: all values except `low..=high`.
     #[must_use]
-    pub fn but(low: u16, high: u16) -> Ring {
-        Ring { low: high.wrapping_add(1), span: low.wrapping_sub(high).wrapping_sub(2) }
+    pub fn all_except(low: u16, high: u16) -> WordInterval {
+        WordInterval { low: high.wrapping_add(1), span: low.wrapping_sub(high).wrapping_sub(2) }
     }
 
-    /// Each value and another, modulo 65,536.
+    /// The sums modulo 65,536 of a value of one interval and a value of the other.
     #[must_use]
-    pub fn plus(self, other: Ring) -> Ring {
+    pub fn add(self, other: WordInterval) -> WordInterval {
         let low = self.low.wrapping_add(other.low);
         match self.span.checked_add(other.span) {
-            Some(span) if span < u16::MAX => Ring { low, span },
-            _ => Ring::TOP,
+            Some(span) if span < u16::MAX => WordInterval { low, span },
+            _ => WordInterval::TOP,
         }
     }
 
-    /// Whether no value is in both.
+    /// Whether the two intervals have no value in common.
     #[must_use]
-    pub fn is_apart(self, other: Ring) -> bool {
+    pub fn is_disjoint(self, other: WordInterval) -> bool {
         self.low.wrapping_sub(other.low) > other.span
             && other.low.wrapping_sub(self.low) > self.span
     }
 
-    /// Whether it has all of the other's values.
+    /// Whether this interval contains every value of the other.
     #[must_use]
-    pub fn holds(self, other: Ring) -> bool {
+    pub fn contains(self, other: WordInterval) -> bool {
         let from = u32::from(other.low.wrapping_sub(self.low));
         self.span == u16::MAX || from + u32::from(other.span) <= u32::from(self.span)
     }
 
-    /// The closer of two, or what lies in both: any value that lies in both lies in it.
-    pub fn closer(self, other: Ring) -> Ring {
-        if other.holds(self) {
+    /// An over-approximation of the intersection: every value that lies in both intervals lies in the result. The
+    /// intersection is exact if it is one interval, else the result is the smaller of the two intervals.
+    pub fn meet(self, other: WordInterval) -> WordInterval {
+        if other.contains(self) {
             return self;
         }
-        if self.holds(other) {
+        if self.contains(other) {
             return other;
         }
         let from = u32::from(other.low.wrapping_sub(self.low));
         let back = u32::from(self.low.wrapping_sub(other.low));
         match (from <= self.span.into(), back <= other.span.into()) {
-            // They meet at both ends.
+            // The intersection consists of two intervals.
             (true, true) => {
                 if self.span <= other.span {
                     self
@@ -104,33 +106,34 @@ impl Ring {
                     other
                 }
             }
-            (true, false) => Ring { low: other.low, span: self.span - from as u16 },
-            (false, true) => Ring { low: self.low, span: other.span - back as u16 },
-            // None lies in both.
+            (true, false) => WordInterval { low: other.low, span: self.span - from as u16 },
+            (false, true) => WordInterval { low: self.low, span: other.span - back as u16 },
+            // The intersection is empty, which an interval cannot express.
             (false, false) => self,
         }
     }
 
-    /// All values of both, and as few others as can be.
-    pub fn join(self, other: Ring) -> Ring {
-        if self.holds(other) {
+    /// The smallest interval that contains both.
+    pub fn join(self, other: WordInterval) -> WordInterval {
+        if self.contains(other) {
             return self;
         }
-        if other.holds(self) {
+        if other.contains(self) {
             return other;
         }
-        let on_from = |first: Ring, then: Ring| {
+        let on_from = |first: WordInterval, then: WordInterval| {
             let from = u32::from(then.low.wrapping_sub(first.low));
             let span = (from + u32::from(then.span)).max(first.span.into());
-            u16::try_from(span).map_or(Ring::TOP, |span| Ring { low: first.low, span })
+            u16::try_from(span)
+                .map_or(WordInterval::TOP, |span| WordInterval { low: first.low, span })
         };
         let (a, b) = (on_from(self, other), on_from(other, self));
         if a.span <= b.span { a } else { b }
     }
 }
 
-/// The least and largest value of a signed number of one or two words.
-fn ends(words: &[Ring]) -> Option<(i64, i64)> {
+/// The smallest and the largest value of a signed number of one or two words (low word first).
+fn signed_bounds(words: &[WordInterval]) -> Option<(i64, i64)> {
     match words {
         [word] => Some(word.signed()),
         [low, high] => {
@@ -141,13 +144,13 @@ fn ends(words: &[Ring]) -> Option<(i64, i64)> {
     }
 }
 
-/// Between which ends a signed number of one or two words lies: two stretches where one word passes from the largest
-/// number to the least; none if it has more words.
+/// The ranges in which a signed number of one or two words lies. A word whose interval passes from 32,767 to -32,768
+/// gives two ranges. Empty for numbers of more words.
 #[must_use]
-pub fn stretches(words: &[Ring]) -> Vec<(i64, i64)> {
+pub fn signed_ranges(words: &[WordInterval]) -> Vec<(i64, i64)> {
     let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));
     match words {
-        [Ring::TOP] => vec![(least, largest)],
+        [WordInterval::TOP] => vec![(least, largest)],
         [word] => {
             let low = i64::from(word.low.cast_signed());
             let high = low + i64::from(word.span);
@@ -156,7 +159,7 @@ pub fn stretches(words: &[Ring]) -> Vec<(i64, i64)> {
                 _ => vec![(low, high)],
             }
         }
-        words => ends(words).into_iter().collect(),
+        words => signed_bounds(words).into_iter().collect(),
     }
 }
 
@@ -166,13 +169,13 @@ mod tests {
 
     const ENDS: [i64; 12] = [-32_768, -32_767, -300, -2, -1, 0, 1, 5, 299, 32_766, 32_767, 32_768];
 
-    fn rings() -> Vec<Ring> {
+    fn rings() -> Vec<WordInterval> {
         let spans = [0, 1, 5, 400, 32_767, 32_768, 65_534, 65_535];
-        ENDS.iter().flat_map(|&low| spans.map(|span| Ring::of(low, low + span))).collect()
+        ENDS.iter().flat_map(|&low| spans.map(|span| WordInterval::of(low, low + span))).collect()
     }
 
-    fn has(ring: Ring, value: i64) -> bool {
-        ring.holds(Ring::constant(value as u16))
+    fn has(ring: WordInterval, value: i64) -> bool {
+        ring.contains(WordInterval::constant(value as u16))
     }
 
     #[test]
@@ -196,37 +199,50 @@ mod tests {
 
     #[test]
     fn small_things_stay_small() {
-        assert_eq!(Ring::constant(0).join(Ring::constant(19)), Ring::of(0, 19));
-        assert_eq!(Ring::of(-2, 1).join(Ring::constant(3)), Ring::of(-2, 3));
-        assert_eq!(Ring::of(0, 65_535), Ring::TOP);
+        assert_eq!(
+            WordInterval::constant(0).join(WordInterval::constant(19)),
+            WordInterval::of(0, 19)
+        );
+        assert_eq!(
+            WordInterval::of(-2, 1).join(WordInterval::constant(3)),
+            WordInterval::of(-2, 3)
+        );
+        assert_eq!(WordInterval::of(0, 65_535), WordInterval::TOP);
     }
 
     #[test]
     fn two_words_end_where_both_do() {
-        assert_eq!(ends(&[Ring::of(-1, 4)]), Some((-1, 4)));
-        assert_eq!(ends(&[Ring::of(1, 5), Ring::of(-1, 2)]), Some((-65_535, 131_077)));
-        assert_eq!(ends(&[Ring::of(-1, 0), Ring::constant(1)]), Some((65_536, 131_071)));
-        assert_eq!(ends(&[Ring::TOP; 3]), None);
+        assert_eq!(signed_bounds(&[WordInterval::of(-1, 4)]), Some((-1, 4)));
+        assert_eq!(
+            signed_bounds(&[WordInterval::of(1, 5), WordInterval::of(-1, 2)]),
+            Some((-65_535, 131_077))
+        );
+        assert_eq!(
+            signed_bounds(&[WordInterval::of(-1, 0), WordInterval::constant(1)]),
+            Some((65_536, 131_071))
+        );
+        assert_eq!(signed_bounds(&[WordInterval::TOP; 3]), None);
     }
 
     #[test]
     fn sums_and_complements_hold_what_they_should_and_no_more() {
         let values: Vec<u16> = ENDS.iter().map(|&value| value as u16).collect();
         for (a, b) in rings().into_iter().flat_map(|a| rings().into_iter().map(move |b| (a, b))) {
-            let sum = a.plus(b);
-            let of = |ring: Ring| values.iter().copied().filter(move |&v| has(ring, v.into()));
+            let sum = a.add(b);
+            let of =
+                |ring: WordInterval| values.iter().copied().filter(move |&v| has(ring, v.into()));
             for x in of(a) {
                 for y in of(b) {
                     assert!(has(sum, x.wrapping_add(y).into()), "{a:?} {b:?}");
                 }
             }
             let shared = values.iter().any(|&v| has(a, v.into()) && has(b, v.into()));
-            assert!(!(shared && a.is_apart(b)), "{a:?} {b:?}");
+            assert!(!(shared && a.is_disjoint(b)), "{a:?} {b:?}");
         }
         for low in [0u16, 1, 300, 0x7FFF, 0xFFFE] {
             for high in [1u16, 300, 0x7FFF, 0x8000, 0xFFFE].into_iter().filter(|&high| high >= low)
             {
-                let but = Ring::but(low, high);
+                let but = WordInterval::all_except(low, high);
                 for value in values.iter().copied().chain([low, high]) {
                     let inside = (low..=high).contains(&value);
                     assert_eq!(has(but, value.into()), !inside, "{value} {low} {high}");
@@ -234,8 +250,9 @@ mod tests {
             }
         }
         assert!(
-            Ring::of(0, 5).is_apart(Ring::of(6, 9)) && !Ring::of(0, 5).is_apart(Ring::of(5, 9))
+            WordInterval::of(0, 5).is_disjoint(WordInterval::of(6, 9))
+                && !WordInterval::of(0, 5).is_disjoint(WordInterval::of(5, 9))
         );
-        assert_eq!(Ring::of(1, 5).plus(Ring::of(-1, 2)), Ring::of(0, 7));
+        assert_eq!(WordInterval::of(1, 5).add(WordInterval::of(-1, 2)), WordInterval::of(0, 7));
     }
 }

@@ -1,23 +1,24 @@
-//! Choices of which something is known: what was learned by carrying operations out, and the iterations of loops.
+//! Reads and writes of choices about which something is known: observed results of operations, results computed here,
+//! and the iterations of loops.
 
 use super::expression::describe;
 use super::run::Run;
 use super::settings::Purpose;
 use super::word::Word;
-use scanbound_ir::meaning::{ChoiceKind, Fact, Learned, Read};
+use scanbound_ir::meaning::{ChoiceKind, Observation, Outcome, Read};
 use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, WordTarget};
 use scanbound_model::Lit;
 
 impl Run<'_> {
-    fn facts(&self, choice: ChoiceId) -> &[Fact] {
+    fn facts(&self, choice: ChoiceId) -> &[Observation] {
         if self.knowledge.is_empty() {
             return &[];
         }
         self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
     }
 
-    /// What a choice that is read is worked out to be, if it can be. Its value is that of the moment when it is first
-    /// read, where it is.
+    /// The value of a choice that is read, computed from its operation if possible. Once computed under a condition,
+    /// the same value is used wherever that condition holds.
     fn settled(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let moment = (self.frames.clone(), choice);
         let before = self.known.settled.get(&moment).copied();
@@ -27,7 +28,7 @@ impl Run<'_> {
                 return Some(word);
             }
         }
-        let mut word = self.settled_word(choice, at)?;
+        let mut word = self.resolved_word(choice, at)?;
         let mut under = self.known.reached;
         if let Some((first, value)) = before {
             word = self.memory.words.either(first, value, word);
@@ -37,14 +38,14 @@ impl Run<'_> {
         Some(word)
     }
 
-    /// A bit's value where it matters now.
+    /// The value of a bit, simplified under the current `reached` condition.
     pub(super) fn known_bit(&mut self, cell: Cell) -> Lit {
         let bit = self.memory.read_bit(cell);
         let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
         self.known.given(circuit, words).within(circuit, words, bit)
     }
 
-    /// A word's value where it matters now.
+    /// The value of a word, simplified under the current `reached` condition.
     pub(super) fn known_word(&mut self, cell: Cell) -> Word {
         let word = self.memory.read_word(cell);
         let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
@@ -55,13 +56,13 @@ impl Run<'_> {
         short
     }
 
-    /// A choice read as a bit.
+    /// A choice that is read as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
         if let Some(word) = self.settled(choice, at) {
             return self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
         }
-        if let (Some(&ChoiceKind::Steady(cell)), Purpose::LowerBound) =
+        if let (Some(&ChoiceKind::StableExternal(cell)), Purpose::LowerBound) =
             (program.kinds.get(&choice), self.purpose)
         {
             return self.memory.read_bit(cell);
@@ -76,7 +77,7 @@ impl Run<'_> {
         }
         let mut bit = free;
         for fact in self.facts(choice).to_vec() {
-            let Learned::Value(value) = fact.learned else { continue };
+            let Outcome::Value(value) = fact.outcome else { continue };
             let matches = self.matches(&fact.reads, at);
             bit = self.memory.circuit().ite(matches, Lit::constant(value & 1 == 1), bit);
         }
@@ -84,14 +85,14 @@ impl Run<'_> {
         bit
     }
 
-    /// A choice read as a word.
+    /// A choice that is read as a word.
     pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
         let program = self.program;
         let iterations = match program.kinds.get(&choice) {
             Some(ChoiceKind::Iterations(word)) => Some(*word),
             _ => None,
         };
-        if let (Some(&ChoiceKind::Present { contact, setting }), Purpose::LowerBound) =
+        if let (Some(&ChoiceKind::PresentValue { contact, setting }), Purpose::LowerBound) =
             (program.kinds.get(&choice), self.purpose)
         {
             return self.present(choice, contact, setting, at);
@@ -124,7 +125,7 @@ impl Run<'_> {
             word = self.memory.words.either(some, count, word);
         }
         for fact in self.facts(choice).to_vec() {
-            let Learned::Value(value) = fact.learned else { continue };
+            let Outcome::Value(value) = fact.outcome else { continue };
             let matches = self.matches(&fact.reads, at);
             let value = self.memory.words.constant(value);
             word = self.memory.words.either(matches, value, word);
@@ -133,7 +134,7 @@ impl Run<'_> {
         word
     }
 
-    /// A timer's present value: its setting where its contact is on, else less.
+    /// The present value of a timer: its setting if its contact is on, else a smaller value.
     fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
         let program = self.program;
         let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
@@ -162,8 +163,8 @@ impl Run<'_> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Writes what is known of an operation's results in place of its havoc; the guard under which nothing is known, so
-    /// that the havoc is still due.
+    /// Writes the known results of an operation in place of its havoc. Returns the guard under which nothing is known,
+    /// so that the havoc remains necessary.
     pub(super) fn write_known_of(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if guard == Lit::FALSE {
             return guard;
@@ -175,7 +176,7 @@ impl Run<'_> {
         if self.known.written.iter().any(|&(own, ..)| own == choice) {
             return guard;
         }
-        if let Some(rest) = self.write_settled(choice, guard, at) {
+        if let Some(rest) = self.write_resolved(choice, guard, at) {
             self.known.written.push((choice, guard, rest));
             return rest;
         }
@@ -184,10 +185,10 @@ impl Run<'_> {
         }
         let facts = self.facts(choice).to_vec();
         let known: Vec<Lit> = facts.iter().map(|fact| self.matches(&fact.reads, at)).collect();
-        // All are asked before any is written.
+        // All are evaluated before any is written.
         let mut rest = guard;
         for (fact, matches) in facts.iter().zip(known) {
-            let Learned::Writes(writes) = &fact.learned else { continue };
+            let Outcome::Writes(writes) = &fact.outcome else { continue };
             let circuit = self.memory.circuit();
             let happens = circuit.and(rest, matches);
             rest = circuit.and(rest, !matches);
@@ -218,7 +219,7 @@ impl Run<'_> {
         self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
     }
 
-    /// Whether the scan is now in the moment in which something was learned: all was read then as it is now.
+    /// The condition under which an observation applies: all reads have the same values now as then.
     fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
         let mut all = Lit::TRUE;
         for read in reads {

@@ -1,10 +1,10 @@
-//! Times as people say them: up to four digits and the unit that one would name (`324.2 ms`, `2.6 h`, `4.7 days`).
+//! Formats times for people: up to four digits and the usual unit (`324.2 ms`, `2.6 h`, `4.7 days`).
 
 use super::time::Picos;
 
 const SECOND: u64 = 1_000_000_000_000;
 
-/// The units with the least time that is told in each, the largest first.
+/// The units with their length in picoseconds, and the shortest time that is shown in each; the largest unit first.
 const UNITS: [(&str, u64, u64); 8] = [
     ("days", 86_400 * SECOND, 2 * 86_400 * SECOND),
     ("h", 3_600 * SECOND, 2 * 3_600 * SECOND),
@@ -16,10 +16,10 @@ const UNITS: [(&str, u64, u64); 8] = [
     ("ps", 1, 0),
 ];
 
-/// So many digits are told.
+/// The number of significant digits shown.
 const DIGITS: u32 = 4;
 
-/// The steps in which a time is told, so that times in a column have the same unit and the same decimals.
+/// A unit and a number of decimals, so that the times of a column are shown alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scale {
     unit: &'static str,
@@ -28,7 +28,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// In which this time reads best.
+    /// The scale that suits this time best.
     #[must_use]
     pub fn of(time: Picos) -> Scale {
         if time == Picos::ZERO {
@@ -37,17 +37,17 @@ impl Scale {
         let least = |&&(_, _, least): &&(&str, u64, u64)| time.0 >= least;
         let &(unit, size, _) = UNITS.iter().find(least).unwrap_or(&("ps", 1, 0));
         let whole = (time.0 / size).max(1).ilog10() + 1;
-        // Picoseconds have no parts.
+        // Picoseconds are integers, so they have no decimals.
         let most = if size == 1 { 0 } else { DIGITS };
         Scale { unit, size, decimals: DIGITS.saturating_sub(whole).min(most) }
     }
 
-    /// The least time that it tells from none, in picoseconds.
+    /// The smallest time above 0 that the scale can show, in picoseconds.
     fn step(self) -> u64 {
         (self.size / 10u64.pow(self.decimals)).max(1)
     }
 
-    /// So many steps as text.
+    /// Formats this many steps, each of [`Scale::step`].
     fn text(self, steps: u64) -> String {
         let unit = 10u64.pow(self.decimals);
         let (whole, part) = (steps / unit, steps % unit);
@@ -71,8 +71,8 @@ impl Scale {
         self.text(time.0.div_ceil(self.step()))
     }
 
-    /// Parts of a whole, rounded so that what is shown of them adds up to what is shown of the whole rounded up. A part
-    /// that is too small to show is told in its own unit.
+    /// Formats the parts of a sum so that the numbers shown add up to the sum shown, which is rounded up. A part that
+    /// is too small for the scale is shown in a smaller unit.
     #[must_use]
     pub fn parts(self, parts: &[Picos]) -> Vec<String> {
         let step = self.step();
@@ -93,19 +93,19 @@ impl Scale {
     }
 }
 
-/// An upper bound: rounded up.
+/// Formats an upper bound: rounds up.
 #[must_use]
 pub fn at_most(time: Picos) -> String {
     trimmed(time, Scale::up)
 }
 
-/// A lower bound: rounded down.
+/// Formats a lower bound: rounds down.
 #[must_use]
 pub fn at_least(time: Picos) -> String {
     trimmed(time, |scale, time| scale.text(time.0 / scale.step()))
 }
 
-/// Neither of the two: rounded to the nearest.
+/// Formats a time that is not a bound: rounds to the nearest.
 #[must_use]
 pub fn about(time: Picos) -> String {
     trimmed(time, Scale::about)
@@ -119,7 +119,7 @@ fn trimmed(time: Picos, tell: impl Fn(Scale, Picos) -> String) -> String {
         false => number,
     };
     match (number, unit) {
-        // What was rounded up to the next unit.
+        // Rounding reached the next larger unit.
         ("1000", "us") => "1 ms".to_owned(),
         ("1000", "ms") => "1 s".to_owned(),
         ("1000", "ns") => "1 us".to_owned(),

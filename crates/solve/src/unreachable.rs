@@ -1,4 +1,4 @@
-//! What never happens: which charges of a model no scan comes to.
+//! Finds the charges of a model that no scan reaches.
 
 use super::clauses::Clauses;
 use super::oracle::{Branching, Effort, Oracle};
@@ -7,12 +7,16 @@ use super::{Group, Limits};
 use scanbound_model::{Lit, ScanModel};
 use std::collections::BTreeSet;
 
-/// So many decisions one question may take.
+/// The largest number of decisions of one query.
 const DECISIONS: u64 = 500_000;
 
-/// Those of a group's charges that are proved never to be reached; of the others nothing is known.
+/// The charges of a group that are proved unreachable. The others may be reachable or not.
 #[must_use]
-pub fn impossible(model: &ScanModel, group: &Group, limits: &Limits<'_>) -> BTreeSet<usize> {
+pub fn unreachable_charges(
+    model: &ScanModel,
+    group: &Group,
+    limits: &Limits<'_>,
+) -> BTreeSet<usize> {
     let problem = Problem::with_negations(model, group);
     let clauses = Clauses::new(&problem);
     let mut oracle = Oracle::new(limits, Branching::Inputs);

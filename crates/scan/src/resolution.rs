@@ -1,66 +1,76 @@
-//! Choices that an operation gives, carried out where what they read is known well enough: above all indexed devices
-//! whose index is known in this call and iteration.
+//! Computes the results of operations where their operands are known well enough. This matters most for indexed devices
+//! whose index is known in the current call and iteration.
 
 use super::operation;
 use super::run::Run;
 use super::word::{Word, Words};
-use scanbound_base::ring::{Ring, stretches};
+use scanbound_base::word_interval::{WordInterval, signed_ranges};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, Digits, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Term,
+    Unary,
 };
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, ChoiceId, Indexed, Length, Logic, Number, Region, Settling,
+    BitSource, BitTarget, Cell, ChoiceId, IndexedWrite, Length, Logic, Number, Region, Resolution,
     WordSource, WordTarget,
 };
 use scanbound_model::Lit;
 use std::sync::Arc;
 
-/// An address may be one of so many cells.
+/// The largest number of cells that one computed address may denote.
 const MOST_CASES: usize = 8;
-/// Numbers are put together from so many cases of their words.
+/// The largest number of combinations of cases of two words.
 const MOST_PAIRS: usize = 64;
-/// An element of an array is followed where it may be one of so many.
+/// The largest number of elements of an array among which an access is followed.
 const MOST_ELEMENTS: usize = 256;
-/// Lists of more words are not followed word by word.
+/// The largest number of words of a list that is followed word by word.
 const MOST_WORDS: usize = 64;
 
-/// Values, each with the condition under which it is the one; of those that can be, exactly one holds.
+/// Possible values, each with the condition under which it is the actual one; exactly one of the conditions is true.
 type Cases<T> = Vec<(Lit, T)>;
 
-/// Where results go: an operation's target with its addresses worked out.
-enum Placed<'p> {
+/// The target of a result, with its addresses computed.
+enum ResolvedTarget<'p> {
     At(&'p Target),
-    Cells(Vec<(Lit, Vec<Spot>)>),
+    Cells(Vec<(Lit, Vec<WordLocation>)>),
 }
 
-/// Where a word of a list stands: a cell, a bit of a word, or bits, the least first.
-enum Spot {
+/// The location of one word of a list: a cell, a bit of a word, or bit cells, least significant first.
+enum WordLocation {
     Cell(Cell),
     WordBit(Cell, u8),
     Bits(Vec<Cell>),
 }
 
 impl<'p> Run<'p> {
-    /// The word that an operation gives where this choice is read now.
-    pub(super) fn settled_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+    /// The word that the operation of a choice gives if the choice is read now; `None` if it is not certain.
+    pub(super) fn resolved_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
-        let (results, settled) = self.carried_out(choice, meaning, at)?;
+        let (results, settled) = self.execute_operation(choice, meaning, at)?;
         let word = *results.first()?.first().filter(|_| settled == Lit::TRUE)?;
-        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        Arc::make_mut(&mut self.memory.model.resolutions).record(
+            &self.frames,
+            choice,
+            Resolution::Exact,
+        );
         Some(word)
     }
 
-    /// Writes what an operation gives where `guard` holds. The guard under which that is not known, if it is known
-    /// anywhere.
-    pub(super) fn write_settled(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Option<Lit> {
+    /// Writes the results of an operation under `guard`. Returns the part of the guard under which the results are
+    /// unknown, or `None` if they are always unknown.
+    pub(super) fn write_resolved(
+        &mut self,
+        choice: ChoiceId,
+        guard: Lit,
+        at: usize,
+    ) -> Option<Lit> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
         if meaning.outputs.is_empty() {
             return None;
         }
-        let (results, mut settled) = self.carried_out(choice, meaning, at)?;
-        let mut places: Vec<Placed<'p>> = Vec::with_capacity(results.len());
+        let (results, mut settled) = self.execute_operation(choice, meaning, at)?;
+        let mut places: Vec<ResolvedTarget<'p>> = Vec::with_capacity(results.len());
         for (target, result) in meaning.outputs.iter().zip(&results) {
             let (place, known) = self.placed(target, result.len(), self.follows(choice), at)?;
             settled = self.memory.circuit().and(settled, known);
@@ -68,11 +78,15 @@ impl<'p> Run<'p> {
         }
         let rest = self.memory.circuit().and(guard, !settled);
         let guard = self.memory.circuit().and(guard, settled);
-        Arc::make_mut(&mut self.memory.model.settled).settle(&self.frames, choice, Settling::Exact);
+        Arc::make_mut(&mut self.memory.model.resolutions).record(
+            &self.frames,
+            choice,
+            Resolution::Exact,
+        );
         for (place, result) in places.into_iter().zip(results) {
             match place {
-                Placed::At(target) => self.put(target, guard, &result),
-                Placed::Cells(cases) => {
+                ResolvedTarget::At(target) => self.put(target, guard, &result),
+                ResolvedTarget::Cells(cases) => {
                     for (holds, spots) in cases {
                         let guard = self.memory.circuit().and(guard, holds);
                         for (spot, &word) in spots.iter().zip(&result) {
@@ -85,18 +99,18 @@ impl<'p> Run<'p> {
         Some(rest)
     }
 
-    /// Whether a choice is to be followed even where what it reads is not known.
+    /// Whether the operation of a choice is followed even if its operands are unknown.
     fn follows(&self, choice: ChoiceId) -> bool {
-        self.program.followed.contains(&choice)
+        self.program.always_followed.contains(&choice)
     }
 
-    /// The cells that a write by an index may reach in this call and iteration, if they are fewer than `region`. Beyond
-    /// the end of its area it reaches nothing, as README says of what is not modelled.
+    /// The cells that an indexed write may reach in the current call context, if they are fewer than `region`. A write
+    /// beyond the end of its area reaches nothing (see README, what is not modelled).
     pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Vec<Region> {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.shares_area(region));
         let Some(indexed) = indexed else { return vec![region] };
-        // All regions are written by the index as it is before any of them is.
+        // All regions are written with the value that the index has before the first write.
         let before = self.known.reach.take().filter(|(own, _)| *own == choice);
         let (_, stretches) = before.unwrap_or_else(|| (choice, self.reach(indexed, at)));
         self.known.reach = Some((choice, stretches.clone()));
@@ -106,7 +120,7 @@ impl<'p> Run<'p> {
             .into_iter()
             .map(|(index, count)| Region::Range { first: Cell { area, index }, count })
             .collect();
-        let parts = region.parts(&closer);
+        let parts = region.intersections(&closer);
         let cells = |part: &Region| match part {
             Region::Range { count, .. } => u64::from(*count),
             Region::Area(_) | Region::Everything => u64::MAX,
@@ -114,30 +128,30 @@ impl<'p> Run<'p> {
         if parts.iter().map(cells).fold(0, u64::saturating_add) >= cells(&region) {
             return vec![region];
         }
-        Arc::make_mut(&mut self.memory.model.settled).settle(
+        Arc::make_mut(&mut self.memory.model.resolutions).record(
             &self.frames,
             choice,
-            Settling::Within(closer),
+            Resolution::Within(closer),
         );
         parts
     }
 
-    /// The stretches of its area's cells that a write by an index may reach: the first, and how many.
-    fn reach(&mut self, indexed: &Indexed, at: usize) -> Option<Vec<(u32, u32)>> {
+    /// The ranges of cells that an indexed write may reach: first index and number of cells.
+    fn reach(&mut self, indexed: &IndexedWrite, at: usize) -> Option<Vec<(u32, u32)>> {
         if self.interrupts() {
             return None;
         }
         let mut may_be = Vec::new();
-        for reading in &indexed.readings {
+        for reading in &indexed.indices {
             let index = self.may_hold(reading, at)?;
-            let found = stretches(&index);
+            let found = signed_ranges(&index);
             if found.is_empty() {
                 return None;
             }
             may_be.extend(found);
         }
-        // Where it is not known how the index is read, all from the least to the largest.
-        if let [_, _, ..] = indexed.readings[..] {
+        // If it is unknown how the index is interpreted, use the range from the least to the largest possible value.
+        if let [_, _, ..] = indexed.indices[..] {
             let low = may_be.iter().map(|&(low, _)| low).min()?;
             let high = may_be.iter().map(|&(_, high)| high).max()?;
             may_be = vec![(low, high)];
@@ -146,7 +160,7 @@ impl<'p> Run<'p> {
             let within = |(low, high): (i64, i64)| (low.max(least), high.min(largest));
             may_be = may_be.into_iter().map(within).filter(|(low, high)| low <= high).collect();
             if may_be.is_empty() {
-                // Here no scan comes with an index that keeps to what is stated.
+                // No scan reaches this with an index in the stated range.
                 may_be.push((least, largest));
             }
         }
@@ -167,23 +181,23 @@ impl<'p> Run<'p> {
         (!may_be.is_empty()).then(|| may_be.into_iter().map(cells).collect())?
     }
 
-    /// Whether an interrupt routine runs: at which moment is not known, nor what it finds then.
+    /// Whether an interrupt routine is being executed. It may run at any moment, so what it reads is unknown.
     fn interrupts(&self) -> bool {
         self.frames.first().is_some_and(|frame| {
             self.program.interrupts.iter().any(|interrupt| interrupt.entry == frame.at)
         })
     }
 
-    /// The results of an operation, each a list of words, where its inputs are known well enough; and where these results
-    /// are settled.
-    fn carried_out(
+    /// The results of an operation, each a list of words, if its inputs are known well enough; and the condition under
+    /// which the results are defined.
+    fn execute_operation(
         &mut self,
         choice: ChoiceId,
         meaning: &Meaning,
         at: usize,
     ) -> Option<(Vec<Vec<Word>>, Lit)> {
         let follows = self.follows(choice);
-        if self.interrupts() || !(follows || can_be_carried_out(&meaning.operation)) {
+        if self.interrupts() || !(follows || is_supported(&meaning.operation)) {
             return None;
         }
         let mut inputs: Vec<Vec<Word>> = Vec::with_capacity(meaning.inputs.len());
@@ -259,12 +273,12 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The words of an operand, and where they are those.
+    /// The words of an operand, and the condition under which they are valid.
     fn operand(&mut self, operand: &Operand, follows: bool, at: usize) -> Option<(Vec<Word>, Lit)> {
         let words = match operand {
             Operand::Words(sources) => {
                 if sources.len() > MOST_WORDS
-                    || !sources.iter().all(|&one| self.is_steady_word(one))
+                    || !sources.iter().all(|&one| self.is_stable_word(one))
                 {
                     return None;
                 }
@@ -327,7 +341,8 @@ impl<'p> Run<'p> {
         Some((words, Lit::TRUE))
     }
 
-    /// The places that a list of words from an address on may have, and where it has one of them.
+    /// The possible locations of a list of words at an address, each with the condition under which it is the actual
+    /// one.
     fn spots(
         &mut self,
         address: &Address,
@@ -335,7 +350,7 @@ impl<'p> Run<'p> {
         count: usize,
         follows: bool,
         at: usize,
-    ) -> Option<(Cases<Vec<Spot>>, Lit)> {
+    ) -> Option<(Cases<Vec<WordLocation>>, Lit)> {
         if count > MOST_WORDS {
             return None;
         }
@@ -349,27 +364,27 @@ impl<'p> Run<'p> {
         let place = |(holds, from): (Lit, i64)| {
             let cell = |offset: usize| {
                 let at = from.checked_add(i64::try_from(offset).ok()?)?;
-                address.stretches.iter().find_map(|stretch| {
+                address.ranges.iter().find_map(|stretch| {
                     let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
                     (offset < stretch.count).then(|| stretch.first.plus(offset))
                 })
             };
             let spot = |n: usize| match shape {
-                Shape::Cells => cell(n).map(Spot::Cell),
+                Shape::Cells => cell(n).map(WordLocation::Cell),
                 Shape::WordBits(first) => {
                     let bit = usize::from(first) + n;
-                    Some(Spot::WordBit(cell(bit / 16)?, (bit % 16) as u8))
+                    Some(WordLocation::WordBit(cell(bit / 16)?, (bit % 16) as u8))
                 }
                 Shape::Packed(last) => {
                     let bits = if n + 1 == count { usize::from(last) } else { 16 };
                     let cells: Option<Vec<Cell>> =
                         (0..bits).map(|bit| cell(16 * n + bit)).collect();
-                    Some(Spot::Bits(cells?))
+                    Some(WordLocation::Bits(cells?))
                 }
             };
-            Some((holds, (0..count).map(spot).collect::<Option<Vec<Spot>>>()?))
+            Some((holds, (0..count).map(spot).collect::<Option<Vec<WordLocation>>>()?))
         };
-        let found: Option<Cases<Vec<Spot>>> = sums.into_iter().map(place).collect();
+        let found: Option<Cases<Vec<WordLocation>>> = sums.into_iter().map(place).collect();
         let found = found?;
         let known = match is_partial {
             true => self.memory.circuit().any(found.iter().map(|(holds, _)| *holds)),
@@ -378,29 +393,29 @@ impl<'p> Run<'p> {
         Some((found, known))
     }
 
-    /// The addresses at which an element of so many cells lies within the stretches, each with the condition that it is the
-    /// one that is meant.
+    /// The addresses at which an element of `count` cells lies completely inside the address ranges, each with the
+    /// condition under which it is the actual one.
     fn elements(&mut self, address: &Address, count: usize, at: usize) -> Option<Cases<i64>> {
         let [term] = &address.terms[..] else { return None };
-        if term.reading != Digits::Signed
-            || term.times <= 0
-            || !term.words.iter().all(|&word| self.is_steady_word(word))
+        if term.format != IntegerFormat::Signed
+            || term.factor <= 0
+            || !term.words.iter().all(|&word| self.is_stable_word(word))
         {
             return None;
         }
         let index: Vec<Word> = term.words.iter().map(|&word| self.word(word, at)).collect();
         let mut found = Vec::new();
-        for stretch in &address.stretches {
+        for stretch in &address.ranges {
             let last = i64::from(stretch.count).checked_sub(i64::try_from(count).ok()?)?;
             for from in stretch.from..=stretch.from.checked_add(last)? {
                 let above = from.checked_sub(address.base)?;
-                if above % term.times != 0 {
+                if above % term.factor != 0 {
                     continue;
                 }
                 if found.len() >= MOST_ELEMENTS {
                     return None;
                 }
-                let number = above / term.times;
+                let number = above / term.factor;
                 let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
                 let parts: Vec<Lit> = index
                     .iter()
@@ -447,20 +462,24 @@ impl<'p> Run<'p> {
     }
 
     fn term(&mut self, term: &Term, most: usize, at: usize) -> Option<Cases<i64>> {
-        let is_signed = match term.reading {
-            Digits::Signed => true,
-            Digits::Unsigned => false,
-            Digits::Bcd => return None,
+        let is_signed = match term.format {
+            IntegerFormat::Signed => true,
+            IntegerFormat::Unsigned => false,
+            IntegerFormat::Bcd => return None,
         };
         let numbers = self.numbers(&term.words, is_signed, most, at)?;
-        numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.times)?))).collect()
+        numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.factor)?))).collect()
     }
 
-    /// What words may hold.
-    pub(super) fn may_hold(&mut self, sources: &[WordSource], at: usize) -> Option<Vec<Ring>> {
+    /// The intervals of these words.
+    pub(super) fn may_hold(
+        &mut self,
+        sources: &[WordSource],
+        at: usize,
+    ) -> Option<Vec<WordInterval>> {
         let mut found = Vec::with_capacity(sources.len());
         for &source in sources {
-            if !self.is_steady_word(source) {
+            if !self.is_stable_word(source) {
                 return None;
             }
             let word = self.word(source, at);
@@ -470,7 +489,7 @@ impl<'p> Run<'p> {
         Some(found)
     }
 
-    /// The numbers that one or two words, the least first, may make.
+    /// The possible values of a number of one or two words, low word first.
     fn numbers(
         &mut self,
         sources: &[WordSource],
@@ -478,7 +497,7 @@ impl<'p> Run<'p> {
         most: usize,
         at: usize,
     ) -> Option<Cases<i64>> {
-        if !sources.iter().all(|&source| self.is_steady_word(source)) {
+        if !sources.iter().all(|&source| self.is_stable_word(source)) {
             return None;
         }
         let mut all = vec![(Lit::TRUE, 0i64)];
@@ -499,27 +518,27 @@ impl<'p> Run<'p> {
         (all.len() <= most).then_some(all)
     }
 
-    fn read_spot(&mut self, spot: &Spot) -> Option<Word> {
-        let is_steady = match spot {
-            Spot::Cell(cell) | Spot::WordBit(cell, _) => self.is_steady(*cell),
-            Spot::Bits(cells) => cells.iter().all(|&cell| self.is_steady(cell)),
+    fn read_spot(&mut self, spot: &WordLocation) -> Option<Word> {
+        let is_stable = match spot {
+            WordLocation::Cell(cell) | WordLocation::WordBit(cell, _) => self.is_stable(*cell),
+            WordLocation::Bits(cells) => cells.iter().all(|&cell| self.is_stable(cell)),
         };
-        if !is_steady {
+        if !is_stable {
             return None;
         }
         Some(match spot {
-            Spot::Cell(cell) if self.is_bit(*cell) => {
+            WordLocation::Cell(cell) if self.is_bit(*cell) => {
                 let bit = self.known_bit(*cell);
                 self.bit_word(bit)
             }
-            Spot::Cell(cell) => self.known_word(*cell),
-            Spot::WordBit(cell, bit) => {
+            WordLocation::Cell(cell) => self.known_word(*cell),
+            WordLocation::WordBit(cell, bit) => {
                 let word = self.known_word(*cell);
                 let bit =
                     self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
                 self.bit_word(bit)
             }
-            Spot::Bits(cells) => {
+            WordLocation::Bits(cells) => {
                 let mut bits = [Lit::FALSE; 16];
                 for (bit, &cell) in bits.iter_mut().zip(cells) {
                     *bit = self.known_bit(cell);
@@ -529,20 +548,20 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// Where a result goes, and where it goes there.
+    /// The location of a target, and the condition under which it is valid.
     fn placed(
         &mut self,
         target: &'p Target,
         count: usize,
         follows: bool,
         at: usize,
-    ) -> Option<(Placed<'p>, Lit)> {
+    ) -> Option<(ResolvedTarget<'p>, Lit)> {
         match target {
             Target::Run(address, shape) => {
                 let (cases, known) = self.spots(address, *shape, count, follows, at)?;
-                Some((Placed::Cells(cases), known))
+                Some((ResolvedTarget::Cells(cases), known))
             }
-            target => Some((Placed::At(target), Lit::TRUE)),
+            target => Some((ResolvedTarget::At(target), Lit::TRUE)),
         }
     }
 
@@ -563,9 +582,9 @@ impl<'p> Run<'p> {
         }
     }
 
-    fn put_spot(&mut self, spot: &Spot, guard: Lit, word: Word) {
+    fn put_spot(&mut self, spot: &WordLocation, guard: Lit, word: Word) {
         match spot {
-            Spot::Cell(cell) if !self.is_bit(*cell) => {
+            WordLocation::Cell(cell) if !self.is_bit(*cell) => {
                 self.memory.write_word(WordTarget::Cell(*cell), guard, word);
                 return;
             }
@@ -573,11 +592,13 @@ impl<'p> Run<'p> {
         }
         let bits = self.memory.words.bits(&mut self.memory.model.circuit, word);
         match spot {
-            Spot::Cell(cell) => self.memory.write_bit(BitTarget::Cell(*cell), guard, bits[0]),
-            Spot::WordBit(cell, bit) => {
+            WordLocation::Cell(cell) => {
+                self.memory.write_bit(BitTarget::Cell(*cell), guard, bits[0])
+            }
+            WordLocation::WordBit(cell, bit) => {
                 self.memory.write_bit(BitTarget::WordBit(*cell, *bit), guard, bits[0]);
             }
-            Spot::Bits(cells) => {
+            WordLocation::Bits(cells) => {
                 for (&cell, bit) in cells.iter().zip(bits) {
                     self.memory.write_bit(BitTarget::Cell(cell), guard, bit);
                 }
@@ -592,23 +613,23 @@ impl<'p> Run<'p> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Whether nothing but the scan changes a cell while it runs.
-    fn is_steady(&self, cell: Cell) -> bool {
-        !self.program.volatile.iter().any(|region| region.holds(cell))
+    /// Whether nothing but the program changes the cell during a scan.
+    fn is_stable(&self, cell: Cell) -> bool {
+        !self.program.volatile.iter().any(|region| region.contains(cell))
     }
 
     fn is_steady_bit(&self, source: BitSource) -> bool {
         match source {
-            BitSource::Cell(cell) | BitSource::WordBit(cell, _) => self.is_steady(cell),
+            BitSource::Cell(cell) | BitSource::WordBit(cell, _) => self.is_stable(cell),
             BitSource::Const(_) | BitSource::Free(_) => true,
         }
     }
 
-    fn is_steady_word(&self, source: WordSource) -> bool {
+    fn is_stable_word(&self, source: WordSource) -> bool {
         match source {
-            WordSource::Cell(cell) => self.is_steady(cell),
+            WordSource::Cell(cell) => self.is_stable(cell),
             WordSource::Bits { first, count } => {
-                (0..count).all(|n| self.is_steady(first.plus(n.into())))
+                (0..count).all(|n| self.is_stable(first.plus(n.into())))
             }
             WordSource::Const(_) | WordSource::Free(_) => true,
         }
@@ -616,7 +637,7 @@ impl<'p> Run<'p> {
 
     fn is_steady_number(&self, number: &Number) -> bool {
         match number {
-            Number::Words(words) => words.iter().all(|&word| self.is_steady_word(word)),
+            Number::Words(words) => words.iter().all(|&word| self.is_stable_word(word)),
             Number::Add(a, b)
             | Number::Sub(a, b)
             | Number::And(a, b)
@@ -626,8 +647,8 @@ impl<'p> Run<'p> {
     }
 }
 
-/// Whether an operation is one that can be carried out here at all, so that no other's operands are looked at.
-fn can_be_carried_out(operation: &Operation) -> bool {
+/// Whether the operation is supported here at all, so that the operands of others need not be examined.
+fn is_supported(operation: &Operation) -> bool {
     matches!(
         operation,
         Operation::Copy
@@ -639,7 +660,7 @@ fn can_be_carried_out(operation: &Operation) -> bool {
     )
 }
 
-/// One or two words, the least first, as a signed number.
+/// One or two words, low word first, as a signed number.
 fn signed(words: &[u16]) -> Option<i64> {
     match *words {
         [word] => Some(word.cast_signed().into()),

@@ -1,4 +1,4 @@
-//! The searches against each other, against trying everything, and against Z3 on what is exported.
+//! Compares the searches with each other, with brute force, and with Z3 on exported problems.
 
 use super::testing::{Builder, Dice, brute, random, sound};
 use super::{HAS_Z3, Limits, Method, Opinion, Problem, export, maximum, second_opinion};
@@ -7,7 +7,7 @@ use scanbound_model::{Atom, Group, Lit, ScanModel, VarKind};
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// A model of medium size: chains of relays, step words, interlocks, and charges on all of them.
+/// A model of medium size: chains of relays, step numbers, interlocks, and charges on all of them.
 fn medium(seed: u64) -> ScanModel {
     let mut dice = Dice(seed);
     let mut b = Builder::default();
@@ -47,7 +47,7 @@ fn medium(seed: u64) -> ScanModel {
         };
         let condition = b.model.circuit.and(guard, condition);
         let reached = if dice.one_in(4) { pick(&mut dice, &pool) } else { Lit::TRUE };
-        // Times of the same few values tie; times over four orders of magnitude do not.
+        // A few equal times give ties; times over four orders of magnitude do not.
         let on = [10, 1 + dice.below(50), 1_000 * dice.below(400)][dice.below(3) as usize];
         let off = if dice.one_in(2) { 0 } else { dice.below(2_000) };
         b.charge(reached, condition, on, off);
@@ -55,7 +55,7 @@ fn medium(seed: u64) -> ScanModel {
     b.model
 }
 
-/// The maximum by every search; what each has to say is the same.
+/// The maximum by every search method; all must agree.
 fn agreed(model: &ScanModel, group: &Group, seed: u64) -> Picos {
     let limits = Limits::default();
     let by = [Method::Cores, Method::Auto, Method::Subsets].map(|method| {
@@ -65,7 +65,7 @@ fn agreed(model: &ScanModel, group: &Group, seed: u64) -> Picos {
         found
     });
     assert!(by.iter().all(|found| found.upper == by[0].upper), "seed {seed}: {by:?}");
-    // Tied scans and the questions are the same in every run.
+    // Which of several longest scans is found, and the number of queries, are the same in every run.
     assert_eq!(maximum(model, group, Method::Auto, &limits), by[1], "seed {seed}");
     let opinion = second_opinion(model, group, &by[1], &limits);
     let expected = if HAS_Z3 { Opinion::Confirmed } else { Opinion::NoSolver };
@@ -73,13 +73,13 @@ fn agreed(model: &ScanModel, group: &Group, seed: u64) -> Picos {
     by[0].upper
 }
 
-/// How many cases: so many, times what the environment says (SCANBOUND_CASES).
+/// The number of cases: the standard number times SCANBOUND_CASES.
 fn cases(standard: u64) -> u64 {
     let factor = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u64>().ok());
     standard * factor.unwrap_or(1)
 }
 
-/// The `z3` binary's maximum of an exported group.
+/// The maximum of an exported group according to the `z3` binary.
 fn exported(model: &ScanModel, group: &Group) -> Picos {
     let text = export::smt2(model, group, &|charge| format!("charge {charge}"));
     let mut z3 = Command::new("z3")

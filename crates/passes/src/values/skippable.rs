@@ -1,11 +1,12 @@
-//! Rungs that change nothing of what is followed: they are passed over.
+//! Finds rungs that change nothing relevant, so that the abstract interpretation can skip them.
 
 use super::slots::Slots;
 use rustc_hash::FxHashSet;
 use scanbound_ir::{Effect, Instruction, Join, Program, Step, Write, flow};
 
-/// For the first instruction of each rung that can be passed over, the one behind it; 0 for all others.
-pub fn passed_over(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
+/// For the first instruction of each rung that can be skipped: the index of the next rung. 0 for all other
+/// instructions.
+pub fn skippable(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
     let instructions = &program.instructions;
     let entries = entries(program);
     let kept = slots_kept(instructions);
@@ -40,7 +41,7 @@ fn starts(instruction: &Instruction) -> bool {
     matches!(instruction.step, Step::Logic { join: Join::Start, .. })
 }
 
-/// Where control can get to other than from the instruction before.
+/// The instructions that control can reach from elsewhere than the previous instruction.
 fn entries(program: &Program) -> FxHashSet<usize> {
     let targets = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Jump { target, .. } | Step::Call { target, .. } => Some(*target),
@@ -51,7 +52,7 @@ fn entries(program: &Program) -> FxHashSet<usize> {
     targets.chain(mains).chain(interrupts).collect()
 }
 
-/// The slots that a rung fetches which did not save them itself.
+/// The slots that a rung fetches without having saved them itself.
 fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
     let (mut own, mut kept) = (FxHashSet::default(), FxHashSet::default());
     for instruction in instructions {
@@ -69,7 +70,7 @@ fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
     kept
 }
 
-/// Whether an instruction leaves control to the next, and asks for nothing that is to be found out.
+/// Whether an instruction always continues with the next one, and affects no result of the analysis.
 fn goes_on(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let goes_on = match &instruction.step {
@@ -86,7 +87,7 @@ fn goes_on(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
     goes_on && instruction.counted().is_none() && !instruction.effects.iter().any(is_indexed)
 }
 
-/// Whether what follows does not ask for the result of the rung before.
+/// Whether the following instructions do not read the result of the rung before.
 fn needs_no_result(instructions: &[Instruction]) -> bool {
     for instruction in instructions {
         match &instruction.step {

@@ -1,10 +1,10 @@
-//! The known name that a mistyped one was likely to mean.
+//! Suggests the known name that a mistyped name was probably meant to be.
 
-/// Names of fewer characters are not guessed at: too many others are near.
+/// For names with fewer characters nothing is suggested, because too many other names are similar.
 const SHORTEST: usize = 3;
 
-/// The nearest of the known names: few characters are changed, left out, added, or swapped with the next. Of equally near
-/// ones, one of the same characters in another order.
+/// The most similar known name, at most two edits away: a character changed, removed, added, or swapped with the next.
+/// Among equally similar names, one with the same characters in another order comes first.
 pub fn nearest(wrong: &str, known: impl IntoIterator<Item = String>) -> Option<String> {
     let wrong = wrong.trim().to_uppercase();
     let length = wrong.chars().count();
@@ -19,7 +19,7 @@ pub fn nearest(wrong: &str, known: impl IntoIterator<Item = String>) -> Option<S
     ranked.min().map(|(_, _, name)| name)
 }
 
-/// Whether two names are made of the same characters.
+/// Whether two names consist of the same characters, in any order.
 pub fn is_reordered(one: &str, other: &str) -> bool {
     let sorted = |name: &str| {
         let mut all: Vec<char> = name.to_uppercase().chars().collect();
@@ -29,9 +29,9 @@ pub fn is_reordered(one: &str, other: &str) -> bool {
     sorted(one) == sorted(other)
 }
 
-/// A help, headed by the name that was likely meant, if there is one.
+/// The help text, preceded by "did you mean NAME?" if there is a similar name.
 #[must_use]
-pub fn meant(near: Option<String>, help: &str) -> String {
+pub fn with_suggestion(near: Option<String>, help: &str) -> String {
     near.map_or(String::new(), |name| format!("did you mean {name}? ")) + help
 }
 
@@ -45,12 +45,12 @@ mod tests {
             |wrong: &str, known: &[&str]| nearest(wrong, known.iter().map(|&name| name.to_owned()));
         let found = |name: &str| Some(name.to_owned());
         assert_eq!(near("D34742", &["D100", "D37442"]), found("D37442"));
-        // Digits that changed places come before a digit that is another.
+        // Two swapped digits are more probable than one wrong digit.
         assert_eq!(near("D34742", &["D34743", "D37442"]), found("D37442"));
         assert_eq!(near("D34742", &["D34743", "D37743"]), found("D34743"));
         assert_eq!(near("Q26UVD", &["Q26UDH", "Q26UDV"]), found("Q26UDV"));
         assert_eq!(near("d1o0", &["D100"]), found("D100"));
-        // Nothing is near what is short, and nothing is meant by its own name.
+        // Short names get no suggestion, and a correct name does not suggest itself.
         assert_eq!(near("D1", &["D2", "M1"]), None);
         assert_eq!(near("D100", &["D100", "W7000"]), None);
         assert!(is_reordered("Q26UVD", "q26udv") && !is_reordered("Q26UDH", "Q26UDV"));

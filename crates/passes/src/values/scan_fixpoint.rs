@@ -1,60 +1,61 @@
-//! What scans from power-up on keep to, where some words are trusted: a least fixpoint over scans.
+//! Invariants over scans: the values that trusted words have at the start of every scan from power-up on, as a least
+//! fixpoint.
 
-use super::run::{Found, Run};
-use super::state::Followed;
+use super::run::{CountLimits, Run};
+use super::state::Tracked;
 use super::value::Value;
 use scanbound_ir::Program;
 
-/// So many scans follow each other until nothing new comes; what grows beyond some of them grows to the next limit, and
-/// beyond more of them to an end.
+/// The largest number of scans until a fixpoint must be reached. After `EXACT_SCANS` scans, values are widened to the
+/// next limit; after `LIMITED_SCANS` scans, to the least or largest number.
 const MOST_SCANS: usize = 20;
 const EXACT_SCANS: usize = 4;
 const LIMITED_SCANS: usize = 12;
-/// So often what was found is taken closer.
+/// The number of narrowing steps after the fixpoint.
 const NARROWED_SCANS: usize = 2;
-/// So many instructions are carried out in all of them.
+/// The largest number of instructions executed in all scans of a fixpoint.
 const MOST_ACROSS: u64 = 3_000_000;
-/// So many instructions are carried out to find out which trusted words matter.
+/// The largest number of instructions executed to find out which trusted words are needed.
 const MOST_REDUCING: u64 = 300_000;
 
-/// What scans keep to.
+/// A fixpoint over scans.
 #[derive(Default)]
-pub struct Kept {
-    /// Those of the trusted words of which then more is known than that they hold anything, by slot.
+pub struct Fixpoint {
+    /// The slots of the trusted words about which something is known.
     pub trusted: Vec<usize>,
-    /// What was found in any of the scans.
-    pub found: Found,
-    /// What the words hold when one starts.
+    /// The limits that hold in all scans.
+    pub found: CountLimits,
+    /// The values of words at the start of every scan.
     pub start: Vec<Value>,
-    /// What it took, in instructions.
+    /// The number of instructions executed to compute it.
     work: u64,
 }
 
-/// One scan.
-struct Scanned {
-    found: Found,
-    /// What it may leave in each of the trusted words for the next one.
+/// The result of one scan.
+struct ScanResult {
+    found: CountLimits,
+    /// For each trusted word, the values that the scan may leave for the next one.
     left: Vec<Value>,
 }
 
-/// What it is worked out from.
-pub struct Across<'a> {
+/// The input of the analysis over scans.
+pub struct ScanFixpoint<'a> {
     pub program: &'a Program,
-    pub followed: &'a Followed,
-    /// What words hold when a scan starts, whoever wrote them.
+    pub followed: &'a Tracked,
+    /// The values of words at the start of a scan, whoever wrote them.
     pub free: &'a [Value],
-    /// The words that are written in every scan, by slot.
+    /// The slots of the words that are written in every scan.
     pub always: Vec<usize>,
-    /// Whether to give up.
+    /// Whether to stop.
     pub is_over: &'a dyn Fn() -> bool,
 }
 
-impl Across<'_> {
-    /// What scans keep to where these words are trusted. `None` if it takes too much, or a scan has no end.
+impl ScanFixpoint<'_> {
+    /// The fixpoint if these words are trusted. `None` if it takes too long, or a scan has no end.
     ///
-    /// What is not written in every scan and never leaves its value at power-up somebody else must write: it is free, and
-    /// then others may be, too.
-    pub fn of(&self, trusted: &[usize]) -> Option<Kept> {
+    /// A word that is not written in every scan and never changes its value from power-up must have another writer. It
+    /// is removed from the trusted words, which may affect others.
+    pub fn of(&self, trusted: &[usize]) -> Option<Fixpoint> {
         let mut trusted = trusted.to_vec();
         let mut work = 0;
         loop {
@@ -74,16 +75,16 @@ impl Across<'_> {
         }
     }
 
-    /// What a trusted word holds at power-up.
+    /// The value of a trusted word at power-up.
     fn at_power_up(&self, slot: usize) -> Value {
-        Value::constant(self.program.power_up.word(self.followed.words.cells()[slot]))
+        Value::constant(self.program.power_up.initial_value(self.followed.words.cells()[slot]))
     }
 
-    fn fixpoint(&self, trusted: &[usize]) -> Option<Kept> {
-        let Across { followed, free, .. } = *self;
+    fn fixpoint(&self, trusted: &[usize]) -> Option<Fixpoint> {
+        let ScanFixpoint { followed, free, .. } = *self;
         let mut start = free.to_vec();
         for &slot in trusted {
-            // Stated ranges hold for every start.
+            // Stated ranges hold for every start value.
             start[slot] = self.at_power_up(slot);
         }
         let mut work = 0;
@@ -106,9 +107,9 @@ impl Across<'_> {
                 }
                 let mut trusted = trusted.to_vec();
                 trusted.retain(|&slot| start[slot] != Value::TOP);
-                return Some(Kept { trusted, found: scanned.found, start, work });
+                return Some(Fixpoint { trusted, found: scanned.found, start, work });
             }
-            // Without a fixpoint nothing is trusted.
+            // Without a fixpoint nothing can be trusted.
             if work > MOST_ACROSS {
                 return None;
             }
@@ -117,35 +118,37 @@ impl Across<'_> {
         None
     }
 
-    /// A scan that starts so: what is found in it, and what it may leave in each of the trusted words for the next one: what
-    /// stands there at its end, or what it wrote at any moment before, should the power fail and the word be latched.
-    fn scan(&self, start: &[Value], trusted: &[usize], work: &mut u64) -> Option<Scanned> {
-        let Across { program, followed, is_over, .. } = *self;
+    /// Analyses a scan with these start values: its limits, and for each trusted word the values that it may leave for
+    /// the next scan. These are the values at the end of the scan and, for latched words, all values written during it,
+    /// because the power may fail at any moment.
+    fn scan(&self, start: &[Value], trusted: &[usize], work: &mut u64) -> Option<ScanResult> {
+        let ScanFixpoint { program, followed, is_over, .. } = *self;
         let mut run = Run::new(program, followed, is_over);
         let end = run.scan(followed.holding(start.to_vec())).ok()??;
         *work += run.work;
-        let forgets = |slot: usize| program.power_up.forgets(followed.words.cells()[slot]);
+        let forgets =
+            |slot: usize| program.power_up.is_lost_at_power_failure(followed.words.cells()[slot]);
         let left = |&slot: &usize| match run.written[slot] {
             Some(written) if !forgets(slot) => end.value(slot).join(written),
             _ => end.value(slot),
         };
-        Some(Scanned { left: trusted.iter().map(left).collect(), found: run.found })
+        Some(ScanResult { left: trusted.iter().map(left).collect(), found: run.found })
     }
 
-    /// What scans keep to is taken closer where it was widened: memory is as at power-up or as a scan left it that started
-    /// as was found. Each of these is closer than the one before or it is not taken, so a scan keeps to it, too.
+    /// Narrowing after widening: at the start of a scan, memory has its power-up values or those that a scan left which
+    /// started within the invariant. Each result is contained in the previous one, so it is an invariant too.
     fn narrower(
         &self,
         mut start: Vec<Value>,
-        mut scanned: Scanned,
+        mut scanned: ScanResult,
         trusted: &[usize],
         work: &mut u64,
-    ) -> (Vec<Value>, Scanned) {
+    ) -> (Vec<Value>, ScanResult) {
         for _ in 0..NARROWED_SCANS {
             let mut closer = start.clone();
             for (&slot, &left) in trusted.iter().zip(&scanned.left) {
                 let value = left.join(self.at_power_up(slot)).as_start();
-                if start[slot].holds(&value) {
+                if start[slot].contains(&value) {
                     closer[slot] = value;
                 }
             }
@@ -159,9 +162,9 @@ impl Across<'_> {
         (start, scanned)
     }
 
-    /// The same with as few trusted words as it takes, as far as there is time to find out: many at once are left out,
-    /// then fewer. What stays in any case comes first among them.
-    pub fn needed(&self, all: Kept, stay: &[usize]) -> Kept {
+    /// Reduces the trusted words to those that are needed for the same limits, as far as the time allows: tries to
+    /// remove many at once, then fewer. Words in `stay` are kept; they come first.
+    pub fn needed(&self, all: Fixpoint, stay: &[usize]) -> Fixpoint {
         let mut kept = all;
         let mut work = 0;
         let mut many = kept.trusted.len().div_ceil(2);
@@ -176,7 +179,7 @@ impl Across<'_> {
                 let fewer = [&kept.trusted[..from], &kept.trusted[to..]].concat();
                 match self.of(&fewer) {
                     Some(less) if less.found == kept.found => {
-                        // What is left before `from` stays needed.
+                        // The words before `from` remain needed.
                         from = from.min(less.trusted.len());
                         kept = less;
                     }

@@ -1,70 +1,72 @@
-//! Writes of which it is not known where they go: what they may write is any value from there on.
+//! Havocs whose targets are unknown: after them any cell may have any value.
 
 use super::run::Run;
 use super::term::{Node, Word};
 use super::word::Words;
 use rustc_hash::FxHashSet;
-use scanbound_base::ring::stretches;
-use scanbound_ir::{Cell, ChoiceId, Indexed, Region};
-use scanbound_model::{FarWrite, Origin, VarId};
+use scanbound_base::word_interval::signed_ranges;
+use scanbound_ir::{Cell, ChoiceId, IndexedWrite, Region};
+use scanbound_model::{Origin, UnknownWrite, VarId};
 use std::collections::BTreeSet;
 
-/// An index that may be so many numbers or more is not known.
+/// An index with at least this many possible values counts as unknown.
 const WIDE: i64 = 1000;
-/// So many parts of a word are looked at to find out what it is made of.
+/// The largest number of parts of a word that are examined to find on what it depends.
 const MOST_PARTS: usize = 500;
-/// So many executions of one write are looked at.
+/// The largest number of executions of one write that are examined.
 const MOST_EXECUTIONS: u32 = 64;
 
 impl Run<'_> {
-    /// Takes note of a write of any value that may go nearly anywhere, and of what that comes from.
-    pub(super) fn note_far(&mut self, choice: ChoiceId, region: Region, at: usize) {
+    /// Records a havoc that may write nearly anywhere, and on what its index depends.
+    pub(super) fn note_unknown_write(&mut self, choice: ChoiceId, region: Region, at: usize) {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.is_unknown_in(region));
         let index = match indexed {
-            Some(indexed) if indexed.stated.is_some() || !self.is_far(indexed, at) => return,
-            Some(indexed) => indexed.readings.concat(),
+            Some(indexed) if indexed.stated.is_some() || !self.has_unknown_target(indexed, at) => {
+                return;
+            }
+            Some(indexed) => indexed.indices.concat(),
             None if region == Region::Everything => Vec::new(),
             None => return,
         };
-        let before = self.memory.model.far_writes.iter().position(|far| far.choice == choice);
-        let place = before.unwrap_or(self.memory.model.far_writes.len());
+        let before = self.memory.model.unknown_writes.iter().position(|far| far.choice == choice);
+        let place = before.unwrap_or(self.memory.model.unknown_writes.len());
         if before.is_none() {
-            self.memory.model.far_writes.push(FarWrite {
+            self.memory.model.unknown_writes.push(UnknownWrite {
                 instruction: at,
                 choice,
                 has_index: indexed.is_some(),
                 executions: 0,
-                is_first: false,
-                starts: BTreeSet::new(),
-                follows: BTreeSet::new(),
+                is_independent: false,
+                start_cells: BTreeSet::new(),
+                depends_on: BTreeSet::new(),
             });
         }
-        let far = &mut self.memory.model.far_writes[place];
+        let far = &mut self.memory.model.unknown_writes[place];
         far.executions += 1;
         if far.executions > MOST_EXECUTIONS {
             return;
         }
         let index: Vec<Word> = index.iter().map(|&word| self.word(word, at)).collect();
         let (starts, follows) = self.comes_from(&index, choice);
-        let far = &mut self.memory.model.far_writes[place];
-        far.is_first |= follows.is_empty();
-        far.starts.extend(starts);
-        far.follows.extend(follows);
+        let far = &mut self.memory.model.unknown_writes[place];
+        far.is_independent |= follows.is_empty();
+        far.start_cells.extend(starts);
+        far.depends_on.extend(follows);
     }
 
-    /// Whether it is not known where a write by an index goes.
-    fn is_far(&mut self, indexed: &Indexed, at: usize) -> bool {
+    /// Whether the target of an indexed write is unknown.
+    fn has_unknown_target(&mut self, indexed: &IndexedWrite, at: usize) -> bool {
         let mut ends: Vec<(i64, i64)> = Vec::new();
-        for reading in &indexed.readings {
+        for reading in &indexed.indices {
             let Some(index) = self.may_hold(reading, at) else { return true };
-            ends.extend(stretches(&index));
+            ends.extend(signed_ranges(&index));
         }
         ends.iter().map(|(low, high)| high - low).sum::<i64>() >= WIDE
     }
 
-    /// The cells whose values at the start of the scan words may hold, and the writes that went nearly anywhere and may
-    /// have left what they hold.
+    /// The cells whose start values these words may depend on, and the havocs with unknown targets whose values they
+    /// may depend on.
     fn comes_from(&self, words: &[Word], own: ChoiceId) -> (BTreeSet<Cell>, BTreeSet<ChoiceId>) {
         let (mut starts, mut follows) = (BTreeSet::new(), BTreeSet::new());
         let model = &self.memory.model;
@@ -75,10 +77,11 @@ impl Run<'_> {
                 &Origin::Havocked { cell, since, until } => {
                     let moments = model.havocs.concerning(cell, since, until);
                     let choices = moments.map(|moment| moment.choice);
-                    let is_far = |choice: &ChoiceId| {
-                        *choice != own && model.far_writes.iter().any(|far| far.choice == *choice)
+                    let has_unknown_target = |choice: &ChoiceId| {
+                        *choice != own
+                            && model.unknown_writes.iter().any(|far| far.choice == *choice)
                     };
-                    follows.extend(choices.filter(is_far));
+                    follows.extend(choices.filter(has_unknown_target));
                 }
             }
         }
@@ -86,7 +89,7 @@ impl Run<'_> {
     }
 }
 
-/// The free words that words may be or are put together from, whatever decides which.
+/// The free words of which words are composed or among which they are selected, whatever the conditions.
 pub(super) fn parts(words: &Words, from: &[Word]) -> Vec<VarId> {
     let (mut open, mut seen, mut found) = (from.to_vec(), FxHashSet::default(), Vec::new());
     while let Some(word) = open.pop().filter(|_| seen.len() < MOST_PARTS) {

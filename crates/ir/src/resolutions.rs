@@ -1,0 +1,54 @@
+//! How the analysis resolved nondeterministic values in each call context. Replaying a model's scan must resolve them
+//! in the same way.
+
+use super::{ChoiceId, Frame, Region};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// How the analysis resolved a choice in one call context.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Resolution {
+    /// It executed the choice's operation, because the operands were known well enough.
+    Exact,
+    /// The result is any value, but only in these cells.
+    Within(Vec<Region>),
+}
+
+/// All resolutions, by call context.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Resolutions {
+    /// How each choice was resolved.
+    choices: BTreeMap<Vec<Frame>, BTreeMap<ChoiceId, Resolution>>,
+    /// Instructions whose number of units was read although it usually is not in this call context
+    /// ([`super::Counted::is_asked`]).
+    counted: BTreeMap<Vec<Frame>, BTreeSet<usize>>,
+}
+
+impl Resolutions {
+    /// How the choice was resolved in this call context; `None` if it was left as any value.
+    #[must_use]
+    pub fn choice(&self, frames: &[Frame], choice: ChoiceId) -> Option<&Resolution> {
+        self.choices.get(frames)?.get(&choice)
+    }
+
+    /// Whether the instruction's number of units was read in this call context.
+    #[must_use]
+    pub fn counted(&self, frames: &[Frame], instruction: usize) -> bool {
+        self.counted.get(frames).is_some_and(|counted| counted.contains(&instruction))
+    }
+
+    /// Records how a choice was resolved.
+    pub fn record(&mut self, frames: &[Frame], choice: ChoiceId, settling: Resolution) {
+        match self.choices.get_mut(frames) {
+            Some(choices) => _ = choices.insert(choice, settling),
+            None => _ = self.choices.insert(frames.to_vec(), [(choice, settling)].into()),
+        }
+    }
+
+    /// Records that an instruction's number of units was read.
+    pub fn record_count(&mut self, frames: &[Frame], instruction: usize) {
+        match self.counted.get_mut(frames) {
+            Some(counted) => _ = counted.insert(instruction),
+            None => _ = self.counted.insert(frames.to_vec(), [instruction].into()),
+        }
+    }
+}

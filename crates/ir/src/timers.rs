@@ -1,0 +1,110 @@
+//! How timers and counters behave in real time. The analysis uses effects and choices instead; runs of successive scans
+//! and the emulated CPU use this description.
+
+use super::{AreaId, Cell, ChoiceId, WordSource};
+use scanbound_base::time::Picos;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// The type of a timer or counter. The duration is the unit of its setting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimerKind {
+    /// A timer that counts down from its setting and expires at 0. While its condition is off, its present value is the
+    /// setting.
+    DownTimer(Picos),
+    /// A timer that counts up from 0 and expires at its setting. While its condition is off, its present value is 0
+    /// (`false`) or keeps its value (`true`).
+    UpTimer(Picos, bool),
+    /// A retentive timer that counts up, with a separate reset input.
+    RetentiveTimer(Picos),
+    /// A counter that counts down from its setting and is finished at 0. Inputs: count, reset.
+    DownCounter,
+    /// A ring counter between 0 and its setting; its flag is on from the overflow on. Inputs: up, down, reset.
+    RingCounter,
+}
+
+impl TimerKind {
+    /// Whether elapsed time changes the present value, and not a count input.
+    #[must_use]
+    pub fn is_timer(&self) -> bool {
+        match self {
+            TimerKind::DownTimer(_) | TimerKind::UpTimer(..) | TimerKind::RetentiveTimer(_) => true,
+            TimerKind::DownCounter | TimerKind::RingCounter => false,
+        }
+    }
+}
+
+/// The instruction of a timer or counter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TimerOrCounter {
+    /// Its type.
+    pub kind: TimerKind,
+    /// The completion flag: the bit that is on when the timer has expired or the count is reached.
+    pub flag: Cell,
+    /// The word that holds the present value.
+    pub present: Cell,
+    /// The setting (preset).
+    pub setting: WordSource,
+    /// Whether setting and present value are in BCD.
+    pub is_decimal: bool,
+    /// The slots in which its inputs were saved. A timer without inputs uses the instruction's condition.
+    pub inputs: Vec<u32>,
+    /// The other parts of the instruction, which an emulated CPU skips because it executes this description.
+    pub parts: Range<usize>,
+}
+
+/// The choice "has this running timer expired?", and what decides it in a real run: a timer cannot expire in the scan
+/// that starts it, nor before its time has passed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Expiry {
+    /// The cell that says whether the timer is running.
+    pub memory: Cell,
+    /// The value of `memory` while the timer is not running.
+    pub idle: u16,
+    /// The value of the choice while the time has not passed.
+    pub while_running: bool,
+    /// The setting, low word first.
+    pub setting: Vec<WordSource>,
+    /// Whether the setting is in BCD.
+    pub is_decimal: bool,
+    /// The time of one unit of the setting.
+    pub unit: Picos,
+    /// The cell with the previous present value, for timers whose behaviour is undefined for settings below 1 or values
+    /// at the setting.
+    pub previous: Option<Cell>,
+}
+
+impl Expiry {
+    /// A timer that expires after running for its setting, and whose `memory` is 0 while it is not running.
+    #[must_use]
+    pub fn of_on_delay(memory: Cell, setting: WordSource, unit: Picos) -> Expiry {
+        let setting = vec![setting];
+        Expiry {
+            memory,
+            idle: 0,
+            while_running: false,
+            setting,
+            is_decimal: false,
+            unit,
+            previous: None,
+        }
+    }
+}
+
+/// What is known about the timers and counters of a program.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Timekeeping {
+    /// By instruction, an index into `Program::instructions`.
+    pub instructions: BTreeMap<usize, TimerOrCounter>,
+    /// Choices for timers that expire between two instructions. An emulated CPU does not have this: it uses 0, or reads
+    /// the cell of the present value.
+    pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
+    /// Choices that say whether a timer has expired.
+    pub expiries: BTreeMap<ChoiceId, Expiry>,
+    /// Choices that depend on elapsed time in a way that runs from power-up do not track. There their value is unknown.
+    pub untracked: BTreeSet<ChoiceId>,
+    /// Areas of words whose values do not persist from scan to scan.
+    pub scratch: BTreeSet<AreaId>,
+    /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
+    pub elapsed: BTreeMap<ChoiceId, ChoiceId>,
+}

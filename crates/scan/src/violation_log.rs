@@ -1,0 +1,102 @@
+//! Records, during the symbolic execution, what would violate the assumptions of the bound.
+
+use super::number;
+use super::word::{Word, Words};
+use rustc_hash::FxHashMap;
+use scanbound_ir::{BitTarget, Cell, Program, Region, StartRange, TrustedRange};
+use scanbound_model::{Circuit, Lit};
+use std::collections::BTreeMap;
+
+/// A violation of an assumption. No scan that starts in a state in which all assumptions hold may have one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Violation {
+    /// The scan writes a value outside its range into a trusted word, an index into `Program::trusted_ranges`. Every
+    /// write counts, because after a power failure in mid-scan a latched word keeps the value that it had then.
+    Word(usize),
+    /// The scan ends with all of these bits on, although they are mutually exclusive.
+    All(Vec<BitTarget>),
+    /// At this instruction, iterations or units exceed the maximum that was found.
+    Count(usize),
+    /// The indexed write of this instruction goes outside the cells that were found.
+    Reach(usize),
+}
+
+/// The violations recorded so far.
+#[derive(Debug)]
+pub struct ViolationLog {
+    words: FxHashMap<Cell, Watched>,
+    others: BTreeMap<Violation, Lit>,
+}
+
+/// A trusted word.
+#[derive(Debug)]
+struct Watched {
+    /// Its index in `Program::trusted_ranges`.
+    place: usize,
+    range: StartRange,
+    /// The literal that a value outside its range was written.
+    broken: Lit,
+}
+
+impl ViolationLog {
+    /// An empty record that watches the program's trusted words.
+    pub fn of(program: &Program) -> ViolationLog {
+        let word = |one: &TrustedRange| StartRange {
+            cells: vec![one.cell],
+            low: one.low,
+            high: one.high,
+            values: one.values.clone(),
+        };
+        ViolationLog::of_words(program.trusted_ranges.iter().map(word).enumerate())
+    }
+
+    /// An empty record that watches these words, each with the index used in [`Violation::Word`] and its range. If several
+    /// are the same cell, only the last is watched; numbers of two words are not watched.
+    pub fn of_words(words: impl Iterator<Item = (usize, StartRange)>) -> ViolationLog {
+        let word = |(place, range): (usize, StartRange)| match range.cells[..] {
+            [cell] => Some((cell, Watched { place, range, broken: Lit::FALSE })),
+            _ => None,
+        };
+        ViolationLog { words: words.filter_map(word).collect(), others: BTreeMap::new() }
+    }
+
+    /// Records a write of a word under `guard`.
+    pub fn written(
+        &mut self,
+        words: &mut Words,
+        circuit: &mut Circuit,
+        cell: Cell,
+        guard: Lit,
+        value: Word,
+    ) {
+        let Some(watched) = self.words.get_mut(&cell) else { return };
+        let StartRange { low, high, values, .. } = &watched.range;
+        let mut within = number::within(words, circuit, &[value], true, *low, *high);
+        if !values.is_empty() {
+            let is = |&one: &u16| words.in_range(circuit, value, one, one);
+            let is_one: Vec<Lit> = values.iter().map(is).collect();
+            within = is_one.into_iter().fold(Lit::FALSE, |any, one| circuit.or(any, one));
+        }
+        let outside = circuit.and(guard, !within);
+        watched.broken = circuit.or(watched.broken, outside);
+    }
+
+    /// Records a havoc of a region under `guard`.
+    pub fn lost(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
+        for (_, watched) in self.words.iter_mut().filter(|(cell, _)| region.contains(**cell)) {
+            watched.broken = circuit.or(watched.broken, guard);
+        }
+    }
+
+    /// Records another violation that happens if this literal is true.
+    pub fn note(&mut self, circuit: &mut Circuit, violation: Violation, happens: Lit) {
+        let all = self.others.entry(violation).or_insert(Lit::FALSE);
+        *all = circuit.or(*all, happens);
+    }
+
+    /// All possible violations, each with the literal that it happens.
+    pub fn found(self) -> BTreeMap<Violation, Lit> {
+        let words = self.words.into_values().map(|word| (Violation::Word(word.place), word.broken));
+        words.chain(self.others).collect()
+    }
+}
