@@ -33,8 +33,8 @@ pub struct EarlyStop {
     pub unfinished: String,
 }
 
-/// The budget that every stage with a long running time gets. The stage calls [`Budget::reached`] regularly; if that is
-/// true it stops with the results that are valid so far, and records with [`Budget::cut`] what it did not finish.
+/// The budget that every stage with a long running time gets. The stage calls [`Budget::must_stop`] regularly; if that is
+/// true it stops with the results that are valid so far, and records with [`Budget::record_stop`] what it did not finish.
 pub struct Budget<'a> {
     limit: Option<Duration>,
     start: Instant,
@@ -87,7 +87,7 @@ impl<'a> Budget<'a> {
         self.record_stop_at_part(1, stage, open);
     }
 
-    /// Like [`Budget::cut`], for a stage that may use 1/`parts` of the time limit.
+    /// Like [`Budget::record_stop`], for a stage that may use 1/`parts` of the time limit.
     pub fn record_stop_at_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
         let by = match self.limit {
             _ if (self.cancelled)() => StopReason::Cancelled,

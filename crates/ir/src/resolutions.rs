@@ -19,7 +19,7 @@ pub struct Resolutions {
     /// How each choice was resolved.
     choices: BTreeMap<Vec<Frame>, BTreeMap<ChoiceId, Resolution>>,
     /// Instructions whose number of units was read although it usually is not in this call context
-    /// ([`super::Counted::is_asked`]).
+    /// ([`super::Counted::is_read`]).
     counted: BTreeMap<Vec<Frame>, BTreeSet<usize>>,
 }
 

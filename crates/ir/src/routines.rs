@@ -19,7 +19,7 @@ pub struct Interrupt {
 /// called in its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingRoutine {
-    /// The name, normalised by [`scanbound_base::facts::plain`].
+    /// The name, normalised by [`scanbound_base::facts::normalized`].
     pub name: String,
     /// The instruction of the substitute, which takes the routine's time and writes what the routine may write.
     pub entry: usize,

@@ -77,7 +77,7 @@ pub struct ExclusiveBits {
     /// The bits.
     pub bits: Vec<BitTarget>,
     /// The largest number of these bits that are on at once: 1, or all but one. With 0, all bits are off in a scan
-    /// before which memory was cleared ([`PowerUp::fresh`]).
+    /// before which memory was cleared ([`PowerUp::after_clear`]).
     pub max_on: usize,
     /// The instructions that write the bits, indices into `Program::instructions`.
     pub writers: Vec<usize>,

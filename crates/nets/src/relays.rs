@@ -1,4 +1,4 @@
-//! What a net says about the relays of its code, for an audit of that code.
+//! What a net says about the relays of the code generated from it, for an audit of that code.
 
 /// The relays of a net's code, and which of them the net never turns on together.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -7,9 +7,10 @@ pub struct Relays {
     pub file: String,
     /// The places and transitions that have relays.
     pub elements: Vec<Element>,
-    /// Sets of elements, by their numbers, whose relays are never all on when a scan ends.
+    /// Sets of elements, by number, whose relays are never all on at the end of a scan.
     pub exclusive: Vec<Vec<usize>>,
-    /// How each kind of CPU calls the relays. The first whose sign a program has is the one of that program.
+    /// The names of the relays for each type of CPU. A program uses the first entry whose characteristic device it
+    /// contains.
     pub spellings: Vec<Spelling>,
 }
 
@@ -22,11 +23,11 @@ pub struct Element {
     pub is_place: bool,
 }
 
-/// What a kind of CPU calls relays.
+/// The names of relays for one type of CPU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Spelling {
-    /// A word that only CPUs of this kind have; `None` for those that have none of the others' signs.
+    /// A word device that only CPUs of this type have; `None` for the type without such a device.
     pub sign: Option<&'static str>,
-    /// The device of each element; `None` if this kind of CPU has no such relay.
+    /// The device of each element; `None` if this type of CPU has no such relay.
     pub devices: Vec<Option<String>>,
 }

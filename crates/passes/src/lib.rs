@@ -1,7 +1,7 @@
 //! Transformations from program to program that are the same for every dialect.
 //!
-//! A pass is a file and its line in `PASSES`. A pass keeps every scan that the program has: it may let a program do more,
-//! never less.
+//! A pass is a file with an entry in `PASSES`. It preserves every scan of the program: it may add behaviour, but never
+//! remove any.
 
 pub mod calls;
 pub mod interrupts;

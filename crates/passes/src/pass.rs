@@ -1,4 +1,4 @@
-//! What a pass is, and what its user may choose.
+//! The definition of a pass, and the options of passes.
 
 use scanbound_base::budget::Budget;
 use scanbound_base::diagnostic::Diagnostic;
@@ -16,7 +16,7 @@ pub struct Pass {
 /// The user's options for passes, and the time budget.
 #[derive(Clone, Copy, Default)]
 pub struct Settings<'a> {
-    /// Whose writes between scans are reckoned with.
+    /// Which writers between scans are assumed.
     pub trust: Trust,
     /// The time budget, if there is one.
     pub budget: Option<&'a Budget<'a>>,
@@ -47,7 +47,7 @@ impl Passes {
     }
 }
 
-/// Whose writes between scans are reckoned with.
+/// Which words other writers (such as an HMI) may write between scans, according to the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Trust {
     /// Any word.

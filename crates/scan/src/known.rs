@@ -1,4 +1,4 @@
-//! What choices of which something is known were found to be so far.
+//! What has been computed so far about choices, and the conditions under which it holds.
 
 use super::implied::Implications;
 use super::intervals::Intervals;

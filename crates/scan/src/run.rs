@@ -1,4 +1,4 @@
-//! The state of the execution.
+//! The state of a symbolic execution.
 
 use super::known::KnownChoices;
 use super::memory::Memory;

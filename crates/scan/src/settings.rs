@@ -1,4 +1,4 @@
-//! What a scan is followed for, within which limits, and why it cannot be.
+//! The purpose, the parameters, the size limits and the errors of a symbolic execution.
 
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;

@@ -1,4 +1,4 @@
-//! What a search found out.
+//! The result of a search.
 
 use super::trace::Trace;
 use scanbound_base::time::Picos;
@@ -16,7 +16,7 @@ pub enum Engine {
 /// The result of searching a group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Maximum {
-    /// No scan costs more.
+    /// The upper bound: no scan costs more.
     pub upper: Picos,
     /// The lower bound: the cost under `best`.
     pub lower: Picos,

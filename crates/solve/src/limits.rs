@@ -1,4 +1,4 @@
-//! What ends a search.
+//! The limits that end a search.
 
 use scanbound_base::time::Picos;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! WideningLimits for widening: a word that keeps growing is first extended to the numbers with which the program compares it,
+//! Limits for widening: a word that keeps growing is first extended to the numbers with which the program compares it,
 //! then to any constant of the program, then to the least or largest number.
 
 use super::slots::Slots;

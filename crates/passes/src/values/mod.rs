@@ -89,7 +89,7 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
 /// What is known about a program's words.
 #[derive(Default)]
 struct Results {
-    /// WideningLimits on counts and indexed writes; `None` if no scan could be analysed.
+    /// Limits on counts and indexed writes; `None` if no scan could be analysed.
     found: Option<CountLimits>,
     /// The values of trusted words at the start of a scan.
     trusted: BTreeMap<Cell, Value>,

@@ -29,7 +29,7 @@ pub struct Disturbance {
 /// The most instructions that one scan may execute.
 const MOST: u64 = 200_000_000;
 
-/// StopReason the CPU went to STOP by itself.
+/// Why the CPU went to STOP by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Halt {
     /// What the program does next depends on what this instruction gives, which is not known.
@@ -102,7 +102,7 @@ impl<'p> Cpu<'p> {
         self.state = state;
     }
 
-    /// StopReason it went to STOP by itself.
+    /// Why it went to STOP by itself.
     #[must_use]
     pub fn halted(&self) -> Option<Halt> {
         self.halted

@@ -1,4 +1,4 @@
-//! What is asked, the same in all cases, and the rounds of its search.
+//! The problem that all cases share, and the rounds of the search on it.
 
 use super::objective::Objective;
 use super::search::Search;

@@ -1,4 +1,4 @@
-//! A round of a search: all partitions of a size, side by side, and what their scans make together.
+//! A round of a search: solves all partitions of one size in parallel, and combines their scans.
 
 use super::objective::Objective;
 use super::partition::Partition;

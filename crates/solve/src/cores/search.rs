@@ -1,4 +1,4 @@
-//! What all partitions of a search have in common.
+//! The data that all partitions of a search share.
 
 use super::objective::Objective;
 use crate::bounds::Bounds;
