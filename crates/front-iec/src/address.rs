@@ -1,5 +1,6 @@
 //! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
 
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::resolve::full_name;
 use super::types::{Kind, Ty, lineage};
@@ -48,7 +49,7 @@ pub(super) struct Located {
 
 impl Located {
     /// A variable at an address that is known.
-    fn new(place: &Place, address: &str) -> Option<Located> {
+    pub(super) fn new(place: &Place, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
         let (area, mut taken) = bits(&address)?;
         // A structure or an array takes more than its first part, and so does what is larger than its address says. Where
@@ -174,8 +175,11 @@ pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize
 }
 
 /// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
-pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
-    let all = located(emit);
+pub(super) fn share(
+    emit: &mut Assembler,
+    all: &[Located],
+    given_back: &[(std::ops::Range<usize>, usize, u32)],
+) -> Vec<Region> {
     let pairs = meeting(all.iter().map(|one| one.taken)).into_iter();
     let pairs = pairs.flat_map(|(one, other)| [(one, other), (other, one)]);
     let pairs: Vec<(&Located, &Located)> =
@@ -209,7 +213,7 @@ pub(super) fn share(emit: &mut Emit<'_>) -> Vec<Region> {
         told.into_iter().for_each(|what| emit.builder.program.approximate(at, what));
     }
     let mut faults = Vec::new();
-    for (range, file, line) in &emit.given_back {
+    for (range, file, line) in given_back {
         let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
         let mut written = effects.flat_map(|effect| index.written(&effect.write));
         if let Some((one, other)) = written.next().map(|pair| pairs[pair]) {

@@ -2,6 +2,7 @@
 
 use super::assembler::Assembler;
 use super::emit::{Emit, Place};
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::mixed::below_zero;
 use super::open::opened;
 use super::types::{INT, Ty};
@@ -27,41 +28,6 @@ fn set(cell: Cell, value: Logic) -> Write {
 }
 
 impl Emit<'_> {
-    /// Carries out an instance of a standard block, whose inputs have their values.
-    pub(super) fn standard_block(&mut self, kind: &'static str, place: &Place) {
-        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
-        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
-        let (q, was) = (cell("Q"), cell("was"));
-        let mut writes = Vec::new();
-        match kind {
-            "TON" | "TOF" | "TP" => return self.timer(kind, place),
-            "R_TRIG" | "F_TRIG" => {
-                let (Some(q), Some(was)) = (q, was) else { return };
-                let clock = bit("CLK");
-                let edge = match kind {
-                    "R_TRIG" => all([clock.clone(), Logic::cell(was).not()]),
-                    _ => all([clock.clone().not(), Logic::cell(was)]),
-                };
-                writes.extend([set(q, edge), set(was, clock)]);
-            }
-            "SR" => {
-                let Some(q) = cell("Q1") else { return };
-                writes.push(set(q, any([bit("S1"), all([bit("R").not(), Logic::cell(q)])])));
-            }
-            "RS" => {
-                let Some(q) = cell("Q1") else { return };
-                writes.push(set(q, all([bit("R1").not(), any([bit("S"), Logic::cell(q)])])));
-            }
-            _ => return self.counter(kind, place),
-        }
-        let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
-        let fires = match q {
-            Some(q) => Logic::cell(q),
-            None => cell("Q1").map_or(Logic::Const(true), Logic::cell),
-        };
-        self.builder.add(Some(Assembler::key(&[kind], "timer")), effects, Step::Act { fires });
-    }
-
     /// Takes note of a part of a block, if it is what a counter stands at, or where it is through.
     pub(super) fn note_count(&mut self, of: &Ty, part: &Place) {
         let is_one = matches!(of, Ty::Standard("CTU" | "CTD" | "CTUD", _));
@@ -70,10 +36,52 @@ impl Emit<'_> {
         }
     }
 
-    fn counter(&mut self, kind: &'static str, place: &Place) {
-        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
-        let bit = |name: &str| cell(name).map_or(Logic::Const(false), Logic::cell);
-        let (Some(count), Some(preset), Some(was)) = (cell("CV"), cell("PV"), cell("was")) else {
+}
+
+impl Assembler {
+    /// Carries out an instance of a standard block, whose inputs have their values.
+    pub(super) fn standard_block(
+        &mut self,
+        block: StandardBlock,
+        cell: &dyn Fn(Pin) -> Option<Cell>,
+    ) {
+        let bit = |pin: Pin| cell(pin).map_or(Logic::Const(false), Logic::cell);
+        let (q, was) = (cell(Pin::Q), cell(Pin::Was));
+        let mut writes = Vec::new();
+        match block {
+            StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp => {
+                return self.timer(block, cell);
+            }
+            StandardBlock::RTrig | StandardBlock::FTrig => {
+                let (Some(q), Some(was)) = (q, was) else { return };
+                let clock = bit(Pin::Clk);
+                let edge = match block {
+                    StandardBlock::RTrig => all([clock.clone(), Logic::cell(was).not()]),
+                    _ => all([clock.clone().not(), Logic::cell(was)]),
+                };
+                writes.extend([set(q, edge), set(was, clock)]);
+            }
+            StandardBlock::Sr => {
+                let Some(q) = cell(Pin::Q1) else { return };
+                writes.push(set(q, any([bit(Pin::S1), all([bit(Pin::R).not(), Logic::cell(q)])])));
+            }
+            StandardBlock::Rs => {
+                let Some(q) = cell(Pin::Q1) else { return };
+                writes.push(set(q, all([bit(Pin::R1).not(), any([bit(Pin::S), Logic::cell(q)])])));
+            }
+            _ => return self.counter(block, cell),
+        }
+        let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
+        let fires = match q {
+            Some(q) => Logic::cell(q),
+            None => cell(Pin::Q1).map_or(Logic::Const(true), Logic::cell),
+        };
+        self.builder.add(Some(Assembler::key(&[block.name()], "timer")), effects, Step::Act { fires });
+    }
+
+    fn counter(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
+        let bit = |pin: Pin| cell(pin).map_or(Logic::Const(false), Logic::cell);
+        let (Some(count), Some(preset), Some(was)) = (cell(Pin::Cv), cell(Pin::Pv), cell(Pin::Was)) else {
             return;
         };
         let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
@@ -89,7 +97,7 @@ impl Emit<'_> {
         let one = || Box::new(constant(1, 1));
         let up = || Number::Add(Box::new(word(count)), one());
         let down = || Number::Sub(Box::new(word(count)), one());
-        let (reset, load) = (bit("R"), bit("LD"));
+        let (reset, load) = (bit(Pin::R), bit(Pin::Ld));
         // The standard has PV and CV as INT, others as WORD.
         let is_word = self.differs(COUNTS_WORDS);
         let either = |signed: Logic, unsigned: Logic| {
@@ -124,25 +132,25 @@ impl Emit<'_> {
         let stops = self.differs("counters stop at their preset and at 0");
         let below = all([below, all([full(), stops.clone()]).not()]);
         let above = all([above, all([empty(), stops]).not()]);
-        let rises = |input: &str, was: Cell| all([bit(input), Logic::cell(was).not()]);
-        match kind {
-            "CTU" => {
-                let counts = all([rises("CU", was), reset.clone().not(), below]);
+        let rises = |input: Pin, was: Cell| all([bit(input), Logic::cell(was).not()]);
+        match block {
+            StandardBlock::Ctu => {
+                let counts = all([rises(Pin::Cu, was), reset.clone().not(), below]);
                 self.write_if(counts, vec![write(up())], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
-                self.write(vec![set(was, bit("CU"))]);
-                self.finish(kind, cell("Q"), full(), None);
+                self.write(vec![set(was, bit(Pin::Cu))]);
+                self.finish(block.name(), cell(Pin::Q), full(), None);
             }
-            "CTD" => {
-                let counts = all([rises("CD", was), load.clone().not(), above]);
+            StandardBlock::Ctd => {
+                let counts = all([rises(Pin::Cd, was), load.clone().not(), above]);
                 self.write_if(counts, vec![write(down())], None);
                 self.write_if(load, vec![write(word(preset))], None);
-                self.write(vec![set(was, bit("CD"))]);
-                self.finish(kind, cell("Q"), empty(), None);
+                self.write(vec![set(was, bit(Pin::Cd))]);
+                self.finish(block.name(), cell(Pin::Q), empty(), None);
             }
             _ => {
-                let Some(was_down) = cell("was_down") else { return };
-                let (rise, fall) = (rises("CU", was), rises("CD", was_down));
+                let Some(was_down) = cell(Pin::WasDown) else { return };
+                let (rise, fall) = (rises(Pin::Cu, was), rises(Pin::Cd, was_down));
                 let free = all([reset.clone().not(), load.clone().not()]);
                 let only_up =
                     self.keep_bit(all([free.clone(), rise.clone(), fall.clone().not(), below]));
@@ -151,14 +159,12 @@ impl Emit<'_> {
                 self.write_if(only_down, vec![write(down())], None);
                 self.write_if(all([load, reset.clone().not()]), vec![write(word(preset))], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
-                self.write(vec![set(was, bit("CU")), set(was_down, bit("CD"))]);
-                self.finish(kind, cell("QU"), full(), cell("QD").map(|cell| (cell, empty())));
+                self.write(vec![set(was, bit(Pin::Cu)), set(was_down, bit(Pin::Cd))]);
+                self.finish(block.name(), cell(Pin::Qu), full(), cell(Pin::Qd).map(|cell| (cell, empty())));
             }
         }
     }
-}
 
-impl Assembler {
     /// What was read of a cell: of a counter's, it may be a number without a sign.
     pub(super) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
         match value {

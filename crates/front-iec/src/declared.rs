@@ -1,7 +1,7 @@
 //! What a project declares, looked at before it is put together: names that are declared twice or may mean several things,
 //! types and constants that need themselves, and functions that controllers call by themselves.
 
-use super::constants::Constants;
+use scanbound_iec_tree::constants::Constants;
 use super::reach::each_path;
 use super::types::{elementary, is_elementary, lineage};
 use scanbound_base::code::Code;

@@ -1,6 +1,7 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
-use super::constants::Scope;
+use scanbound_iec_tree::constants::Scope;
+use super::assembler::Assembler;
 use super::declared;
 use super::emit::{Emit, Place, What};
 use super::first_values::{self, Begins, FirstValue};
@@ -26,6 +27,9 @@ pub struct Options {
     /// Whether actions come before transitions, as CODESYS and TwinCAT have it.
     pub actions_first: bool,
 }
+
+/// Instructions that give back what was handed over in and out, with the file of the call and its line.
+pub(super) type GivenBack = (std::ops::Range<usize>, usize, u32);
 
 /// More instructions than any program has.
 const LARGEST: usize = 4_000_000;
@@ -127,7 +131,7 @@ fn emitted(
             first = emit.first_scan();
         }
         if number == 0 {
-            image = emit.begin_image();
+            image = emit.begin_image(project);
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
         emit.task = number;
@@ -150,10 +154,14 @@ fn emitted(
     let begun = std::mem::take(&mut emit.references.faults);
     emit.faults.extend(begun);
     one_name_each(&tasks, emit);
-    changed_by_others(emit, &entries);
-    let shared = merged(super::address::share(emit));
-    emit.begin_shared(image);
-    emit.bound_bytes();
+    let given_back = std::mem::take(&mut emit.given_back);
+    changed_by_others(emit, &entries, &given_back);
+    let located = super::address::located(emit);
+    let shared = merged(super::address::share(emit, &located, &given_back));
+    emit.begin_shared(image, &located);
+    let instances = emit.instances.iter().map(|one| one.place.clone());
+    let all: Vec<Place> = instances.chain(emit.globals.values().cloned()).collect();
+    emit.bound_bytes(&located, &all);
     let own = emit.of_functions();
     emit.settle(&own);
     if !emit.faults.is_empty() {
@@ -200,7 +208,7 @@ fn emitted(
 }
 
 /// Faults as findings, each once.
-fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
+pub(super) fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     let name = |file: usize| project.files.get(file).map_or("", String::as_str);
     let mut told: Vec<Diagnostic> = Vec::new();
     for (file, fault) in faults {
@@ -214,7 +222,7 @@ fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
 }
 
 /// Tasks are told apart by their names.
-fn one_name_each(tasks: &[Task], emit: &mut Emit<'_>) {
+pub(super) fn one_name_each(tasks: &[Task], emit: &mut Assembler) {
     for (at, task) in tasks.iter().enumerate() {
         let name = named_task(task);
         if tasks[..at].iter().any(|other| same(&named_task(other), &name)) {
@@ -227,7 +235,7 @@ fn one_name_each(tasks: &[Task], emit: &mut Emit<'_>) {
 
 /// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes it. Such
 /// calls are faults.
-fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
+pub(super) fn changed_by_others(emit: &mut Assembler, entries: &[usize], given_back: &[GivenBack]) {
     let program = &emit.builder.program;
     let task_of = |at: usize| entries.partition_point(|&entry| entry <= at);
     let mut written: BTreeSet<(usize, Region)> = BTreeSet::new();
@@ -236,7 +244,7 @@ fn changed_by_others(emit: &mut Emit<'_>, entries: &[usize]) {
         written.extend(regions.map(|region| (task_of(at), region)));
     }
     let mut faults = Vec::new();
-    for (range, file, line) in &emit.given_back {
+    for (range, file, line) in given_back {
         let own: Vec<Region> = range.clone().flat_map(|at| flow::written(program, at)).collect();
         let by_other = |(task, region): &(usize, Region)| {
             *task != task_of(range.start) && own.iter().any(|one| flow::overlap(*one, *region))
@@ -273,12 +281,12 @@ fn routines(emit: &mut Emit<'_>) {
 /// What programs of no task are called together.
 const NO_TASK: &str = "background";
 
-fn named_task(task: &Task) -> String {
+pub(super) fn named_task(task: &Task) -> String {
     if task.name.is_empty() { NO_TASK.to_owned() } else { task.name.clone() }
 }
 
 /// A task as reports tell it. Programs of no task have the least priority.
-fn known_task(task: &Task) -> scanbound_ir::Task {
+pub(super) fn known_task(task: &Task) -> scanbound_ir::Task {
     let least = task.name.is_empty().then_some(i64::MAX);
     let number = task.priority.as_ref().and_then(|text| text.parse().ok());
     let interval = task.interval.and_then(|time| u64::try_from(time).ok()).filter(|&time| time > 0);
@@ -292,7 +300,7 @@ fn known_task(task: &Task) -> scanbound_ir::Task {
 
 /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has the
 /// largest number, then the one with the longest interval.
-fn tasks(project: &Project, emit: &mut Emit<'_>) -> Vec<Task> {
+pub(super) fn tasks(project: &Project, emit: &mut Assembler) -> Vec<Task> {
     let mut own: Vec<Task> =
         project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned().collect();
     // Programs of no task run together.
@@ -424,7 +432,7 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
 }
 
 /// The same cells in as few regions as there can be.
-fn merged(all: Vec<Region>) -> Vec<Region> {
+pub(super) fn merged(all: Vec<Region>) -> Vec<Region> {
     let mut ranges = Vec::new();
     let mut found = Vec::new();
     for one in all {

@@ -7,6 +7,7 @@ use super::open::{complement, joined, may_have_wrapped, opened, parted, wraps_in
 use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
+pub(super) use scanbound_iec_tree::types::common;
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, is_real, real, within};
 use super::within::shown;
@@ -727,33 +728,6 @@ impl Assembler {
                     .code(Code::Operand))
             }
         }
-    }
-}
-
-/// The kind in which two numbers meet.
-pub(super) fn common(one: Kind, two: Kind) -> Kind {
-    let rank = |kind: Kind| match kind {
-        Kind::Whole { bits, .. } => u32::from(bits),
-        Kind::Time => 100,
-        Kind::Real => 200,
-        Kind::Opaque(_) => 300,
-    };
-    match (one, two) {
-        (Kind::Whole { bits, signed }, Kind::Whole { bits: other, signed: also })
-            if signed != also =>
-        {
-            let (with_sign, without) = if signed { (bits, other) } else { (other, bits) };
-            if with_sign > without {
-                return Kind::Whole { bits: with_sign, signed: true };
-            }
-            // Both must fit; there is nothing wider than 64 bits.
-            match bits.max(other) {
-                64.. => Kind::Opaque(4),
-                bits => Kind::Whole { bits: bits * 2, signed: true },
-            }
-        }
-        _ if rank(one) >= rank(two) => one,
-        _ => two,
     }
 }
 

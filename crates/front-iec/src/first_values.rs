@@ -1,7 +1,7 @@
 //! What variables hold before the first scan, as they are declared: 0, or another constant; a bit that is on then is turned on as
 //! the first scan begins. That is told of what the program writes: what it only reads is a parameter that somebody else may set.
 
-use super::constants::Scope;
+use scanbound_iec_tree::constants::Scope;
 use super::emit::{Emit, Place};
 use super::types::{Kind, Ty, is_elementary};
 use super::value::{real, within};

@@ -1,7 +1,8 @@
 //! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan begins, whatever
 //! name it is read by. All but the largest of these variables are worked out from the others there.
 
-use super::address::{Located, bits, located, meeting};
+use super::address::{Located, bits, meeting};
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::reach::each_path;
 use super::types::{Kind, Ty, elementary, same_type};
@@ -9,7 +10,7 @@ use super::whole::copies;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, TypeRef, Variable};
+use scanbound_iec::{PouKind, Project, TypeRef, Variable};
 use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Step, Write};
 use std::collections::BTreeSet;
 
@@ -82,10 +83,10 @@ impl Shared {
     }
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// Where variables that share bits get their values, if there are any.
-    pub(super) fn begin_image(&mut self) -> Option<Image> {
-        let (shares, differs) = self.shared_addresses();
+    pub(super) fn begin_image(&mut self, project: &Project) -> Option<Image> {
+        let (shares, differs) = shared_addresses(project);
         if !shares {
             return None;
         }
@@ -94,55 +95,24 @@ impl Emit<'_> {
         Some(Image { at: self.builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 
-    /// Whether some addresses may share bits, and whether others than the same ones do.
-    fn shared_addresses(&self) -> (bool, bool) {
-        let mut all = Vec::new();
-        let is_one =
-            |one: &Variable| matches!(&one.of, TypeRef::Named(name) if elementary(name).is_some());
-        let mut add = |one: &Variable, times: usize| {
-            let Some(at) = one.at.as_deref() else { return };
-            let Some(taken) = bits(&at.to_ascii_uppercase()) else { return };
-            let kind = is_one(one).then(|| one.of.clone());
-            (0..times).for_each(|_| all.push((at.to_ascii_uppercase(), kind.clone(), taken)));
-        };
-        let mut direct = BTreeSet::new();
-        for pou in &self.project.pous {
-            // A block may have several instances.
-            let times = if pou.kind == PouKind::Program { 1 } else { 2 };
-            pou.variables.iter().for_each(|one| add(one, times));
-            each_path(pou, &mut |path, _| {
-                if path.first.starts_with('%') {
-                    direct.insert(path.first.to_ascii_uppercase());
-                }
-            });
-        }
-        self.project.globals.iter().flat_map(|(_, all)| all).for_each(|one| add(one, 1));
-        let direct = direct.into_iter().filter_map(|at| Some((bits(&at)?, at)));
-        all.extend(direct.map(|(taken, at)| (at, Some(TypeRef::Text(None)), taken)));
-        let is_whole = all.iter().any(|(_, kind, _)| kind.is_none());
-        let pairs = meeting(all.iter().map(|(.., taken)| *taken));
-        let differs = pairs.iter().any(|&(one, other)| {
-            let (one, other) = (&all[one], &all[other]);
-            one.0 != other.0 || one.1 != other.1
-        });
-        let several = all.len() > 1;
-        (!pairs.is_empty() || (is_whole && several), differs || (is_whole && several))
-    }
-
     /// Lets variables of 8 bits begin a scan with no more than these: their words have 16.
-    pub(super) fn bound_bytes(&mut self) {
+    /// `located`: those with addresses; `all`: instances and global variables.
+    pub(super) fn bound_bytes(&mut self, located: &[Located], all: &[Place]) {
         let mut found = BTreeSet::new();
-        for one in located(self) {
+        for one in located {
             bytes(&one.place, true, &mut found);
         }
-        for one in &self.instances {
-            let (Ty::Parts(parts) | Ty::Block(_, parts)) = &one.place.ty else { continue };
-            for (name, _) in parts.iter() {
-                let part = Self::part(&one.place, name);
-                part.iter().for_each(|part| bytes(part, false, &mut found));
+        for place in all {
+            match &place.ty {
+                Ty::Parts(parts) | Ty::Block(_, parts) => {
+                    for (name, _) in parts.iter() {
+                        let part = Emit::part(place, name);
+                        part.iter().for_each(|part| bytes(part, false, &mut found));
+                    }
+                }
+                _ => bytes(place, false, &mut found),
             }
         }
-        self.globals.values().for_each(|place| bytes(place, false, &mut found));
         for (cell, signed) in found.into_iter().take(MOST_BOUND) {
             let bit = |bit| Logic::Bit(BitSource::WordBit(cell, bit));
             let low: Vec<Logic> = (8..16).map(|at| bit(at).not()).collect();
@@ -158,11 +128,11 @@ impl Emit<'_> {
     }
 
     /// Lets all names of a bit have one value, when it is known which variables there are.
-    pub(super) fn begin_shared(&mut self, image: Option<Image>) {
+    pub(super) fn begin_shared(&mut self, image: Option<Image>, located: &[Located]) {
         let Some(image) = image else { return };
         let mut all: Vec<Shared> = Vec::new();
-        for (number, one) in located(self).into_iter().enumerate() {
-            parts(&one, number, &mut all);
+        for (number, one) in located.iter().enumerate() {
+            parts(one, number, &mut all);
         }
         // What is worked out is worked out from what is at least as large.
         let length = |one: &Shared| one.end[0] - one.first[0];
@@ -264,6 +234,41 @@ impl Emit<'_> {
             found => Logic::Bit(found.unwrap_or(own).source()),
         }
     }
+}
+
+/// Whether some addresses may share bits, and whether others than the same ones do.
+fn shared_addresses(project: &Project) -> (bool, bool) {
+    let mut all = Vec::new();
+    let is_one =
+        |one: &Variable| matches!(&one.of, TypeRef::Named(name) if elementary(name).is_some());
+    let mut add = |one: &Variable, times: usize| {
+        let Some(at) = one.at.as_deref() else { return };
+        let Some(taken) = bits(&at.to_ascii_uppercase()) else { return };
+        let kind = is_one(one).then(|| one.of.clone());
+        (0..times).for_each(|_| all.push((at.to_ascii_uppercase(), kind.clone(), taken)));
+    };
+    let mut direct = BTreeSet::new();
+    for pou in &project.pous {
+        // A block may have several instances.
+        let times = if pou.kind == PouKind::Program { 1 } else { 2 };
+        pou.variables.iter().for_each(|one| add(one, times));
+        each_path(pou, &mut |path, _| {
+            if path.first.starts_with('%') {
+                direct.insert(path.first.to_ascii_uppercase());
+            }
+        });
+    }
+    project.globals.iter().flat_map(|(_, all)| all).for_each(|one| add(one, 1));
+    let direct = direct.into_iter().filter_map(|at| Some((bits(&at)?, at)));
+    all.extend(direct.map(|(taken, at)| (at, Some(TypeRef::Text(None)), taken)));
+    let is_whole = all.iter().any(|(_, kind, _)| kind.is_none());
+    let pairs = meeting(all.iter().map(|(.., taken)| *taken));
+    let differs = pairs.iter().any(|&(one, other)| {
+        let (one, other) = (&all[one], &all[other]);
+        one.0 != other.0 || one.1 != other.1
+    });
+    let several = all.len() > 1;
+    (!pairs.is_empty() || (is_whole && several), differs || (is_whole && several))
 }
 
 /// The words of 8 bits in a variable, and whether they have a sign; of arrays, if they are asked for.

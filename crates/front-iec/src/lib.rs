@@ -13,7 +13,6 @@ mod by_reference;
 mod chart;
 pub mod charts;
 mod connected;
-mod constants;
 mod control;
 mod convert;
 mod counted;

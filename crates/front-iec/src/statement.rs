@@ -1,6 +1,7 @@
 //! Statements, and the routines that they stand in.
 
 use super::assembler::Assembler;
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
 use super::references::{Walk, Way};
@@ -703,7 +704,10 @@ impl<'p> Emit<'p> {
                     let preset = Self::part(place, "PT").and_then(|part| part.tag.cell());
                     self.presets_left.extend(preset);
                 }
-                self.standard_block(kind, place);
+                if let Some(block) = StandardBlock::named(kind) {
+                    let cell = |pin: Pin| Self::part(place, pin.name())?.tag.cell();
+                    self.standard_block(block, &cell);
+                }
                 self.take_back(at, place, &[], &given, line)?;
                 let enable = self.end_enabled(at, place, enabled, &given, line)?;
                 self.open_outputs(at, enable.as_ref(), &given, line)

@@ -1,7 +1,7 @@
 //! TON, TOF and TP.
 
 use super::assembler::{Assembler, OpenEnd};
-use super::emit::{Emit, Place};
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::memory::{all, any, set};
 use super::value::constant;
 use scanbound_base::time::Picos;
@@ -29,21 +29,24 @@ pub(super) fn compared(relation: Relation, left: Number, right: Number) -> Logic
     Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
 }
 
-impl Emit<'_> {
+impl Assembler {
     /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which it
     /// begins, unless its time may be 0.
-    pub(super) fn timer(&mut self, kind: &'static str, place: &Place) {
-        let cell = |name: &str| Self::part(place, name).and_then(|part| part.tag.cell());
+    pub(super) fn timer(
+        &mut self,
+        block: StandardBlock,
+        cell: &dyn Fn(Pin) -> Option<Cell>,
+    ) {
         let (Some(input), Some(preset), Some(q), Some(elapsed), Some(was)) =
-            (cell("IN"), cell("PT"), cell("Q"), cell("ET"), cell("was"))
+            (cell(Pin::In), cell(Pin::Pt), cell(Pin::Q), cell(Pin::Et), cell(Pin::Was))
         else {
             return;
         };
         let input = Logic::cell(input);
         // TON rests while its input is off, TOF while it is on, TP while its output is off.
-        let (memory, rest, running) = match kind {
-            "TON" => (was, 0, false),
-            "TOF" => (was, 1, true),
+        let (memory, rest, running) = match block {
+            StandardBlock::Ton => (was, 0, false),
+            StandardBlock::Tof => (was, 1, true),
             _ => (q, 0, true),
         };
         let runs_out = self.builder.external_choice();
@@ -63,12 +66,12 @@ impl Emit<'_> {
         let anew = self.differs("timers that are over ask for a new time");
         let anew = self.keep_bit(all([changes.clone(), anew]));
         let on = Logic::cell(q);
-        let value = match kind {
-            "TON" => {
+        let value = match block {
+            StandardBlock::Ton => {
                 let later = all([was_on.clone(), any([all([on, anew.clone().not()]), runs_out])]);
                 all([input.clone(), any([later, all([zero(), short])])])
             }
-            "TOF" => {
+            StandardBlock::Tof => {
                 // It stays on for a while when the input has gone.
                 let first = all([was_on.clone(), any([zero().not(), runs_out.clone()])]);
                 let later = all([was_on.clone().not(), runs_out.clone()]);
@@ -82,10 +85,10 @@ impl Emit<'_> {
             }
         };
         let effects = vec![always(set(q, value)), always(set(was, input.clone()))];
-        let key = Some(Assembler::key(&[kind], "timer"));
+        let key = Some(Assembler::key(&[block.name()], "timer"));
         self.builder.add(key, effects, Step::Act { fires: Logic::cell(q) });
         self.elapsed(
-            kind,
+            block,
             [input, was_on, q_before, Logic::cell(q)],
             changes,
             anew,
@@ -114,7 +117,7 @@ impl Assembler {
     /// How long a timer has run: from 0 to its time, which it has when that is over.
     fn elapsed(
         &mut self,
-        kind: &str,
+        block: StandardBlock,
         [input, was_on, q_before, q]: [Logic; 4],
         changes: Logic,
         anew: Logic,
@@ -132,13 +135,13 @@ impl Assembler {
         let no = Logic::not;
         // What is left of the time of a timer at rest, controllers differ.
         let rest = self.differs("a timer at rest has another ET");
-        let (zero, running, ended) = match kind {
-            "TON" => (
+        let (zero, running, ended) = match block {
+            StandardBlock::Ton => (
                 any([no(input.clone()), no(was_on.clone())]),
                 all([input, was_on, no(q.clone())]),
                 all([q, all([q_before, stays]).not()]),
             ),
-            "TOF" => (
+            StandardBlock::Tof => (
                 any([
                     input.clone(),
                     all([was_on.clone(), q.clone()]),

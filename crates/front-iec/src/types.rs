@@ -1,6 +1,6 @@
 //! Types of IEC 61131-3 and how much memory they take.
 
-use super::constants::Constants;
+use scanbound_iec_tree::constants::Constants;
 use scanbound_base::code::Code;
 use scanbound_base::facts::key;
 use scanbound_iec::ast::{Expr, Literal};
@@ -8,35 +8,9 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, Variable, same};
 use scanbound_ir::{Type, tags};
 use std::collections::BTreeMap;
+pub(super) use scanbound_iec_tree::types::{DINT, INT, Kind, holding};
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
-
-/// A number's type: how many bits it has, and how they are read. Times are milliseconds in 32 bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Whole {
-        bits: u8,
-        signed: bool,
-    },
-    Real,
-    Time,
-    /// A number whose arithmetic is not followed: long reals, dates.
-    Opaque(u8),
-}
-
-impl Kind {
-    pub(super) fn words(self) -> u32 {
-        match self {
-            Kind::Whole { bits, .. } => u32::from(bits.div_ceil(16)),
-            Kind::Real | Kind::Time => 2,
-            Kind::Opaque(words) => u32::from(words),
-        }
-    }
-
-    pub(super) fn is_signed(self) -> bool {
-        !matches!(self, Kind::Whole { signed: false, .. })
-    }
-}
 
 /// A type.
 #[derive(Debug, Clone)]
@@ -120,25 +94,6 @@ const LONGEST_TEXT: u32 = 65_535;
 
 /// How deep types may stand in each other.
 const DEPTH: u32 = 40;
-
-pub(super) const INT: Kind = Kind::Whole { bits: 16, signed: true };
-pub(super) const DINT: Kind = Kind::Whole { bits: 32, signed: true };
-
-/// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
-pub(super) fn holding(kind: Kind, value: i64) -> Kind {
-    let Kind::Whole { bits, signed } = kind else { return kind };
-    let (least, most) = match signed {
-        true => (-(1_i128 << (bits - 1)), (1 << (bits - 1)) - 1),
-        false => (0, (1 << bits) - 1),
-    };
-    let fits = |bits: u32| (-(1_i128 << (bits - 1))..1 << (bits - 1)).contains(&value.into());
-    match value {
-        value if (least..=most).contains(&value.into()) => kind,
-        _ if bits < 32 && fits(32) => DINT,
-        _ if bits < 64 => Kind::Whole { bits: 64, signed: true },
-        _ => Kind::Opaque(4),
-    }
-}
 
 /// The elementary type of a name.
 pub(super) fn elementary(name: &str) -> Option<Ty> {

@@ -93,6 +93,14 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
+    /// The part with this number, from 0.
+    #[must_use]
+    pub fn part_at(&self, number: usize) -> Option<Tag> {
+        let Type::Parts(parts) = &self.of else { return None };
+        let (_, of, before) = parts.all.get(number)?;
+        Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
+    }
+
     /// The element with this index.
     #[must_use]
     pub fn element(&self, number: i64) -> Option<Tag> {

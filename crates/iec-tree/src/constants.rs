@@ -7,7 +7,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Variables that hide global names: those of each unit that is around, the innermost first.
-pub(super) type Scope<'s> = [&'s [Variable]];
+pub type Scope<'s> = [&'s [Variable]];
 
 /// How many constants may refer to each other in a row.
 const DEPTH: u32 = 100;
@@ -25,7 +25,7 @@ enum Source<'p> {
 }
 
 /// The global constants and enumerations of a project.
-pub(super) struct Constants<'p> {
+pub struct Constants<'p> {
     sources: Vec<Source<'p>>,
     /// The sources of each name, in capitals.
     named: BTreeMap<String, Vec<usize>>,
@@ -39,7 +39,9 @@ pub(super) struct Constants<'p> {
 }
 
 impl<'p> Constants<'p> {
-    pub(super) fn new(project: &'p Project) -> Constants<'p> {
+    /// Those of a project.
+    #[must_use]
+    pub fn new(project: &'p Project) -> Constants<'p> {
         let mut found = Constants {
             sources: Vec::new(),
             named: BTreeMap::new(),
@@ -84,19 +86,19 @@ impl<'p> Constants<'p> {
 
     /// A whole number, as it stands where these variables hide global names. Nothing, too, where constants refer to each other
     /// without an end.
-    pub(super) fn number(&self, one: &Expr, scope: &Scope<'_>) -> Option<i64> {
+    pub fn number(&self, one: &Expr, scope: &Scope<'_>) -> Option<i64> {
         self.lookups.set(0);
         self.within(one, scope, 0)
     }
 
     /// The number that a global name stands for, alone or behind its type (`Type#Value`).
-    pub(super) fn named(&self, name: &str) -> Option<i64> {
+    pub fn named(&self, name: &str) -> Option<i64> {
         self.lookups.set(0);
         self.global_name(name, 0)
     }
 
     /// Whether constants that such a number needs refer to each other without an end.
-    pub(super) fn is_endless(&self, one: &Expr, scope: &Scope<'_>) -> bool {
+    pub fn is_endless(&self, one: &Expr, scope: &Scope<'_>) -> bool {
         self.endless.set(false);
         self.number(one, scope);
         self.endless.get()
@@ -147,7 +149,7 @@ impl<'p> Constants<'p> {
     }
 
     /// Whether a name is that of a list of global variables or of a type.
-    pub(super) fn is_list_or_type(&self, name: &str) -> bool {
+    pub fn is_list_or_type(&self, name: &str) -> bool {
         let key = name.to_ascii_uppercase();
         self.lists.contains(&key) || self.types.contains(&key)
     }
@@ -157,7 +159,7 @@ impl<'p> Constants<'p> {
     }
 
     /// The global variables of a name: the list, and all and which of its variables.
-    pub(super) fn globals(
+    pub fn globals(
         &self,
         name: &str,
     ) -> impl Iterator<Item = (&'p str, &'p [Variable], &'p Variable)> {

@@ -1,0 +1,182 @@
+//! The standard's function blocks and their pins.
+
+use crate::types::Elementary;
+use scanbound_iec::same;
+
+/// A function block of the standard's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "their names are the standard's")]
+pub enum StandardBlock {
+    Ton,
+    Tof,
+    Tp,
+    Ctu,
+    Ctd,
+    Ctud,
+    RTrig,
+    FTrig,
+    Sr,
+    Rs,
+}
+
+/// What a block of the standard's holds: inputs, outputs, and what it remembers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "their names are the standard's")]
+pub enum Pin {
+    In,
+    Pt,
+    Q,
+    Et,
+    Cu,
+    Cd,
+    R,
+    Ld,
+    Pv,
+    Qu,
+    Qd,
+    Cv,
+    Clk,
+    S1,
+    S,
+    R1,
+    Q1,
+    /// The input in the call before.
+    Was,
+    /// The other input in the call before.
+    WasDown,
+}
+
+impl Pin {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Pin::In => "IN",
+            Pin::Pt => "PT",
+            Pin::Q => "Q",
+            Pin::Et => "ET",
+            Pin::Cu => "CU",
+            Pin::Cd => "CD",
+            Pin::R => "R",
+            Pin::Ld => "LD",
+            Pin::Pv => "PV",
+            Pin::Qu => "QU",
+            Pin::Qd => "QD",
+            Pin::Cv => "CV",
+            Pin::Clk => "CLK",
+            Pin::S1 => "S1",
+            Pin::S => "S",
+            Pin::R1 => "R1",
+            Pin::Q1 => "Q1",
+            Pin::Was => "was",
+            Pin::WasDown => "was_down",
+        }
+    }
+
+    /// Its type.
+    #[must_use]
+    pub fn of(self) -> Elementary {
+        match self {
+            Pin::Pt | Pin::Et => Elementary::Time,
+            Pin::Pv | Pin::Cv => Elementary::Int,
+            _ => Elementary::Bool,
+        }
+    }
+}
+
+impl StandardBlock {
+    /// All of them.
+    pub const ALL: [StandardBlock; 10] = [
+        StandardBlock::Ton,
+        StandardBlock::Tof,
+        StandardBlock::Tp,
+        StandardBlock::Ctu,
+        StandardBlock::Ctd,
+        StandardBlock::Ctud,
+        StandardBlock::RTrig,
+        StandardBlock::FTrig,
+        StandardBlock::Sr,
+        StandardBlock::Rs,
+    ];
+
+    /// Its name, which is also that of its row in timing tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            StandardBlock::Ton => "TON",
+            StandardBlock::Tof => "TOF",
+            StandardBlock::Tp => "TP",
+            StandardBlock::Ctu => "CTU",
+            StandardBlock::Ctd => "CTD",
+            StandardBlock::Ctud => "CTUD",
+            StandardBlock::RTrig => "R_TRIG",
+            StandardBlock::FTrig => "F_TRIG",
+            StandardBlock::Sr => "SR",
+            StandardBlock::Rs => "RS",
+        }
+    }
+
+    /// The block of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<StandardBlock> {
+        StandardBlock::ALL.into_iter().find(|one| same(one.name(), name))
+    }
+
+    /// Its inputs in the order of arguments without names.
+    #[must_use]
+    pub fn inputs(self) -> &'static [Pin] {
+        match self {
+            StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp => &[Pin::In, Pin::Pt],
+            StandardBlock::Ctu => &[Pin::Cu, Pin::R, Pin::Pv],
+            StandardBlock::Ctd => &[Pin::Cd, Pin::Ld, Pin::Pv],
+            StandardBlock::Ctud => &[Pin::Cu, Pin::Cd, Pin::R, Pin::Ld, Pin::Pv],
+            StandardBlock::RTrig | StandardBlock::FTrig => &[Pin::Clk],
+            StandardBlock::Sr => &[Pin::S1, Pin::R],
+            StandardBlock::Rs => &[Pin::S, Pin::R1],
+        }
+    }
+
+    /// Its outputs and what it remembers, which lie behind its inputs.
+    fn rest(self) -> &'static [Pin] {
+        match self {
+            StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp => {
+                &[Pin::Q, Pin::Et, Pin::Was]
+            }
+            StandardBlock::Ctu | StandardBlock::Ctd => &[Pin::Q, Pin::Cv, Pin::Was],
+            StandardBlock::Ctud => &[Pin::Qu, Pin::Qd, Pin::Cv, Pin::Was, Pin::WasDown],
+            StandardBlock::RTrig | StandardBlock::FTrig => &[Pin::Q, Pin::Was],
+            StandardBlock::Sr | StandardBlock::Rs => &[Pin::Q1],
+        }
+    }
+
+    /// All that it holds, as it lies in memory.
+    pub fn pins(self) -> impl Iterator<Item = Pin> {
+        self.inputs().iter().chain(self.rest()).copied()
+    }
+
+    /// The number of a pin in memory.
+    #[must_use]
+    pub fn position(self, pin: Pin) -> Option<usize> {
+        self.pins().position(|one| one == pin)
+    }
+
+    /// The pin of this name; some inputs go by two.
+    #[must_use]
+    pub fn pin(self, name: &str) -> Option<Pin> {
+        let second = match (self, name.to_ascii_uppercase().as_str()) {
+            (StandardBlock::Sr, "SET1") => Some(Pin::S1),
+            (StandardBlock::Rs, "SET") => Some(Pin::S),
+            (StandardBlock::Rs, "RESET1") => Some(Pin::R1),
+            (StandardBlock::Sr | StandardBlock::Ctu | StandardBlock::Ctud, "RESET") => Some(Pin::R),
+            (StandardBlock::Ctd | StandardBlock::Ctud, "LOAD") => Some(Pin::Ld),
+            _ => None,
+        };
+        second.or_else(|| self.pins().find(|pin| same(pin.name(), name)))
+    }
+
+    /// Whether it is a counter.
+    #[must_use]
+    pub fn is_counter(self) -> bool {
+        matches!(self, StandardBlock::Ctu | StandardBlock::Ctd | StandardBlock::Ctud)
+    }
+}

@@ -1,0 +1,187 @@
+//! What a project declares, by ids: units, routines, variables.
+
+use crate::tree::{Expr, Statement};
+use crate::types::TypeId;
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{Language, PouKind, Section};
+
+/// An id of something that is declared: its number among all of its kind.
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident,)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The id of this number.
+            #[must_use]
+            pub fn at(number: usize) -> $name {
+                $name(u32::try_from(number).unwrap_or(u32::MAX))
+            }
+
+            /// Its number.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// A variable.
+    VarId,
+    /// A program, a function block, a function or an interface.
+    UnitId,
+    /// A body, an action or a method.
+    RoutineId,
+    /// A direct address that code names (`%IX0.1`).
+    AddressId,
+}
+
+/// Whose a variable is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Owner {
+    /// Each instance of a unit has its own; a function has one instance.
+    Unit(UnitId),
+    /// A method has its own, one for each instance.
+    Routine(RoutineId),
+    /// It is global: the number of its list.
+    Global(usize),
+}
+
+/// What a variable begins with where its declaration says nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum First {
+    /// 0, as the standard's elementary types do.
+    Zero,
+    /// The first value of its enumeration.
+    Number(i64),
+    /// It is not followed.
+    Unknown,
+}
+
+/// A variable.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    /// Its name, for messages.
+    pub name: String,
+    /// Its section.
+    pub section: Section,
+    /// Its type.
+    pub ty: TypeId,
+    /// Whose it is.
+    pub owner: Owner,
+    /// What its declaration gives it at first.
+    pub initial: Option<Expr>,
+    /// That value, where it is a whole number that is known.
+    pub value: Option<i64>,
+    /// What it begins with without that.
+    pub first: First,
+    /// Its address.
+    pub at: Option<String>,
+    /// Whether nothing writes it.
+    pub constant: bool,
+    /// Whether it keeps its value when the power fails.
+    pub retain: bool,
+    /// Its line.
+    pub line: u32,
+}
+
+/// A program organization unit.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    /// Its name, for messages.
+    pub name: String,
+    /// What it is.
+    pub kind: PouKind,
+    /// The unit that it extends.
+    pub base: Option<UnitId>,
+    /// Its own variables in their order; of a function its result is the last.
+    pub variables: Vec<VarId>,
+    /// Its result, of a function.
+    pub result: Option<VarId>,
+    /// Its body.
+    pub body: RoutineId,
+    /// Its actions.
+    pub actions: Vec<RoutineId>,
+    /// Its methods.
+    pub methods: Vec<RoutineId>,
+    /// Why instances of it cannot be laid out, if they cannot.
+    pub fault: Option<Fault>,
+    /// Whether it keeps all its variables when the power fails.
+    pub retain: bool,
+    /// Its file.
+    pub file: usize,
+    /// Its line.
+    pub line: u32,
+}
+
+/// What of a unit a routine is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RoutineKind {
+    /// Its body.
+    Body,
+    /// An action.
+    Action,
+    /// A method.
+    Method,
+}
+
+/// What is executed.
+#[derive(Debug, Clone)]
+pub enum Code {
+    /// Statements.
+    Statements(Vec<Statement>),
+    /// What could not be read, and why.
+    Unread(Fault),
+}
+
+impl Code {
+    /// Whether there is nothing to execute.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        matches!(self, Code::Statements(all) if all.is_empty())
+    }
+}
+
+/// A body, an action or a method.
+#[derive(Debug, Clone)]
+pub struct Routine {
+    /// Its name, for messages; of a body that of its unit.
+    pub name: String,
+    /// Its unit.
+    pub unit: UnitId,
+    /// What of the unit it is.
+    pub kind: RoutineKind,
+    /// The variables of a method; its result is the last.
+    pub variables: Vec<VarId>,
+    /// The result of a method.
+    pub result: Option<VarId>,
+    /// The language in which it is written.
+    pub language: Language,
+    /// What it does.
+    pub code: Code,
+    /// Whether only its unit may call it.
+    pub is_private: bool,
+    /// Its line.
+    pub line: u32,
+}
+
+/// A list of global variables.
+#[derive(Debug, Clone)]
+pub struct GlobalList {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Its variables.
+    pub variables: Vec<VarId>,
+}
+
+/// A direct address.
+#[derive(Debug, Clone)]
+pub struct Address {
+    /// As it is written, in capitals.
+    pub text: String,
+    /// The type of what lies there.
+    pub ty: TypeId,
+}

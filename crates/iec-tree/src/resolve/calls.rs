@@ -1,0 +1,624 @@
+//! Calls: what is called, and what is passed for which parameter.
+
+use super::paths::Found;
+use super::types::declare;
+use super::{NOT_YET, Resolver, Scope, not_yet, unknown_name};
+use crate::blocks::StandardBlock;
+use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
+use crate::standard::Function;
+use crate::tree::{
+    Applied, Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Root, StatementKind, Target,
+};
+use crate::types::{Type, TypeId};
+use scanbound_base::code::Code;
+use scanbound_iec::ast::{self, Argument, Part, Path};
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{Pou, PouKind, Section, same, show};
+
+/// Whose parameters are passed.
+#[derive(Clone, Copy)]
+enum Callee {
+    /// An instance of a unit, or a function.
+    Unit(UnitId),
+    /// A method.
+    Method(RoutineId),
+    /// What takes values by the names of a unit's variables alone: a program, an action, the body of a base.
+    Named(UnitId),
+    /// A block of the standard's.
+    Standard(StandardBlock),
+}
+
+/// A function of the standard has no more inputs.
+const MOST_INPUTS: usize = 200;
+
+fn is_named(one: &Argument, name: &str) -> bool {
+    one.name.as_ref().is_some_and(|own| same(own, name))
+}
+
+/// Where a result goes, and whether it is negated on the way.
+fn taken(value: &ast::Expr) -> Option<(&Path, bool)> {
+    let (value, negated) = match value {
+        ast::Expr::Not(inner) => (&**inner, true),
+        other => (other, false),
+    };
+    match value {
+        ast::Expr::Variable(path) if !path.first.is_empty() => Some((path, negated)),
+        _ => None,
+    }
+}
+
+impl Resolver<'_> {
+    /// What a call gives.
+    pub(super) fn called(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        let own = path.as_name().filter(|name| self.has_member(scope, name));
+        if let (Some(name), Some(unit)) = (own, scope.unit)
+            && let Some(method) = self.index.method(unit, name)
+        {
+            let place = self.own_instance(unit);
+            return self.method(scope, place, method, given, line);
+        }
+        if same(&path.first, "SUPER") {
+            let mut names = path.rest.iter().filter(|part| **part != Part::Dereference);
+            let (Some(Part::Name(name)), None) = (names.next(), names.next()) else {
+                return Err(unknown_name(line, &show::path(path)));
+            };
+            let base = self.base(scope, line)?;
+            let Some(method) = self.index.method(base, name) else {
+                return Err(unknown_name(line, &show::path(path)));
+            };
+            return self.to_method(scope, Target::BaseMethod(method), base, method, given, line);
+        }
+        if let Some(name) = path.as_name() {
+            if let Some(found) = self.measured(scope, name, given, line)? {
+                return Ok(found);
+            }
+            if let Some(unit) = self.index.function(name) {
+                let (passed, enable) = self.passed(scope, Callee::Unit(unit), given, line)?;
+                let result = self.tree.unit(unit).result;
+                let ty = self.result_type(result);
+                let call = Call { target: Target::Function(unit), passed, enable };
+                return Ok(Expr { kind: ExprKind::Call(Box::new(call)), ty, line });
+            }
+            return self.standard(scope, name, given, line);
+        }
+        if let Some((owner, name)) = path.split_last() {
+            let place = self.place(scope, &owner, line)?;
+            if let Type::Block(unit) = *self.tree.types.get(place.ty)
+                && let Some(method) = self.index.method(unit, name)
+            {
+                return self.method(scope, place, method, given, line);
+            }
+        }
+        Err(unknown_name(line, &show::path(path)))
+    }
+
+    fn result_type(&mut self, result: Option<VarId>) -> TypeId {
+        match result {
+            Some(result) => self.tree.variable(result).ty,
+            None => self.tree.types.id(Type::Nothing),
+        }
+    }
+
+    fn own_instance(&mut self, unit: UnitId) -> Place {
+        let ty = self.block(unit);
+        Place { root: Root::This, steps: Vec::new(), ty }
+    }
+
+    /// The unit that the one whose code this is extends.
+    fn base(&self, scope: Scope, line: u32) -> Result<UnitId, Fault> {
+        let base = scope.unit.and_then(|unit| self.tree.unit(unit).base);
+        base.ok_or_else(|| {
+            let help = "give the file that declares what it extends";
+            unknown_name(line, "SUPER^").help(help)
+        })
+    }
+
+    /// Whether a name alone means a method or an action of the unit whose code it is.
+    fn has_member(&self, scope: Scope, name: &str) -> bool {
+        let is_local =
+            scope.method.is_some_and(|method| self.index.local(method, name).is_some());
+        !is_local
+            && scope.unit.is_some_and(|unit| {
+                self.index.action(unit, name).is_some() || self.index.method(unit, name).is_some()
+            })
+    }
+
+    fn method(
+        &mut self,
+        scope: Scope,
+        place: Place,
+        method: RoutineId,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        let unit = match *self.tree.types.get(place.ty) {
+            Type::Block(unit) => unit,
+            _ => self.tree.routine(method).unit,
+        };
+        self.to_method(scope, Target::Method(place, method), unit, method, given, line)
+    }
+
+    fn to_method(
+        &mut self,
+        scope: Scope,
+        target: Target,
+        unit: UnitId,
+        method: RoutineId,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        self.is_one_method(unit, method, line)?;
+        self.has_one_default(unit, method, given, line)?;
+        let (passed, enable) = self.passed(scope, Callee::Method(method), given, line)?;
+        let result = self.tree.routine(method).result;
+        let ty = self.result_type(result);
+        let call = Call { target, passed, enable };
+        Ok(Expr { kind: ExprKind::Call(Box::new(call)), ty, line })
+    }
+
+    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that one, and
+    /// not all controllers do so.
+    fn is_one_method(&self, unit: UnitId, method: RoutineId, line: u32) -> Result<(), Fault> {
+        let name = &self.tree.routine(method).name;
+        let all = self.tree.lineage(unit).into_iter();
+        let methods = all.flat_map(|unit| &self.tree.unit(unit).methods);
+        let methods = methods.map(|&one| self.tree.routine(one));
+        let mut methods = methods.filter(|one| same(&one.name, name)).skip(1);
+        if !methods.any(|one| one.is_private) {
+            return Ok(());
+        }
+        let told = format!("{name} is a PRIVATE method of a base, too: which one is meant differs");
+        let help = "give one of the two another name";
+        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
+    }
+
+    /// Refuses a call that leaves out an input which another declaration of the method gives another value: which declaration
+    /// the call sees is not told.
+    fn has_one_default(
+        &self,
+        unit: UnitId,
+        method: RoutineId,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let name = &self.tree.routine(method).name;
+        let of = |pou: &'_ Pou| pou.kind == PouKind::Interface;
+        let family = self.tree.lineage(unit).into_iter();
+        let family = family.map(|one| &self.project.pous[one.index()]);
+        let all = family.chain(self.project.pous.iter().filter(|one| of(one)));
+        let others: Vec<&Pou> =
+            all.flat_map(|pou| &pou.methods).filter(|one| same(&one.name, name)).collect();
+        let inputs: Vec<VarId> = self.parameters(Callee::Method(method));
+        let mut unnamed = inputs.iter();
+        let handed: Vec<&str> = given
+            .iter()
+            .filter_map(|one| match &one.name {
+                Some(name) => Some(name.as_str()),
+                None => unnamed.next().map(|&id| self.tree.variable(id).name.as_str()),
+            })
+            .collect();
+        let declared = self.tree.routine(method).unit;
+        let declared = self.project.pous[declared.index()].methods.iter();
+        let Some(own) = { declared }.find(|one| same(&one.name, name)) else { return Ok(()) };
+        let is_input = |one: &&scanbound_iec::Variable| one.section == Section::Input;
+        let left_out = own.variables.iter().filter(is_input).find(|own| {
+            !handed.iter().any(|name| same(name, &own.name))
+                && others.iter().any(|other| {
+                    let also = other.variables.iter().find(|one| same(&one.name, &own.name));
+                    also.is_some_and(|also| also.initial != own.initial)
+                })
+        });
+        let Some(own) = left_out else { return Ok(()) };
+        let told = format!("{} of {name} is left out, and what it is then differs by declaration", own.name);
+        Err(Fault::new(line, told).code(Code::NotModelled).help("hand it over"))
+    }
+
+    /// The inputs that arguments without names stand for.
+    fn parameters(&self, callee: Callee) -> Vec<VarId> {
+        let all = match callee {
+            Callee::Unit(unit) => self.tree.members(unit),
+            Callee::Method(method) => self.tree.routine(method).variables.clone(),
+            Callee::Named(_) | Callee::Standard(_) => Vec::new(),
+        };
+        let is_input = |id: &VarId| {
+            matches!(self.tree.variable(*id).section, Section::Input | Section::InOut)
+        };
+        all.into_iter().filter(is_input).collect()
+    }
+
+    fn parameter(&self, callee: Callee, name: &str) -> Option<Parameter> {
+        let variable = match callee {
+            Callee::Unit(unit) | Callee::Named(unit) => self.index.member(unit, name),
+            Callee::Method(method) => self.index.local(method, name),
+            Callee::Standard(block) => return block.pin(name).map(Parameter::Pin),
+        };
+        variable.map(Parameter::Variable)
+    }
+
+    fn callee_name(&self, callee: Callee) -> &str {
+        match callee {
+            Callee::Unit(unit) | Callee::Named(unit) => &self.tree.unit(unit).name,
+            Callee::Method(method) => &self.tree.routine(method).name,
+            Callee::Standard(block) => block.name(),
+        }
+    }
+
+    /// What is passed for which parameter.
+    fn passed(
+        &mut self,
+        scope: Scope,
+        callee: Callee,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<(Vec<(Parameter, Passed)>, Enable), Fault> {
+        let inputs = self.parameters(callee);
+        let mut unnamed = inputs.iter().map(|&one| Parameter::Variable(one));
+        let mut found = Vec::new();
+        let mut enable = self.enable(scope, given, line)?;
+        enable.is_input = self.parameter(callee, "EN").is_some();
+        enable.is_output = self.parameter(callee, "ENO").is_some();
+        for (at, one) in given.iter().enumerate() {
+            let parameter = match (&one.name, callee) {
+                (Some(name), _) => self.parameter(callee, name),
+                (None, Callee::Standard(block)) => {
+                    block.inputs().get(at).map(|&pin| Parameter::Pin(pin))
+                }
+                (None, _) => match unnamed.next() {
+                    Some(parameter) => Some(parameter),
+                    None => {
+                        let told = format!("{} takes fewer values", self.callee_name(callee));
+                        return Err(Fault::new(line, told));
+                    }
+                },
+            };
+            if one.is_output {
+                let Some(parameter) = parameter else { continue };
+                let passed = match taken(&one.value) {
+                    Some((path, negated)) => {
+                        Passed::Output(self.place(scope, path, line)?, negated)
+                    }
+                    None => Passed::Dropped,
+                };
+                found.push((parameter, passed));
+                continue;
+            }
+            if is_named(one, "EN") && parameter.is_none() {
+                continue;
+            }
+            let Some(parameter) = parameter else {
+                let name = one.name.as_deref().unwrap_or_default();
+                let told = format!("{}.{name}", self.callee_name(callee));
+                return Err(unknown_name(line, &told));
+            };
+            let value = self.expression(scope, &one.value, line);
+            found.push((parameter, self.pass(parameter, value, line)?));
+        }
+        if matches!(callee, Callee::Unit(_) | Callee::Method(_)) {
+            self.leaves_none_out(&inputs, &found, line)?;
+        }
+        Ok((found, enable))
+    }
+
+    fn pass(
+        &mut self,
+        parameter: Parameter,
+        value: Expr,
+        line: u32,
+    ) -> Result<Passed, Fault> {
+        let variable = match parameter {
+            Parameter::Pin(pin) => {
+                let ty = self.tree.types.elementary(pin.of());
+                return Ok(Passed::ByValue(self.converted(value, ty)));
+            }
+            Parameter::Variable(id) => self.tree.variable(id),
+        };
+        let (ty, section, name) = (variable.ty, variable.section, variable.name.clone());
+        if let ExprKind::Read(place) = &value.kind {
+            self.has_own_type(&name, ty, place.ty, line)?;
+        }
+        Ok(match section {
+            Section::InOut => Passed::InOut(value),
+            _ => Passed::ByValue(self.converted(value, ty)),
+        })
+    }
+
+    /// Refuses an instance that becomes one of another type, of a block that its own extends: its own methods and actions would
+    /// be called there.
+    pub(super) fn has_own_type(
+        &self,
+        name: &str,
+        target: TypeId,
+        value: TypeId,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if target == value || !self.holds_block(target) {
+            return Ok(());
+        }
+        let message = format!(
+            "what {name} is given is not of its type: which methods are called through it is not followed"
+        );
+        let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
+        Err(Fault::new(line, message).code(Code::NotModelled).help(help))
+    }
+
+    /// Whether a variable of a type is an instance of a block, or holds some.
+    fn holds_block(&self, ty: TypeId) -> bool {
+        match self.tree.types.get(ty) {
+            Type::Block(_) => true,
+            Type::Array(_, of) => self.holds_block(*of),
+            Type::Struct(id) => {
+                self.tree.types.parts(*id).iter().any(|(_, ty)| self.holds_block(*ty))
+            }
+            _ => false,
+        }
+    }
+
+    /// Refuses a call that leaves out what is handed over in and out.
+    fn leaves_none_out(
+        &self,
+        inputs: &[VarId],
+        found: &[(Parameter, Passed)],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let mut both = inputs.iter().filter(|&&one| self.tree.variable(one).section == Section::InOut);
+        let is_given = |id: VarId| found.iter().any(|(own, _)| *own == Parameter::Variable(id));
+        let Some(&left_out) = both.find(|&&one| !is_given(one)) else { return Ok(()) };
+        let name = &self.tree.variable(left_out).name;
+        let message = format!("{name} is handed over in and out, and this call leaves it out");
+        let help = "hand it over in every call: what a call without it means differs";
+        Err(Fault::new(line, message).code(Code::NotModelled).help(help))
+    }
+
+    fn enable(
+        &mut self,
+        scope: Scope,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Enable, Fault> {
+        let mut found = Enable::default();
+        if let Some(one) = given.iter().find(|one| !one.is_output && is_named(one, "EN")) {
+            found.condition = Some(self.expression(scope, &one.value, line));
+        }
+        if let Some(one) = given.iter().find(|one| one.is_output && is_named(one, "ENO"))
+            && let Some((path, negated)) = taken(&one.value)
+        {
+            found.result = Some((self.place(scope, path, line)?, negated));
+        }
+        Ok(found)
+    }
+
+    /// How large a variable is, or where one of the dimensions of an array begins or ends.
+    fn measured(
+        &mut self,
+        scope: Scope,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Option<Expr>, Fault> {
+        let upper = name.to_ascii_uppercase();
+        if self.index.unit(name).is_some() || given.iter().any(|one| one.is_output) {
+            return Ok(None);
+        }
+        let (of, which) = match given {
+            [of] => (of, None),
+            [of, which] => (of, Some(which)),
+            _ => return Ok(None),
+        };
+        let ast::Expr::Variable(path) = &of.value else { return Ok(None) };
+        if which.is_none() && ["ADR", "REF", "__ISVALIDREF"].contains(&upper.as_str()) {
+            return Err(not_yet(line, "addresses"));
+        }
+        if !["SIZEOF", "LOWER_BOUND", "UPPER_BOUND"].contains(&upper.as_str()) {
+            return Ok(None);
+        }
+        let which = match which {
+            None => Some(1),
+            Some(which) => self.expression(scope, &which.value, line).whole(),
+        };
+        let place = match self.path(scope, path, line) {
+            Ok(Found::Place(place)) => place,
+            Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
+            _ => return Ok(None),
+        };
+        let bound = |high: bool| match self.tree.types.get(place.ty) {
+            Type::Array(dimensions, _) => {
+                let at = usize::try_from(which? - 1).ok()?;
+                let (low, most) = dimensions.get(at)?;
+                Some(if high { *most } else { *low })
+            }
+            _ => None,
+        };
+        let found = match upper.as_str() {
+            "SIZEOF" => self.bytes(place.ty),
+            "LOWER_BOUND" => bound(false),
+            _ => bound(true),
+        };
+        let Some(found) = found else { return Ok(None) };
+        let applied = Applied {
+            function: Function::Measured(found),
+            inputs: Vec::new(),
+            order: Some(Vec::new()),
+            outputs: Vec::new(),
+            enable: Enable::default(),
+        };
+        let ty = self.tree.types.id(Type::Untyped);
+        Ok(Some(Expr { kind: ExprKind::Standard(Box::new(applied)), ty, line }))
+    }
+
+    /// How many bytes a variable of a type takes, where no controller adds any between its parts.
+    fn bytes(&self, ty: TypeId) -> Option<i64> {
+        use crate::types::Kind;
+        match self.tree.types.get(ty) {
+            Type::Elementary(of) => match of.kind() {
+                None => Some(1),
+                Some(Kind::Whole { bits, .. }) => Some(i64::from(bits / 8)),
+                Some(Kind::Real | Kind::Time) => Some(4),
+                Some(Kind::Opaque(_)) => None,
+            },
+            Type::Array(dimensions, of) => {
+                let counts = dimensions.iter().map(|(low, high)| high - low + 1);
+                { counts }.try_fold(self.bytes(*of)?, i64::checked_mul)
+            }
+            _ => None,
+        }
+    }
+
+    /// A function of the standard's.
+    fn standard(
+        &mut self,
+        scope: Scope,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        let Some(function) = Function::named(name) else {
+            let help = declare("give all files of the project", name);
+            return Err(unknown_name(line, &format!("function {name}")).help(help));
+        };
+        let enable = self.enable(scope, given, line)?;
+        let inputs: Vec<&Argument> =
+            given.iter().filter(|one| !one.is_output && !is_named(one, "EN")).collect();
+        if inputs.len() > MOST_INPUTS {
+            let told = format!("{} has more than {MOST_INPUTS} inputs", name.to_ascii_uppercase());
+            let help = "give a part of them to another call";
+            return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
+        }
+        let order = in_order(&inputs);
+        let mut values = Vec::new();
+        for one in inputs {
+            values.push(self.expression(scope, &one.value, line));
+        }
+        let mut outputs = Vec::new();
+        for one in given.iter().filter(|one| one.is_output && !is_named(one, "ENO")) {
+            if let ast::Expr::Variable(path) = &one.value
+                && !path.first.is_empty()
+            {
+                outputs.push(self.place(scope, path, line)?);
+            }
+        }
+        let types: Vec<TypeId> = match &order {
+            Some(order) => order.iter().map(|&at| values[at].ty).collect(),
+            None => Vec::new(),
+        };
+        let ty = function.result(&mut self.tree.types, &types);
+        let applied = Applied { function, inputs: values, order, outputs, enable };
+        Ok(Expr { kind: ExprKind::Standard(Box::new(applied)), ty, line })
+    }
+
+    /// A call as a statement.
+    pub(super) fn call_statement(
+        &mut self,
+        scope: Scope,
+        target: &Path,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        let own = target.as_name().filter(|name| self.has_member(scope, name));
+        if let (Some(name), Some(unit)) = (own, scope.unit) {
+            let place = self.own_instance(unit);
+            if let Some(found) = self.member_called(scope, place, unit, name, given, line)? {
+                return Ok(found);
+            }
+        }
+        if same(&target.first, "SUPER") {
+            if target.rest.iter().any(|part| *part != Part::Dereference) {
+                return self.called(scope, target, given, line).map(as_statement);
+            }
+            let base = self.base(scope, line)?;
+            let (passed, enable) = self.passed(scope, Callee::Unit(base), given, line)?;
+            return Ok(StatementKind::Call(Call { target: Target::BaseBody(base), passed, enable }));
+        }
+        match self.path(scope, target, line) {
+            Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
+            Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
+            _ => {}
+        }
+        if let Some((owner, name)) = target.split_last()
+            && let Ok(place) = self.place(scope, &owner, line)
+            && let Type::Block(unit) = *self.tree.types.get(place.ty)
+        {
+            let found = self.member_called(scope, place, unit, name, given, line)?;
+            return found.ok_or_else(|| unknown_name(line, &show::path(target)));
+        }
+        match target.as_name() {
+            Some(name)
+                if self.index.function(name).is_some()
+                    || given.iter().any(|one| one.is_output) =>
+            {
+                self.called(scope, target, given, line).map(as_statement)
+            }
+            _ => Err(unknown_name(line, &show::path(target))),
+        }
+    }
+
+    /// The call of an action or a method of an instance.
+    fn member_called(
+        &mut self,
+        scope: Scope,
+        place: Place,
+        unit: UnitId,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Option<StatementKind>, Fault> {
+        if let Some(action) = self.index.action(unit, name) {
+            let (passed, enable) = self.passed(scope, Callee::Named(unit), given, line)?;
+            let call = Call { target: Target::Action(place, action), passed, enable };
+            return Ok(Some(StatementKind::Call(call)));
+        }
+        let Some(method) = self.index.method(unit, name) else { return Ok(None) };
+        debug_assert_eq!(self.tree.routine(method).kind, RoutineKind::Method);
+        self.method(scope, place, method, given, line).map(|found| Some(as_statement(found)))
+    }
+
+    fn instance_called(
+        &mut self,
+        scope: Scope,
+        place: Place,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        let (target, callee) = match *self.tree.types.get(place.ty) {
+            Type::Standard(block) => (Target::Standard(place, block), Callee::Standard(block)),
+            Type::Block(unit) if self.is_program(unit) => {
+                (Target::Program(place, unit), Callee::Named(unit))
+            }
+            Type::Block(unit) => (Target::Instance(place, unit), Callee::Unit(unit)),
+            // A name alone does nothing.
+            _ => return Ok(StatementKind::Nothing),
+        };
+        let (passed, enable) = self.passed(scope, callee, given, line)?;
+        Ok(StatementKind::Call(Call { target, passed, enable }))
+    }
+}
+
+/// A call whose result goes nowhere.
+fn as_statement(one: Expr) -> StatementKind {
+    match one.kind {
+        ExprKind::Call(call) => StatementKind::Call(*call),
+        ExprKind::Standard(applied) => StatementKind::Standard(*applied),
+        ExprKind::Fault(fault) => StatementKind::Fault(fault),
+        _ => StatementKind::Nothing,
+    }
+}
+
+/// The order of a standard function's inputs, whichever order they are named in: indices. Nothing, if one is left out.
+fn in_order(given: &[&Argument]) -> Option<Vec<usize>> {
+    let names: Option<Vec<&str>> = given.iter().map(|one| one.name.as_deref()).collect();
+    let Some(names) = names else { return Some((0..given.len()).collect()) };
+    let mut ranked: Vec<(u32, usize)> =
+        names.iter().enumerate().map(|(at, name)| (Function::rank(name), at)).collect();
+    ranked.sort_by_key(|(rank, _)| *rank);
+    // IN1, IN2 and so on, or IN0 and so on behind a choice.
+    let numbered: Vec<u32> =
+        ranked.iter().map(|(rank, _)| *rank).filter(|rank| (2..u32::MAX).contains(rank)).collect();
+    let first = if ranked.iter().any(|(rank, _)| *rank == 0) { 2 } else { 3 };
+    let is_whole = numbered.iter().zip(first..).all(|(own, expected)| *own == expected);
+    is_whole.then(|| ranked.into_iter().map(|(_, at)| at).collect())
+}

@@ -1,0 +1,140 @@
+//! Expressions with their types.
+
+use super::paths::Found;
+use super::{Resolver, Scope, not_yet};
+use crate::standard::{beside, operated};
+use crate::tree::{Expr, ExprKind, Place};
+use crate::types::{Elementary, Kind, Type, TypeId};
+use scanbound_base::code::Code;
+use scanbound_iec::ast::{self, EITHER, Literal, Operator};
+use scanbound_iec::fault::Fault;
+use scanbound_iec::show;
+
+impl Resolver<'_> {
+    /// An expression; what is wrong with it is one, too.
+    pub(super) fn expression(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
+        match self.found(scope, one, line) {
+            Ok(found) => found,
+            Err(fault) => self.faulty(fault, line),
+        }
+    }
+
+    pub(super) fn faulty(&mut self, fault: Fault, line: u32) -> Expr {
+        let ty = self.unknown();
+        Expr { kind: ExprKind::Fault(Box::new(fault)), ty, line }
+    }
+
+    fn found(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Result<Expr, Fault> {
+        let (kind, ty) = match one {
+            ast::Expr::Literal(literal) => self.literal(literal, one, line)?,
+            ast::Expr::Variable(path) => match self.path(scope, path, line)? {
+                Found::Constant(constant) => return Ok(constant),
+                Found::Place(place) => {
+                    let ty = place.ty;
+                    (ExprKind::Read(place), ty)
+                }
+            },
+            ast::Expr::Not(inner) => {
+                let inner = self.expression(scope, inner, line);
+                let ty = inner.ty;
+                (ExprKind::Not(Box::new(inner)), ty)
+            }
+            ast::Expr::Negate(inner) => {
+                let inner = self.expression(scope, inner, line);
+                let ty = inner.ty;
+                (ExprKind::Negate(Box::new(inner)), ty)
+            }
+            ast::Expr::Binary(operator, left, right) => {
+                let left = self.expression(scope, left, line);
+                let right = self.expression(scope, right, line);
+                return Ok(self.operation(*operator, left, right));
+            }
+            ast::Expr::Call(path, _) if path.first == EITHER || path.first.starts_with('~') => {
+                return Err(not_yet(line, "alternatives of drawings"));
+            }
+            ast::Expr::Call(path, given) => return self.called(scope, path, given, line),
+        };
+        Ok(Expr { kind, ty, line })
+    }
+
+    /// Two operands, each as one of the type in which they meet.
+    fn operation(&mut self, operator: Operator, left: Expr, right: Expr) -> Expr {
+        let line = left.line;
+        let types = &mut self.tree.types;
+        let ty = operated(types, operator, left.ty, right.ty);
+        let mut meet = operated(types, Operator::Add, left.ty, right.ty);
+        for one in [&left, &right] {
+            if let (Some(value), Type::Untyped) = (one.whole(), types.get(one.ty)) {
+                meet = beside(types, meet, value);
+            }
+        }
+        let ty = if (4..=5).contains(&operator.binding()) { ty } else { meet };
+        let [left, right] = [left, right].map(|one| Box::new(self.converted(one, meet)));
+        Expr { kind: ExprKind::Binary(operator, left, right), ty, line }
+    }
+
+    /// An expression as one of a type.
+    pub(super) fn converted(&mut self, one: Expr, to: TypeId) -> Expr {
+        let types = &self.tree.types;
+        let is_value = |ty| matches!(types.get(ty), Type::Elementary(_) | Type::Text(_));
+        let is_same = one.ty == to || !is_value(to);
+        if is_same || matches!(one.kind, ExprKind::Fault(_)) {
+            return one;
+        }
+        let line = one.line;
+        Expr { kind: ExprKind::Convert(Box::new(one)), ty: to, line }
+    }
+
+    fn literal(
+        &mut self,
+        literal: &Literal,
+        of: &ast::Expr,
+        line: u32,
+    ) -> Result<(ExprKind, TypeId), Fault> {
+        let elementary = |own: &Self, one| own.tree.types.elementary(one);
+        Ok(match literal {
+            Literal::Bool(value) => (ExprKind::Bool(*value), self.bool()),
+            Literal::Int(value, name) => {
+                let small =
+                    i64::try_from(*value).or_else(|_| u64::try_from(*value).map(u64::cast_signed));
+                let value = small.map_err(|_| {
+                    let told = format!("{} is too large", show::expr(of));
+                    Fault::new(line, told).code(Code::Operand)
+                })?;
+                match name.as_deref().and_then(Elementary::named) {
+                    Some(Elementary::Bool) => (ExprKind::Bool(value != 0), self.bool()),
+                    Some(one) if matches!(one.kind(), Some(Kind::Whole { .. })) => {
+                        (ExprKind::Whole(value), elementary(self, one))
+                    }
+                    _ => (ExprKind::Whole(value), self.tree.types.id(Type::Untyped)),
+                }
+            }
+            Literal::Real(text, name) if name.as_deref() != Some("LREAL") => {
+                (ExprKind::Real(text.clone()), elementary(self, Elementary::Real))
+            }
+            Literal::Real(..) => (ExprKind::Opaque, elementary(self, Elementary::Lreal)),
+            Literal::Date(_) => (ExprKind::Opaque, elementary(self, Elementary::Date)),
+            Literal::Time(time) => (ExprKind::Time(*time), elementary(self, Elementary::Time)),
+            Literal::Text(text) => {
+                let length = u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+                (ExprKind::Text(text.clone()), self.tree.types.id(Type::Text(length)))
+            }
+        })
+    }
+
+    /// A path that is a variable, or a part of one.
+    pub(super) fn place(
+        &mut self,
+        scope: Scope,
+        path: &ast::Path,
+        line: u32,
+    ) -> Result<Place, Fault> {
+        match self.path(scope, path, line)? {
+            Found::Place(place) => Ok(place),
+            Found::Constant(_) => {
+                Err(Fault::new(line, "a constant or a step's flag cannot be written")
+                    .code(Code::Operand))
+            }
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! What names mean, by the scope that declares them.
+
+use super::ByName;
+use crate::declarations::{RoutineId, UnitId, VarId};
+use crate::tree::Tree;
+use scanbound_iec::{PouKind, Project};
+use std::collections::BTreeMap;
+
+/// What the names of a project mean.
+#[derive(Default)]
+pub(super) struct Index {
+    units: ByName<UnitId>,
+    programs: ByName<UnitId>,
+    functions: ByName<UnitId>,
+    types: ByName<usize>,
+    /// Declared types that are resolved, by their numbers.
+    pub(super) known_types: BTreeMap<usize, crate::types::TypeId>,
+    /// By the name alone: of several lists, the first one's comes first.
+    globals: ByName<Vec<VarId>>,
+    /// By the list's name and the variable's.
+    listed: BTreeMap<(String, String), VarId>,
+    /// For each unit, its variables and those that it inherits.
+    members: Vec<ByName<VarId>>,
+    /// The variables of methods.
+    locals: BTreeMap<RoutineId, ByName<VarId>>,
+    /// For each unit, its actions and methods with those that it inherits.
+    actions: Vec<ByName<RoutineId>>,
+    methods: Vec<ByName<RoutineId>>,
+    /// The properties of each unit, and those that it inherits.
+    properties: Vec<ByName<()>>,
+}
+
+fn key(name: &str) -> String {
+    name.to_ascii_uppercase()
+}
+
+impl Index {
+    pub(super) fn new(project: &Project) -> Index {
+        let mut found = Index::default();
+        for (number, pou) in project.pous.iter().enumerate() {
+            let id = UnitId::at(number);
+            found.units.entry(key(&pou.name)).or_insert(id);
+            let more = match pou.kind {
+                PouKind::Program => &mut found.programs,
+                PouKind::Function => &mut found.functions,
+                PouKind::FunctionBlock | PouKind::Interface => continue,
+            };
+            more.entry(key(&pou.name)).or_insert(id);
+        }
+        for (number, one) in project.types.iter().enumerate() {
+            found.types.entry(key(&one.name)).or_insert(number);
+        }
+        found.members = vec![ByName::new(); project.pous.len()];
+        found
+    }
+
+    /// Takes in actions, methods and properties, when all units are known.
+    pub(super) fn members(&mut self, tree: &Tree) {
+        for number in 0..tree.units.len() {
+            let (mut actions, mut methods) = (ByName::new(), ByName::new());
+            let mut properties = ByName::new();
+            for unit in tree.lineage(UnitId::at(number)) {
+                let unit = tree.unit(unit);
+                for &one in &unit.actions {
+                    actions.entry(key(&tree.routine(one).name)).or_insert(one);
+                }
+                for &one in &unit.methods {
+                    let name = &tree.routine(one).name;
+                    methods.entry(key(name)).or_insert(one);
+                    if let Some((property, _)) = name.split_once('.') {
+                        properties.insert(key(property), ());
+                    }
+                }
+            }
+            self.actions.push(actions);
+            self.methods.push(methods);
+            self.properties.push(properties);
+        }
+    }
+
+    /// Lets units know the variables that they inherit, when all are declared.
+    pub(super) fn inherit(&mut self, tree: &Tree) {
+        let all: Vec<ByName<VarId>> = (0..tree.units.len())
+            .map(|number| {
+                let mut found = ByName::new();
+                for unit in tree.lineage(UnitId::at(number)).into_iter().rev() {
+                    for (name, id) in &self.members[unit.index()] {
+                        found.entry(name.clone()).or_insert(*id);
+                    }
+                }
+                found
+            })
+            .collect();
+        self.members = all;
+    }
+
+    pub(super) fn add_member(&mut self, unit: UnitId, name: &str, id: VarId) {
+        self.members[unit.index()].entry(key(name)).or_insert(id);
+    }
+
+    pub(super) fn add_local(&mut self, routine: RoutineId, name: &str, id: VarId) {
+        self.locals.entry(routine).or_default().entry(key(name)).or_insert(id);
+    }
+
+    pub(super) fn add_global(&mut self, list: &str, name: &str, id: VarId) {
+        self.globals.entry(key(name)).or_default().push(id);
+        self.listed.entry((key(list), key(name))).or_insert(id);
+    }
+
+    pub(super) fn unit(&self, name: &str) -> Option<UnitId> {
+        self.units.get(&key(name)).copied()
+    }
+
+    pub(super) fn program(&self, name: &str) -> Option<UnitId> {
+        self.programs.get(&key(name)).copied()
+    }
+
+    pub(super) fn function(&self, name: &str) -> Option<UnitId> {
+        self.functions.get(&key(name)).copied()
+    }
+
+    pub(super) fn declared_type(&self, name: &str) -> Option<usize> {
+        self.types.get(&key(name)).copied()
+    }
+
+    pub(super) fn globals(&self, name: &str) -> &[VarId] {
+        self.globals.get(&key(name)).map_or(&[], Vec::as_slice)
+    }
+
+    pub(super) fn listed(&self, list: &str, name: &str) -> Option<VarId> {
+        self.listed.get(&(key(list), key(name))).copied()
+    }
+
+    pub(super) fn member(&self, unit: UnitId, name: &str) -> Option<VarId> {
+        self.members[unit.index()].get(&key(name)).copied()
+    }
+
+    pub(super) fn local(&self, routine: RoutineId, name: &str) -> Option<VarId> {
+        self.locals.get(&routine)?.get(&key(name)).copied()
+    }
+
+    pub(super) fn action(&self, unit: UnitId, name: &str) -> Option<RoutineId> {
+        self.actions[unit.index()].get(&key(name)).copied()
+    }
+
+    pub(super) fn method(&self, unit: UnitId, name: &str) -> Option<RoutineId> {
+        self.methods[unit.index()].get(&key(name)).copied()
+    }
+
+    pub(super) fn has_property(&self, unit: UnitId, name: &str) -> bool {
+        self.properties[unit.index()].contains_key(&key(name))
+    }
+}

@@ -1,0 +1,418 @@
+//! From the syntax tree to the typed tree: the only place that looks for names.
+
+mod calls;
+mod expressions;
+mod index;
+mod paths;
+mod statements;
+mod types;
+
+use crate::constants::Constants;
+use crate::declarations::{
+    Code, First, Owner, Routine, RoutineId, RoutineKind, Unit, UnitId, VarId, Variable,
+};
+use crate::tree::{Connected, Expr, ExprKind, Pair, ProgramInstance, Tree};
+use crate::types::{Type, TypeId};
+use index::Index;
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::ast;
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{
+    Body, Language, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same,
+};
+use std::collections::BTreeMap;
+
+/// What the new road does not know yet.
+pub const NOT_YET: &str = "not in the new road";
+
+/// The fault of what the new road does not know yet.
+#[must_use]
+pub fn not_yet(line: u32, what: &str) -> Fault {
+    Fault::new(line, format!("{NOT_YET}: {what}")).code(FaultCode::NotModelled)
+}
+
+/// The typed tree of a project whose declarations have no faults.
+#[must_use]
+pub fn tree(project: &Project) -> Tree {
+    let mut own = Resolver {
+        project,
+        constants: Constants::new(project),
+        tree: Tree::default(),
+        index: Index::new(project),
+        gives_parts: gives_parts(project),
+    };
+    own.declare();
+    own.initial_values();
+    own.bodies();
+    own.connections();
+    own.tree
+}
+
+/// Whether a declaration gives an instance or a structure values for its parts.
+fn gives_parts(project: &Project) -> bool {
+    let gives = |one: &Declared| {
+        !types::is_elementary(&one.of)
+            && !matches!(one.initial, None | Some(ast::Expr::Literal(_)))
+    };
+    let units = project.pous.iter().map(|pou| &pou.variables);
+    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    all.any(gives)
+}
+
+/// A project while it is resolved.
+struct Resolver<'p> {
+    project: &'p Project,
+    constants: Constants<'p>,
+    tree: Tree,
+    index: Index,
+    gives_parts: bool,
+}
+
+/// Where names are looked for.
+#[derive(Clone, Copy)]
+struct Scope {
+    /// The unit whose code it is; none for lists of global variables.
+    unit: Option<UnitId>,
+    /// Its method.
+    method: Option<RoutineId>,
+    /// The list whose own variables come first.
+    list: Option<usize>,
+}
+
+impl<'p> Resolver<'p> {
+    fn declare(&mut self) {
+        let project = self.project;
+        // Units first: types and variables name them.
+        for (number, pou) in project.pous.iter().enumerate() {
+            let base = pou.extends.as_ref().map(|base| self.index.unit(base).ok_or(base));
+            let fault = match base {
+                Some(Err(base)) => Some(types::unknown_base(&pou.name, base, pou.line)),
+                _ => None,
+            };
+            let unit = UnitId::at(number);
+            let body = self.routine(unit, RoutineKind::Body, &pou.name, &pou.body, pou.line);
+            let actions = pou.actions.iter().map(|one| {
+                self.routine(unit, RoutineKind::Action, &one.name, &one.body, one.line)
+            });
+            let actions = actions.collect();
+            let methods = pou.methods.iter().map(|one| {
+                let id = self.routine(unit, RoutineKind::Method, &one.name, &one.body, one.line);
+                self.tree.routines[id.index()].is_private = one.is_private;
+                id
+            });
+            let methods = methods.collect();
+            self.tree.units.push(Unit {
+                name: pou.name.clone(),
+                kind: pou.kind,
+                base: base.and_then(Result::ok),
+                variables: Vec::new(),
+                result: None,
+                body,
+                actions,
+                methods,
+                fault,
+                retain: project.retains(number),
+                file: pou.file,
+                line: pou.line,
+            });
+        }
+        self.index.members(&self.tree);
+        for number in 0..project.pous.len() {
+            self.unit_variables(UnitId::at(number));
+        }
+        self.global_variables();
+        let listed: Vec<(String, String)> = match project.tasks.iter().all(|one| one.instances.is_empty())
+        {
+            false => project.tasks.iter().flat_map(|task| task.instances.clone()).collect(),
+            true => {
+                let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
+                programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect()
+            }
+        };
+        for (name, of) in listed {
+            if let Some(unit) = self.index.program(&of) {
+                self.tree.programs.push(ProgramInstance { name, unit });
+            }
+        }
+    }
+
+    fn routine(
+        &mut self,
+        unit: UnitId,
+        kind: RoutineKind,
+        name: &str,
+        body: &Body,
+        line: u32,
+    ) -> RoutineId {
+        self.tree.routines.push(Routine {
+            name: name.to_owned(),
+            unit,
+            kind,
+            variables: Vec::new(),
+            result: None,
+            language: body.language(),
+            code: Code::Statements(Vec::new()),
+            is_private: false,
+            line,
+        });
+        RoutineId::at(self.tree.routines.len() - 1)
+    }
+
+    /// The variables around the code of a unit, or of one of its methods, as they are declared.
+    fn around(&self, unit: UnitId, method: Option<&'p Pou>) -> Vec<&'p [Declared]> {
+        let units = self.tree.lineage(unit);
+        let units = units.into_iter().map(|one| &self.project.pous[one.index()]);
+        method.into_iter().chain(units).map(|pou| &pou.variables[..]).collect()
+    }
+
+    fn unit_variables(&mut self, unit: UnitId) {
+        let pou = &self.project.pous[unit.index()];
+        let around = self.around(unit, None);
+        let mut own = Vec::new();
+        for one in kept(&pou.variables) {
+            own.push(self.variable(one, Owner::Unit(unit), &around));
+        }
+        if pou.kind == PouKind::Function {
+            let result = self.result(pou, Owner::Unit(unit), &around);
+            own.extend(result);
+            self.tree.units[unit.index()].result = result;
+        }
+        self.tree.units[unit.index()].variables = own;
+        for (at, method) in pou.methods.iter().enumerate() {
+            let id = self.tree.units[unit.index()].methods[at];
+            let around = self.around(unit, Some(method));
+            let mut own = Vec::new();
+            for one in kept(&method.variables) {
+                own.push(self.variable(one, Owner::Routine(id), &around));
+            }
+            let result = self.result(method, Owner::Routine(id), &around);
+            own.extend(result);
+            let routine = &mut self.tree.routines[id.index()];
+            (routine.variables, routine.result) = (own, result);
+        }
+    }
+
+    fn result(&mut self, pou: &Pou, owner: Owner, around: &[&[Declared]]) -> Option<VarId> {
+        let of = pou.result.as_ref()?;
+        let result = Declared {
+            name: pou.result_name().to_owned(),
+            section: Section::Local,
+            of: of.clone(),
+            initial: None,
+            at: None,
+            constant: false,
+            retain: false,
+            line: pou.line,
+        };
+        Some(self.variable(&result, owner, around))
+    }
+
+    fn variable(&mut self, one: &Declared, owner: Owner, around: &[&[Declared]]) -> VarId {
+        let ty = self.type_of(&one.of, around, one.line);
+        let first = match types::is_elementary(&one.of) {
+            true => First::Zero,
+            false => match self.first_named(&one.of, around) {
+                Some(number) => First::Number(number),
+                None => First::Unknown,
+            },
+        };
+        let value = one.initial.as_ref().and_then(|one| self.constants.number(one, around));
+        self.tree.variables.push(Variable {
+            name: one.name.clone(),
+            section: one.section,
+            ty,
+            owner,
+            initial: None,
+            value,
+            first,
+            at: one.at.clone(),
+            constant: one.constant,
+            retain: one.retain,
+            line: one.line,
+        });
+        let id = VarId::at(self.tree.variables.len() - 1);
+        match owner {
+            Owner::Unit(unit) => self.index.add_member(unit, &one.name, id),
+            Owner::Routine(routine) => self.index.add_local(routine, &one.name, id),
+            Owner::Global(_) => {}
+        }
+        id
+    }
+
+    fn global_variables(&mut self) {
+        let project = self.project;
+        for (number, (name, all)) in project.globals.iter().enumerate() {
+            let around: &[&[Declared]] = if name.is_empty() { &[] } else { &[all] };
+            let mut own = Vec::new();
+            for one in all {
+                let id = self.variable(one, Owner::Global(number), around);
+                self.index.add_global(name, &one.name, id);
+                own.push(id);
+            }
+            let name = name.clone();
+            self.tree.globals.push(crate::declarations::GlobalList { name, variables: own });
+        }
+        self.index.inherit(&self.tree);
+    }
+
+    /// What declarations give their variables at first.
+    fn initial_values(&mut self) {
+        let project = self.project;
+        for number in 0..project.pous.len() {
+            let (unit, pou) = (UnitId::at(number), &project.pous[number]);
+            let own = self.tree.unit(unit).variables.clone();
+            let scope = Scope { unit: Some(unit), method: None, list: None };
+            self.initial_of(scope, &own, &pou.variables);
+            for (at, method) in pou.methods.iter().enumerate() {
+                let id = self.tree.unit(unit).methods[at];
+                let own = self.tree.routine(id).variables.clone();
+                let scope =
+                    Scope { unit: Some(unit), method: Some(id), list: None };
+                self.initial_of(scope, &own, &method.variables);
+            }
+        }
+        for (number, (_, all)) in project.globals.iter().enumerate() {
+            let scope = Scope { unit: None, method: None, list: Some(number) };
+            let own = self.tree.globals[number].variables.clone();
+            for (id, one) in own.into_iter().zip(all) {
+                self.initial_one(scope, id, one);
+            }
+        }
+    }
+
+    fn initial_of(&mut self, scope: Scope, own: &[VarId], all: &[Declared]) {
+        for (&id, one) in own.iter().zip(kept(all)) {
+            self.initial_one(scope, id, one);
+        }
+    }
+
+    fn initial_one(&mut self, scope: Scope, id: VarId, one: &Declared) {
+        let Some(initial) = &one.initial else { return };
+        let found = self.initial(scope, initial, one.line);
+        self.tree.variables[id.index()].initial = Some(found);
+    }
+
+    fn initial(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
+        use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
+        if let ast::Expr::Call(path, given) = one
+            && [CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str())
+        {
+            let all = given.iter().map(|one| self.initial(scope, &one.value, line)).collect();
+            let ty = self.tree.types.id(Type::Unknown);
+            return Expr { kind: ExprKind::List(all), ty, line };
+        }
+        self.expression(scope, one, line)
+    }
+
+    fn bodies(&mut self) {
+        let project = self.project;
+        for (number, pou) in project.pous.iter().enumerate() {
+            let unit = UnitId::at(number);
+            let scope = Scope { unit: Some(unit), method: None, list: None };
+            let Unit { body, actions, methods, .. } = self.tree.unit(unit).clone();
+            self.code(scope, body, &pou.body);
+            for (id, one) in actions.into_iter().zip(&pou.actions) {
+                self.code(scope, id, &one.body);
+            }
+            for (id, one) in methods.into_iter().zip(&pou.methods) {
+                let scope = Scope { method: Some(id), ..scope };
+                self.code(scope, id, &one.body);
+            }
+        }
+    }
+
+    fn code(&mut self, scope: Scope, id: RoutineId, body: &Body) {
+        let line = self.tree.routine(id).line;
+        let code = match body {
+            Body::Code(Language::St, statements) => {
+                Code::Statements(self.body(scope, statements, line))
+            }
+            Body::Code(_, statements) if statements.is_empty() => Code::Statements(Vec::new()),
+            Body::Code(language, _) => Code::Unread(not_yet(line, language.name())),
+            Body::Chart(_) => Code::Unread(not_yet(line, "charts")),
+            Body::Unread(language, fault) => {
+                let mut fault = fault.clone();
+                fault.message = format!("{} ({})", fault.message, language.name());
+                Code::Unread(fault)
+            }
+        };
+        self.tree.routines[id.index()].code = code;
+    }
+
+    fn connections(&mut self) {
+        for one in &self.project.connected {
+            let pairs = one.given.iter().map(|pair| self.pair(one, pair)).collect();
+            let (instance, file, line) = (one.name.clone(), one.file, one.line);
+            self.tree.connected.push(Connected { instance, pairs, file, line });
+        }
+    }
+
+    fn pair(
+        &mut self,
+        of: &scanbound_iec::Connected,
+        one: &ast::Argument,
+    ) -> Result<Pair, Fault> {
+        let line = of.line;
+        let program = self.tree.programs.iter().find(|own| same(&own.name, &of.name));
+        let name = one.name.clone().unwrap_or_default();
+        let section = if one.is_output { Section::Output } else { Section::Input };
+        let own = program.and_then(|program| self.index.member(program.unit, &name));
+        let own = own.filter(|&own| self.tree.variable(own).section == section);
+        let Some(own) = own else {
+            let kind = if one.is_output { "output" } else { "input" };
+            let help = "connect a variable of VAR_INPUT by :=, and one of VAR_OUTPUT by =>";
+            let told = format!("the program of {} has no {kind} {name}", of.name);
+            return Err(Fault::new(line, told).code(FaultCode::UnknownName).text(&name).help(help));
+        };
+        let refused = || {
+            let help = "connect constants, global variables and addresses";
+            let what = scanbound_iec::show::expr(&one.value);
+            let told = format!("what a program is connected to, {what}, is not followed");
+            Fault::new(line, told).code(FaultCode::NotModelled).help(help)
+        };
+        let scope = Scope { unit: None, method: None, list: None };
+        let other = match &one.value {
+            ast::Expr::Variable(_) => self.expression(scope, &one.value, line),
+            ast::Expr::Literal(_) | ast::Expr::Negate(_) if !one.is_output => {
+                self.expression(scope, &one.value, line)
+            }
+            _ => return Err(refused()),
+        };
+        match other.kind {
+            ExprKind::Fault(fault) => Err(*fault),
+            _ => Ok(Pair { own, is_output: one.is_output, other }),
+        }
+    }
+
+    fn bool(&self) -> TypeId {
+        self.tree.types.elementary(crate::types::Elementary::Bool)
+    }
+
+    fn unknown(&mut self) -> TypeId {
+        self.tree.types.id(Type::Unknown)
+    }
+}
+
+/// The variables that take memory of their own; globals that a unit only names do not.
+fn kept(all: &[Declared]) -> impl Iterator<Item = &Declared> {
+    all.iter().filter(|one| one.section != Section::External && !one.name.is_empty())
+}
+
+/// By names in capitals.
+type ByName<T> = BTreeMap<String, T>;
+
+/// The fault of a name that nothing declares.
+fn unknown_name(line: u32, name: &str) -> Fault {
+    Fault::new(line, format!("there is no {name}"))
+        .code(FaultCode::UnknownName)
+        .text(name)
+        .help("give all files of the project, or declare it")
+}
+
+/// The name of a type as it is written.
+fn named(of: &TypeRef) -> Option<&str> {
+    match of {
+        TypeRef::Named(name) => Some(name),
+        _ => None,
+    }
+}

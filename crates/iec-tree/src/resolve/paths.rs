@@ -1,0 +1,379 @@
+//! What paths mean: variables and parts of them, or constants.
+
+use super::{Declared, Resolver, Scope, not_yet, unknown_name};
+use crate::declarations::{Address, AddressId, Owner, UnitId, VarId};
+use crate::tree::{Expr, ExprKind, Place, Root, Step};
+use crate::types::{Elementary, Kind, Type, TypeId, holding};
+use scanbound_base::code::Code;
+use scanbound_iec::ast::{self, Part, Path};
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, Section, same, show};
+
+/// What a path means.
+pub(super) enum Found {
+    /// A variable or a part of one.
+    Place(Place),
+    /// A value that is known.
+    Constant(Expr),
+}
+
+fn is_this(name: &str) -> bool {
+    ["THIS", "SUPER"].iter().any(|own| same(own, name))
+}
+
+impl Resolver<'_> {
+    /// What a path means.
+    pub(super) fn path(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        if path.first.starts_with('~') && self.own_variable(scope, &path.first).is_none() {
+            return Err(not_yet(line, "values that drawings keep"));
+        }
+        let rest = &path.rest[..];
+        if is_this(&path.first) {
+            let Some(unit) = scope.unit else { return Err(unknown_name(line, &path.first)) };
+            let behind =
+                rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
+            let start = self.this(unit);
+            return self.follow(scope, start, &rest[behind..], path, line);
+        }
+        let own = self.own_variable(scope, &path.first);
+        if matches!(rest, [Part::Name(flag)] if same(flag, "X") || same(flag, "T"))
+            && self.has_chart(scope)
+        {
+            return Err(not_yet(line, "flags of steps"));
+        }
+        if own.is_none() && scope.unit.is_some_and(|unit| self.index.has_property(unit, &path.first))
+        {
+            return Err(not_yet(line, "properties"));
+        }
+        if let Some(constant) = self.named_constant(scope, own, path, line) {
+            return Ok(Found::Constant(constant));
+        }
+        let variable = own.or_else(|| self.global(scope, &path.first));
+        if let Some(variable) = variable {
+            let start = self.start(variable);
+            return self.follow(scope, start, rest, path, line);
+        }
+        if let [Part::Name(name), rest @ ..] = rest
+            && let Some(variable) = self.index.listed(&path.first, name)
+        {
+            let start = self.start(variable);
+            return self.follow(scope, start, rest, path, line);
+        }
+        if let Some(at) = self.program_instance(&path.first) {
+            let unit = self.tree.programs[at].unit;
+            let ty = self.block(unit);
+            let start = Place { root: Root::Program(at), steps: Vec::new(), ty };
+            return self.follow(scope, start, rest, path, line);
+        }
+        let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
+        let number = self.constants.named(&path.first).or_else(|| {
+            let of = format!("{}#{last}", path.first);
+            self.constants.named(&of).filter(|_| rest.len() == 1)
+        });
+        if let Some(number) = number {
+            return Ok(Found::Constant(self.untyped(number, line)));
+        }
+        if path.first.starts_with('%') {
+            let start = self.direct(&path.first);
+            return self.follow(scope, start, rest, path, line);
+        }
+        Err(self.not_declared(scope, path, line))
+    }
+
+    /// A whole number without a type of its own.
+    pub(super) fn untyped(&mut self, value: i64, line: u32) -> Expr {
+        let ty = self.tree.types.id(Type::Untyped);
+        Expr { kind: ExprKind::Whole(value), ty, line }
+    }
+
+    fn this(&mut self, unit: UnitId) -> Place {
+        let ty = self.block(unit);
+        Place { root: Root::This, steps: Vec::new(), ty }
+    }
+
+    fn start(&self, variable: VarId) -> Place {
+        let ty = self.tree.variable(variable).ty;
+        Place { root: Root::Variable(variable), steps: Vec::new(), ty }
+    }
+
+    /// The variable of a method, or of the unit, by its name.
+    pub(super) fn own_variable(&self, scope: Scope, name: &str) -> Option<VarId> {
+        let local = scope.method.and_then(|method| self.index.local(method, name));
+        local.or_else(|| self.index.member(scope.unit?, name))
+    }
+
+    fn global(&self, scope: Scope, name: &str) -> Option<VarId> {
+        let of_list = scope.list.and_then(|list| {
+            let list = &self.tree.globals[list].name;
+            if list.is_empty() { None } else { self.index.listed(list, name) }
+        });
+        of_list.or_else(|| self.index.globals(name).first().copied())
+    }
+
+    fn program_instance(&self, name: &str) -> Option<usize> {
+        let all = &self.tree.programs;
+        let of = |one: &crate::tree::ProgramInstance| {
+            self.project.pous[one.unit.index()].name.as_str()
+        };
+        all.iter()
+            .position(|one| same(&one.name, name))
+            .or_else(|| all.iter().position(|one| same(of(one), name)))
+    }
+
+    fn has_chart(&self, scope: Scope) -> bool {
+        let Some(unit) = scope.unit else { return false };
+        let charts = |unit: UnitId| !self.project.pous[unit.index()].charts().is_empty();
+        self.tree.lineage(unit).into_iter().any(charts)
+    }
+
+    fn direct(&mut self, text: &str) -> Place {
+        let text = text.to_ascii_uppercase();
+        let size = text.trim_start_matches('%').chars().nth(1).unwrap_or('X');
+        let of = match size {
+            'B' => Elementary::Byte,
+            'W' => Elementary::Word,
+            'D' => Elementary::Dword,
+            'L' => Elementary::Lword,
+            _ => Elementary::Bool,
+        };
+        let ty = self.tree.types.elementary(of);
+        let known = self.tree.addresses.iter().position(|one| one.text == text);
+        let at = known.unwrap_or_else(|| {
+            self.tree.addresses.push(Address { text, ty });
+            self.tree.addresses.len() - 1
+        });
+        Place { root: Root::Address(AddressId::at(at)), steps: Vec::new(), ty }
+    }
+
+    /// The value of a constant of the unit, or of a global one.
+    fn named_constant(
+        &mut self,
+        scope: Scope,
+        own: Option<VarId>,
+        path: &Path,
+        line: u32,
+    ) -> Option<Expr> {
+        let name = path.as_name()?;
+        let id = match own {
+            Some(id) => {
+                let one = self.tree.variable(id);
+                let is_own = matches!(one.owner, Owner::Unit(_));
+                let is_fixed =
+                    one.section == Section::Local && one.constant && !self.gives_parts;
+                if !(is_own && is_fixed) {
+                    return None;
+                }
+                id
+            }
+            None => match self.index.globals(name) {
+                &[one] if self.tree.variable(one).constant => one,
+                _ => return None,
+            },
+        };
+        let declared = self.declared(id)?;
+        let initial = declared.initial.as_ref()?;
+        let one = self.tree.variable(id);
+        let ty = one.ty;
+        let bool = self.bool();
+        if ty == bool {
+            return match initial {
+                ast::Expr::Literal(ast::Literal::Bool(value)) => {
+                    Some(Expr { kind: ExprKind::Bool(*value), ty, line })
+                }
+                _ => None,
+            };
+        }
+        if !super::types::is_elementary(&declared.of) {
+            return None;
+        }
+        let kind = self.tree.types.kind(ty).filter(|kind| matches!(kind, Kind::Whole { .. }))?;
+        let value = match own {
+            Some(_) => {
+                // What it is made of may have another meaning for what extends the unit.
+                let mut is_hidden = false;
+                names(initial, &mut |path| is_hidden |= self.hides(scope, path));
+                self.constants.number(initial, &[]).filter(|_| !is_hidden)?
+            }
+            None => self.constants.named(name)?,
+        };
+        (holding(kind, value) == kind).then_some(Expr { kind: ExprKind::Whole(value), ty, line })
+    }
+
+    /// Whether a variable here hides the constant that a name would mean elsewhere.
+    fn hides(&self, scope: Scope, path: &Path) -> bool {
+        let name = &path.first;
+        self.own_variable(scope, name).is_some()
+            || scope.unit.is_some_and(|unit| self.index.has_property(unit, name))
+            || self.index.globals(name).iter().any(|&one| !self.tree.variable(one).constant)
+            || !(path.rest.is_empty() || self.constants.is_list_or_type(name))
+    }
+
+    /// A variable as it is declared.
+    fn declared(&self, id: VarId) -> Option<&Declared> {
+        let one = self.tree.variable(id);
+        let find = |all: &'_ [Declared]| -> Option<usize> {
+            all.iter().position(|own| same(&own.name, &one.name) && own.line == one.line)
+        };
+        let all: &[Declared] = match one.owner {
+            Owner::Unit(unit) => &self.project.pous[unit.index()].variables,
+            Owner::Global(list) => &self.project.globals[list].1,
+            Owner::Routine(_) => return None,
+        };
+        find(all).map(|at| &all[at])
+    }
+
+    /// Follows parts behind a place.
+    fn follow(
+        &mut self,
+        scope: Scope,
+        start: Place,
+        rest: &[Part],
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        let mut place = start;
+        self.is_followed(&place, line)?;
+        for (number, part) in rest.iter().enumerate() {
+            let (step, ty) = self.step(scope, &place, part, path, line)?;
+            // Its own code means what is handed over while it runs.
+            let is_own = place.root == Root::This && number == 0;
+            if let (Step::Member(variable), false) = (&step, is_own) {
+                self.names_handed(*variable, line)?;
+            }
+            place.steps.push(step);
+            place.ty = ty;
+            self.is_followed(&place, line)?;
+        }
+        Ok(Found::Place(place))
+    }
+
+    fn is_followed(&mut self, place: &Place, line: u32) -> Result<(), Fault> {
+        match self.tree.types.get(place.ty) {
+            Type::Reference(..) => Err(not_yet(line, "references and pointers")),
+            Type::Interface(_) => Err(not_yet(line, "interfaces")),
+            Type::Faulty(at) => Err(self.tree.types.fault(*at)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses what names, from outside, a variable that an instance's calls hand over in and out: what the last call handed over
+    /// is meant.
+    pub(super) fn names_handed(&self, variable: VarId, line: u32) -> Result<(), Fault> {
+        let one = self.tree.variable(variable);
+        if one.section != Section::InOut {
+            return Ok(());
+        }
+        let message = format!(
+            "{} is handed over in and out, and reached while no call of its instance hands it over",
+            one.name
+        );
+        let help =
+            "copy it to a variable of the block in its body, or hand it over where it is needed";
+        Err(Fault::new(line, message).code(Code::NotModelled).help(help))
+    }
+
+    fn step(
+        &mut self,
+        scope: Scope,
+        place: &Place,
+        part: &Part,
+        path: &Path,
+        line: u32,
+    ) -> Result<(Step, TypeId), Fault> {
+        let shown = || show::path(path);
+        match (self.tree.types.get(place.ty).clone(), part) {
+            (Type::Struct(id), Part::Name(name)) => {
+                let parts = self.tree.types.parts(id);
+                let at = parts.iter().position(|(own, _)| same(own, name));
+                let at = at.ok_or_else(|| unknown_name(line, &shown()))?;
+                Ok((Step::Part(at), parts[at].1))
+            }
+            (Type::Block(unit), Part::Name(name)) => match self.index.member(unit, name) {
+                Some(id) => Ok((Step::Member(id), self.tree.variable(id).ty)),
+                None if self.index.has_property(unit, name) => Err(not_yet(line, "properties")),
+                None => Err(unknown_name(line, &shown())),
+            },
+            (Type::Standard(block), Part::Name(name)) => {
+                let pin = block.pin(name).ok_or_else(|| unknown_name(line, &shown()))?;
+                Ok((Step::Pin(pin), self.tree.types.elementary(pin.of())))
+            }
+            (Type::Array(dimensions, of), Part::Index(indices)) => {
+                if indices.len() != dimensions.len() {
+                    let told = format!("{} has {} dimensions", shown(), dimensions.len());
+                    return Err(Fault::new(line, told));
+                }
+                let mut all = Vec::new();
+                for index in indices {
+                    all.push(self.expression(scope, index, line));
+                }
+                let known: Option<Vec<i64>> = all.iter().map(Expr::whole).collect();
+                for (number, (low, high)) in known.iter().flatten().zip(&dimensions) {
+                    if !(low..=high).contains(&number) {
+                        let told = format!("{}[{number}] lies outside {low}..{high}", shown());
+                        return Err(Fault::new(line, told));
+                    }
+                }
+                Ok((Step::Element(all), of))
+            }
+            (Type::Elementary(of), Part::Bit(bit)) => match of.kind() {
+                Some(Kind::Whole { bits, .. }) if *bit < bits => {
+                    Ok((Step::Bit(*bit), self.bool()))
+                }
+                _ => Err(Fault::new(line, format!("{} has no bit {bit}", shown()))),
+            },
+            (Type::Array(..), _) | (_, Part::Index(_)) if matches!(part, Part::Index(_)) => {
+                Err(Fault::new(line, format!("{} is no array", shown())))
+            }
+            _ => {
+                let told = format!("{} is not followed", shown());
+                Err(Fault::new(line, told).code(Code::NotModelled))
+            }
+        }
+    }
+
+    /// The fault of a name that nothing declares; of VAR_EXTERNAL, the list that declares it is missing.
+    fn not_declared(&self, scope: Scope, path: &Path, line: u32) -> Fault {
+        let lineage = scope.unit.map(|unit| self.tree.lineage(unit)).unwrap_or_default();
+        let mut all = lineage.into_iter().flat_map(|unit| {
+            let pou = &self.project.pous[unit.index()];
+            pou.variables.iter().chain(pou.methods.iter().flat_map(|one| &one.variables))
+        });
+        let is_it =
+            |one: &Declared| one.section == Section::External && same(&one.name, &path.first);
+        if all.any(is_it) {
+            let told = format!(
+                "{} is declared as VAR_EXTERNAL, and no VAR_GLOBAL declares it",
+                path.first
+            );
+            let help = format!("give the file in which VAR_GLOBAL declares {}, too", path.first);
+            return Fault::new(line, told)
+                .code(Code::UnknownName)
+                .text(show::path(path))
+                .help(help);
+        }
+        unknown_name(line, &show::path(path))
+    }
+
+    /// Whether a unit is a program.
+    pub(super) fn is_program(&self, unit: UnitId) -> bool {
+        self.project.pous[unit.index()].kind == PouKind::Program
+    }
+}
+
+/// The paths in a constant's value.
+fn names(one: &ast::Expr, see: &mut dyn FnMut(&Path)) {
+    match one {
+        ast::Expr::Variable(path) => see(path),
+        ast::Expr::Negate(inner) | ast::Expr::Not(inner) => names(inner, see),
+        ast::Expr::Binary(_, left, right) => {
+            names(left, see);
+            names(right, see);
+        }
+        ast::Expr::Literal(_) | ast::Expr::Call(..) => {}
+    }
+}

@@ -1,0 +1,206 @@
+//! Statements with what they name.
+
+use super::{Resolver, Scope, not_yet};
+use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
+use crate::types::Type;
+use scanbound_base::code::Code;
+use scanbound_iec::ast::{self, Kind};
+use scanbound_iec::fault::Fault;
+use scanbound_iec::show;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The labels of a body.
+#[derive(Default)]
+struct Labels {
+    /// By their names in capitals.
+    numbers: BTreeMap<String, u32>,
+    /// Those that stand further up.
+    passed: BTreeSet<u32>,
+}
+
+impl Labels {
+    fn number(&mut self, name: &str) -> u32 {
+        let next = u32::try_from(self.numbers.len()).unwrap_or(u32::MAX);
+        *self.numbers.entry(name.to_ascii_uppercase()).or_insert(next)
+    }
+}
+
+impl Resolver<'_> {
+    /// The statements of a body that begins in a line.
+    pub(super) fn body(
+        &mut self,
+        scope: Scope,
+        all: &[ast::Statement],
+        line: u32,
+    ) -> Vec<Statement> {
+        let mut labels = Labels::default();
+        let mut found = self.statements(scope, all, &mut labels);
+        for (name, number) in &labels.numbers {
+            if !labels.passed.contains(number) {
+                let help = "only jumps to labels further down are followed";
+                let told = format!("there is no label {name} further down");
+                let fault = Fault::new(line, told).code(Code::NoLabel).help(help);
+                let kind = StatementKind::Fault(Box::new(fault));
+                found.push(Statement { kind, text: "".into(), line });
+            }
+        }
+        found
+    }
+
+    fn statements(
+        &mut self,
+        scope: Scope,
+        all: &[ast::Statement],
+        labels: &mut Labels,
+    ) -> Vec<Statement> {
+        all.iter().map(|one| self.statement(scope, one, labels)).collect()
+    }
+
+    fn statement(
+        &mut self,
+        scope: Scope,
+        one: &ast::Statement,
+        labels: &mut Labels,
+    ) -> Statement {
+        let text = show::statements(std::slice::from_ref(one), 0);
+        let text = text.lines().next().unwrap_or_default().into();
+        let line = one.line;
+        let kind = self.kind(scope, one, labels);
+        let kind = kind.unwrap_or_else(|fault| StatementKind::Fault(Box::new(fault)));
+        Statement { kind, text, line }
+    }
+
+    fn kind(
+        &mut self,
+        scope: Scope,
+        one: &ast::Statement,
+        labels: &mut Labels,
+    ) -> Result<StatementKind, Fault> {
+        let line = one.line;
+        Ok(match &one.kind {
+            Kind::Assign(target, value) => {
+                let target = self.place(scope, target, line)?;
+                let value = self.expression(scope, value, line);
+                self.assigned(target, value, line)?
+            }
+            Kind::Latch(target, set, condition) => {
+                let target = self.place(scope, target, line)?;
+                let condition = self.expression(scope, condition, line);
+                match self.tree.types.get(target.ty) {
+                    Type::Block(_) | Type::Standard(_) => {
+                        return Err(not_yet(line, "S and R of instances"));
+                    }
+                    Type::Elementary(of) if of.kind().is_some() => {
+                        let told = "a number is not set or reset";
+                        return Err(Fault::new(line, told).code(Code::Operand));
+                    }
+                    _ => StatementKind::Latch(target, *set, condition),
+                }
+            }
+            Kind::Call(target, given) => self.call_statement(scope, target, given, line)?,
+            Kind::CallIf(condition, target, given) => {
+                let call = self.call_statement(scope, target, given, line)?;
+                if condition.is(true) {
+                    return Ok(call);
+                }
+                let condition = self.expression(scope, condition, line);
+                let text = show::path(target).into();
+                StatementKind::CallIf(condition, Box::new(Statement { kind: call, text, line }))
+            }
+            Kind::If(arms, otherwise) => {
+                let arms = arms.iter().map(|(condition, body)| {
+                    let condition = self.expression(scope, condition, line);
+                    (condition, self.statements(scope, body, labels))
+                });
+                let arms = arms.collect();
+                StatementKind::If(arms, self.statements(scope, otherwise, labels))
+            }
+            Kind::Case(of, arms, otherwise) => {
+                let of = self.expression(scope, of, line);
+                let arms = arms.iter().map(|(selectors, body)| {
+                    let selectors = selectors.iter().map(|one| Selector {
+                        low: self.expression(scope, &one.low, line),
+                        high: one.high.as_ref().map(|high| self.expression(scope, high, line)),
+                    });
+                    let selectors = selectors.collect();
+                    (selectors, self.statements(scope, body, labels))
+                });
+                let arms = arms.collect();
+                StatementKind::Case(of, arms, self.statements(scope, otherwise, labels))
+            }
+            Kind::For(variable, from, to, by, body) => {
+                let variable = self.place(scope, variable, line)?;
+                let from = self.expression(scope, from, line);
+                let from = self.converted(from, variable.ty);
+                let to = self.expression(scope, to, line);
+                let by = match by {
+                    None => Some(1),
+                    Some(by) => self.expression(scope, by, line).whole(),
+                };
+                let body = self.statements(scope, body, labels);
+                StatementKind::For(Box::new(ForLoop { variable, from, to, by, body }))
+            }
+            Kind::While(condition, body) => {
+                let condition = self.expression(scope, condition, line);
+                StatementKind::While(condition, self.statements(scope, body, labels))
+            }
+            Kind::Repeat(body, until) => {
+                let body = self.statements(scope, body, labels);
+                StatementKind::Repeat(body, self.expression(scope, until, line))
+            }
+            Kind::Exit => StatementKind::Exit,
+            Kind::Continue => StatementKind::Continue,
+            Kind::Return(condition) => {
+                StatementKind::Return(self.expression(scope, condition, line))
+            }
+            Kind::Jump(condition, label) => {
+                let number = labels.number(label);
+                if labels.passed.contains(&number) {
+                    let help = "only jumps to labels further down are followed: write it as FOR";
+                    return Err(Fault::new(line, format!("the jump to {label} goes back"))
+                        .code(Code::JumpBack)
+                        .help(help));
+                }
+                StatementKind::Jump(self.expression(scope, condition, line), number)
+            }
+            Kind::Label(label) => {
+                let number = labels.number(label);
+                labels.passed.insert(number);
+                StatementKind::Label(number)
+            }
+            Kind::Unread(what) => {
+                return Err(Fault::new(line, what.clone()).code(Code::NotModelled));
+            }
+            Kind::Refer(..) => return Err(not_yet(line, "references and pointers")),
+            Kind::Either(..) => return Err(not_yet(line, "alternatives of drawings")),
+            Kind::Foreign(..) => return Err(not_yet(line, "code of other languages")),
+        })
+    }
+
+    /// A value goes to a variable: an elementary one, or a whole.
+    fn assigned(
+        &mut self,
+        target: Place,
+        value: Expr,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        if let ExprKind::Fault(fault) = value.kind {
+            return Ok(StatementKind::Fault(fault));
+        }
+        let is_whole = |own: &Self, place: &Place| {
+            matches!(
+                own.tree.types.get(place.ty),
+                Type::Array(..) | Type::Struct(_) | Type::Block(_) | Type::Standard(_)
+            )
+        };
+        if let ExprKind::Read(from) = &value.kind
+            && is_whole(self, from)
+            && is_whole(self, &target)
+        {
+            self.has_own_type("a variable", target.ty, from.ty, line)?;
+            return Ok(StatementKind::Copy(target, from.clone()));
+        }
+        let value = self.converted(value, target.ty);
+        Ok(StatementKind::Assign(target, value))
+    }
+}

@@ -1,0 +1,343 @@
+//! The standard's functions: their names, and what type of value they give.
+
+use crate::types::{Elementary, Kind, Type, TypeId, Types, common, holding};
+use scanbound_iec::ast::Operator;
+
+/// What a conversion names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Simple {
+    /// An elementary type.
+    Elementary(Elementary),
+    /// Text.
+    Text,
+}
+
+impl Simple {
+    fn named(name: &str) -> Option<Simple> {
+        if ["STRING", "WSTRING"].contains(&name) {
+            return Some(Simple::Text);
+        }
+        Elementary::named(name).map(Simple::Elementary)
+    }
+
+    /// Whether it is text.
+    #[must_use]
+    pub fn is_text(self) -> bool {
+        self == Simple::Text
+    }
+
+    /// Whether it is a duration. What number it is as another type depends on the unit: milliseconds or seconds.
+    #[must_use]
+    pub fn is_time(self) -> bool {
+        self == Simple::Elementary(Elementary::Time)
+    }
+
+    /// Whether it is a string of bits.
+    #[must_use]
+    pub fn is_bits(self) -> bool {
+        matches!(self, Simple::Elementary(one) if one.is_bits())
+    }
+
+    fn whole(self) -> Option<(u8, bool)> {
+        match self {
+            Simple::Elementary(one) => match one.kind()? {
+                Kind::Whole { bits, signed } => Some((bits, signed)),
+                _ => None,
+            },
+            Simple::Text => None,
+        }
+    }
+}
+
+/// How a function moves bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Shift {
+    /// Whether bits that leave at one end come in at the other.
+    pub rotates: bool,
+    /// Whether to the left.
+    pub left: bool,
+}
+
+/// A function of the standard's.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Function {
+    /// An operator as a function; `of_times`: by its name for times, such as `ADD_TIME`.
+    Operator {
+        /// Which one.
+        operator: Operator,
+        /// Whether the name is one for times.
+        of_times: bool,
+    },
+    /// `MOVE`
+    Move,
+    /// `NOT`
+    Not,
+    /// `SEL`
+    Sel,
+    /// `MUX`
+    Mux,
+    /// `MAX`, or `MIN`.
+    Extreme {
+        /// Whether it is `MAX`.
+        larger: bool,
+    },
+    /// `LIMIT`
+    Limit,
+    /// `ABS`
+    Abs,
+    /// `SHL` and the like.
+    Shift(Shift),
+    /// `X_TO_Y`, or `TO_Y`.
+    Convert {
+        /// The type that the name says the value has.
+        from: Option<Simple>,
+        /// The type that it becomes one of.
+        to: Simple,
+        /// Its name in capitals.
+        name: String,
+    },
+    /// A function that reads (or writes) decimal digits of four bits.
+    Decimal {
+        /// Whether it reads them.
+        reads: bool,
+        /// The type of the number that it gives, if the name says it.
+        to: Option<Simple>,
+        /// Its name in capitals.
+        name: String,
+    },
+    /// `SIZEOF`, `LOWER_BOUND` and `UPPER_BOUND` of a variable: a number that is known.
+    Measured(i64),
+    /// A function whose result may be any value: its name in capitals.
+    Unfollowed(&'static str),
+}
+
+/// Functions that are given reals or long reals, and give such.
+const OF_REALS: &[&str] =
+    &["SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"];
+
+/// Other functions whose results may be any value.
+const UNFOLLOWED: &[&str] = &[
+    "TRUNC", "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND",
+    "SIZEOF", "CONCAT_DATE_TOD", "TIME", "LTIME",
+];
+
+fn operator(name: &str) -> Option<Operator> {
+    Some(match name {
+        "ADD" => Operator::Add,
+        "SUB" => Operator::Subtract,
+        "MUL" => Operator::Multiply,
+        "DIV" => Operator::Divide,
+        "MOD" => Operator::Modulo,
+        "EXPT" => Operator::Power,
+        "AND" => Operator::And,
+        "OR" => Operator::Or,
+        "XOR" => Operator::Xor,
+        "GT" => Operator::Greater,
+        "GE" => Operator::GreaterOrEqual,
+        "EQ" => Operator::Equal,
+        "NE" => Operator::NotEqual,
+        "LE" => Operator::LessOrEqual,
+        "LT" => Operator::Less,
+        _ => return None,
+    })
+}
+
+fn decimal(name: &str) -> Option<(bool, Option<Simple>)> {
+    if let Some((digits, number)) = name.split_once("BCD_TO_") {
+        let is_own = digits.is_empty() || Simple::named(digits.strip_suffix('_')?).is_some();
+        return Simple::named(number).filter(|_| is_own).map(|to| (true, Some(to)));
+    }
+    let (number, digits) = name.split_once("_TO_BCD")?;
+    Simple::named(number)?;
+    match digits.strip_prefix('_') {
+        Some(to) => Some((false, Some(Simple::named(to)?))),
+        None => digits.is_empty().then_some((false, None)),
+    }
+}
+
+impl Function {
+    /// The function of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Function> {
+        let upper = name.to_ascii_uppercase();
+        if let Some((reads, to)) = decimal(&upper) {
+            return Some(Function::Decimal { reads, to, name: upper });
+        }
+        if let Some((from, to)) = upper.split_once("_TO_") {
+            let (from, to) = (Simple::named(from)?, Simple::named(to)?);
+            return Some(Function::Convert { from: Some(from), to, name: upper });
+        }
+        if let Some(to) = upper.strip_prefix("TO_").and_then(Simple::named) {
+            return Some(Function::Convert { from: None, to, name: upper });
+        }
+        if let Some(operator) = operator(&upper) {
+            return Some(Function::Operator { operator, of_times: false });
+        }
+        let of_times = |operator| Function::Operator { operator, of_times: true };
+        Some(match upper.as_str() {
+            "ADD_TIME" => of_times(Operator::Add),
+            "SUB_TIME" => of_times(Operator::Subtract),
+            "MULTIME" => of_times(Operator::Multiply),
+            "DIVTIME" => of_times(Operator::Divide),
+            "MOVE" => Function::Move,
+            "NOT" => Function::Not,
+            "SEL" => Function::Sel,
+            "MUX" => Function::Mux,
+            "MAX" => Function::Extreme { larger: true },
+            "MIN" => Function::Extreme { larger: false },
+            "LIMIT" => Function::Limit,
+            "ABS" => Function::Abs,
+            "SHL" => Function::Shift(Shift { rotates: false, left: true }),
+            "SHR" => Function::Shift(Shift { rotates: false, left: false }),
+            "ROL" => Function::Shift(Shift { rotates: true, left: true }),
+            "ROR" => Function::Shift(Shift { rotates: true, left: false }),
+            other => Function::Unfollowed(
+                UNFOLLOWED.iter().chain(OF_REALS).copied().find(|&own| own == other)?,
+            ),
+        })
+    }
+
+    /// The rank of an input by its name: what comes first has the least. Unnamed inputs come as they are written.
+    #[must_use]
+    pub fn rank(name: &str) -> u32 {
+        let upper = name.to_ascii_uppercase();
+        match upper.strip_prefix("IN") {
+            Some("") => 1,
+            Some(number) => {
+                number.parse::<u32>().map_or(u32::MAX, |number| number.saturating_add(2))
+            }
+            None if ["G", "K", "MN"].contains(&upper.as_str()) => 0,
+            None => u32::MAX,
+        }
+    }
+
+    /// Whether it is an operator, too, or gives what it is given: it knows what to do with what does not fit its type.
+    #[must_use]
+    pub fn is_operator(&self) -> bool {
+        match self {
+            Function::Operator { operator, of_times } => {
+                *operator != Operator::Power && !of_times
+            }
+            Function::Move | Function::Not => true,
+            _ => false,
+        }
+    }
+
+    /// Whether it shows how many bits are kept of what it is given.
+    #[must_use]
+    pub fn shows_bits(&self) -> bool {
+        match self {
+            Function::Operator { operator, .. } => {
+                matches!(operator, Operator::Multiply | Operator::Divide | Operator::Modulo)
+            }
+            Function::Shift(_) | Function::Mux | Function::Abs | Function::Decimal { .. } => true,
+            Function::Convert { from, to, .. } => {
+                // On some controllers the sign goes on in the further bits of a longer string of bits.
+                let longer = to.whole().filter(|_| to.is_bits()).map_or(0, |(bits, _)| bits);
+                match from {
+                    Some(from) => from.whole().is_some_and(|(bits, signed)| signed && bits < longer),
+                    None => longer > 8,
+                }
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether it compares its inputs, or gives one of them.
+    #[must_use]
+    pub fn chooses(&self) -> bool {
+        match self {
+            Function::Extreme { .. } | Function::Limit | Function::Sel | Function::Mux => true,
+            Function::Operator { operator, .. } => (4..=5).contains(&operator.binding()),
+            _ => false,
+        }
+    }
+
+    /// Whether it gives one elementary value, whatever it is given.
+    #[must_use]
+    pub fn gives_one(&self) -> bool {
+        match self {
+            Function::Operator { operator, .. } => (4..=5).contains(&operator.binding()),
+            Function::Measured(_) => true,
+            Function::Unfollowed(name) => ["LEN", "FIND", "SIZEOF"].contains(name),
+            _ => false,
+        }
+    }
+
+    /// Whether it is given reals or long reals, and gives such.
+    #[must_use]
+    pub fn is_of_reals(&self) -> bool {
+        matches!(self, Function::Unfollowed(name) if OF_REALS.contains(name))
+    }
+
+    /// The type of what it gives for inputs of these types.
+    pub fn result(&self, types: &mut Types, inputs: &[TypeId]) -> TypeId {
+        let unknown = types.id(Type::Unknown);
+        let first = inputs.first().copied().unwrap_or(unknown);
+        let simple = |types: &mut Types, one: Simple| match one {
+            Simple::Elementary(one) => types.elementary(one),
+            Simple::Text => types.id(Type::Text(crate::types::TEXT)),
+        };
+        match self {
+            Function::Operator { operator, .. } => {
+                let meet = |one, two| operated(types, *operator, one, two);
+                let mut all = inputs.iter().copied();
+                let Some(start) = all.next() else { return unknown };
+                all.fold(start, meet)
+            }
+            Function::Move | Function::Not | Function::Abs | Function::Shift(_) => first,
+            Function::Sel | Function::Mux => joined(types, inputs.get(1..).unwrap_or_default()),
+            Function::Extreme { .. } | Function::Limit => joined(types, inputs),
+            Function::Convert { to, .. } => simple(types, *to),
+            Function::Decimal { to, .. } => to.map_or(unknown, |to| simple(types, to)),
+            Function::Measured(_) => types.id(Type::Untyped),
+            Function::Unfollowed(name) => match *name {
+                "TRUNC" | "LEN" | "FIND" | "SIZEOF" => types.elementary(Elementary::Dint),
+                "TIME" => types.elementary(Elementary::Time),
+                "LTIME" => types.elementary(Elementary::Date),
+                _ if self.is_of_reals() => first,
+                _ => unknown,
+            },
+        }
+    }
+}
+
+fn joined(types: &mut Types, inputs: &[TypeId]) -> TypeId {
+    let unknown = types.id(Type::Unknown);
+    let mut all = inputs.iter().copied();
+    let Some(first) = all.next() else { return unknown };
+    all.fold(first, |one, two| meeting(types, one, two))
+}
+
+/// The type in which two values meet.
+pub fn meeting(types: &mut Types, one: TypeId, two: TypeId) -> TypeId {
+    if one == two {
+        return one;
+    }
+    let unknown = types.id(Type::Unknown);
+    match (types.kind(one), types.kind(two)) {
+        (Some(one), Some(two)) => types.elementary(Elementary::of(common(one, two))),
+        _ if *types.get(one) == Type::Untyped => two,
+        _ if *types.get(two) == Type::Untyped => one,
+        _ => unknown,
+    }
+}
+
+/// The type of what an operator makes of two values.
+pub fn operated(types: &mut Types, operator: Operator, one: TypeId, two: TypeId) -> TypeId {
+    match operator.binding() {
+        4 | 5 => types.elementary(Elementary::Bool),
+        _ => meeting(types, one, two),
+    }
+}
+
+/// The type of a whole constant beside a value of a type: that one where it fits, else one that holds both.
+pub fn beside(types: &mut Types, of: TypeId, value: i64) -> TypeId {
+    match types.kind(of) {
+        Some(kind) => {
+            let holds = holding(kind, value);
+            if holds == kind { of } else { types.elementary(Elementary::of(holds)) }
+        }
+        None => of,
+    }
+}
