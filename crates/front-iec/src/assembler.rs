@@ -266,6 +266,12 @@ impl Assembler {
         Logic::Bit(scanbound_ir::BitSource::Free(self.builder.external_choice()))
     }
 
+    /// Adds writes with a charge.
+    pub(super) fn add_always(&mut self, key: TimingKey, writes: Vec<Write>) {
+        let effects = writes.into_iter().map(always).collect();
+        self.builder.add(Some(key), effects, Step::Nothing);
+    }
+
     /// A jump whose target is set later.
     pub(super) fn jump(&mut self, fires: Logic, key: Option<TimingKey>) -> usize {
         self.builder.add(key, Vec::new(), Step::Jump { fires, target: 0 })

@@ -2,11 +2,11 @@
 
 use super::assembler::Assembler;
 use super::emit::{Emit, Place};
-use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::mixed::below_zero;
 use super::open::opened;
 use super::types::{INT, Ty};
 use super::value::{Value, constant};
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_ir::{
     BitTarget, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, WordSource, WordTarget,
     Write,
@@ -35,7 +35,6 @@ impl Emit<'_> {
             self.counts.extend(part.tag.cell());
         }
     }
-
 }
 
 impl Assembler {
@@ -76,12 +75,17 @@ impl Assembler {
             Some(q) => Logic::cell(q),
             None => cell(Pin::Q1).map_or(Logic::Const(true), Logic::cell),
         };
-        self.builder.add(Some(Assembler::key(&[block.name()], "timer")), effects, Step::Act { fires });
+        self.builder.add(
+            Some(Assembler::key(&[block.name()], "timer")),
+            effects,
+            Step::Act { fires },
+        );
     }
 
     fn counter(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
         let bit = |pin: Pin| cell(pin).map_or(Logic::Const(false), Logic::cell);
-        let (Some(count), Some(preset), Some(was)) = (cell(Pin::Cv), cell(Pin::Pv), cell(Pin::Was)) else {
+        let (Some(count), Some(preset), Some(was)) = (cell(Pin::Cv), cell(Pin::Pv), cell(Pin::Was))
+        else {
             return;
         };
         let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
@@ -160,7 +164,12 @@ impl Assembler {
                 self.write_if(all([load, reset.clone().not()]), vec![write(word(preset))], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
                 self.write(vec![set(was, bit(Pin::Cu)), set(was_down, bit(Pin::Cd))]);
-                self.finish(block.name(), cell(Pin::Qu), full(), cell(Pin::Qd).map(|cell| (cell, empty())));
+                self.finish(
+                    block.name(),
+                    cell(Pin::Qu),
+                    full(),
+                    cell(Pin::Qd).map(|cell| (cell, empty())),
+                );
             }
         }
     }

@@ -15,8 +15,8 @@ const SAME_BITS: &str = "REAL and bit strings are converted bit by bit";
 /// What some controllers do, by the third edition of the standard.
 const NO_SIGN: &str = "bits above a number that becomes a longer bit string are 0";
 
-/// A type that a conversion names, with its name.
-type Named<'n> = (&'n str, Ty);
+/// A type that a conversion names, and whether it is a string of bits.
+type Named = (bool, Ty);
 
 fn is_bits(name: &str) -> bool {
     matches!(name, "BYTE" | "WORD" | "DWORD" | "LWORD")
@@ -119,8 +119,8 @@ impl Assembler {
     pub(super) fn named_conversion(
         &mut self,
         value: Option<Value>,
-        from: Option<Named<'_>>,
-        (name, to): Named<'_>,
+        from: Option<Named>,
+        (to_bits, to): Named,
         line: u32,
     ) -> Result<Value, Fault> {
         let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
@@ -144,7 +144,7 @@ impl Assembler {
                 Kind::Whole { bits, signed: true },
                 Ty::Number(to @ Kind::Whole { bits: longer, .. }),
                 plain,
-            ) if is_bits(name) && bits < *longer => {
+            ) if to_bits && bits < *longer => {
                 let unsigned = Kind::Whole { bits, signed: false };
                 let low = wrapped(unsigned, Number::Words(words.clone()));
                 let other = Value::Number(*to, self.converted(low, unsigned, *to));
@@ -153,7 +153,7 @@ impl Assembler {
                 self.chosen(which, other, plain, line)
             }
             (Kind::Whole { signed, .. }, Ty::Number(Kind::Real), plain)
-                if from.as_ref().map_or(!signed, |(name, _)| is_bits(name)) =>
+                if from.as_ref().map_or(!signed, |(of_bits, _)| *of_bits) =>
             {
                 let mut bits = words.clone();
                 bits.resize(2, WordSource::Const(0));
@@ -161,7 +161,7 @@ impl Assembler {
                 let which = self.differs(SAME_BITS);
                 self.chosen(which, other, plain, line)
             }
-            (Kind::Real, Ty::Number(to), plain) if is_bits(name) => {
+            (Kind::Real, Ty::Number(to), plain) if to_bits => {
                 let unsigned = Kind::Whole { bits: 32, signed: false };
                 let other = self.converted(Number::Words(words.clone()), unsigned, *to);
                 let which = self.differs(SAME_BITS);

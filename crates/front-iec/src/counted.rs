@@ -20,15 +20,14 @@ impl Assembler {
     /// What is put together from here on is this body; gives what to go back to.
     pub(super) fn enter(&mut self, body: &Body) -> Option<Current> {
         let known = self.tally.bodies.get(&key(body)).copied();
+        self.enter_body(known, body.language() != Language::St)
+    }
+
+    /// The same of the body of this number. `keeps`: whether it is drawn or a list, so that values are kept between statements.
+    pub(super) fn enter_body(&mut self, known: Option<usize>, keeps: bool) -> Option<Current> {
         let current = known.map(|known| {
             self.program().statements.bodies[known].is_called = true;
-            Current {
-                body: known,
-                next: 0,
-                keeps: body.language() != Language::St,
-                kept_from: None,
-                is_within: false,
-            }
+            Current { body: known, next: 0, keeps, kept_from: None, is_within: false }
         });
         std::mem::replace(&mut self.tally.current, current)
     }
@@ -89,7 +88,7 @@ impl Assembler {
     }
 
     /// The next statement of the body, from this instruction on; its place among the ranges.
-    fn range(&mut self, from: usize, line: u32, text: &str, count: u32) -> usize {
+    pub(super) fn range(&mut self, from: usize, line: u32, text: &str, count: u32) -> usize {
         let file = u32::try_from(self.file).unwrap_or(u32::MAX);
         let (mut body, mut number) = (0, 0);
         if let Some(current) = self.tally.current.as_mut() {

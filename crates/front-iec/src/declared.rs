@@ -1,13 +1,13 @@
 //! What a project declares, looked at before it is put together: names that are declared twice or may mean several things,
 //! types and constants that need themselves, and functions that controllers call by themselves.
 
-use scanbound_iec_tree::constants::Constants;
 use super::reach::each_path;
 use super::types::{elementary, is_elementary, lineage};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
+use scanbound_iec_tree::constants::Constants;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A file and a line in it.

@@ -1,6 +1,5 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
-use scanbound_iec_tree::constants::Scope;
 use super::assembler::Assembler;
 use super::declared;
 use super::emit::{Emit, Place, What};
@@ -16,6 +15,7 @@ use scanbound_base::time::Picos;
 use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Task, TypeRef, Variable, same};
+use scanbound_iec_tree::constants::Scope;
 use scanbound_ir::{AreaId, Logic, PowerUp, Program, Region, SourceFile, Step, flow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,7 +32,7 @@ pub struct Options {
 pub(super) type GivenBack = (std::ops::Range<usize>, usize, u32);
 
 /// More instructions than any program has.
-const LARGEST: usize = 4_000_000;
+pub(super) const LARGEST: usize = 4_000_000;
 
 /// What a project means. The programs of the task that is asked for run in the scan, else those of the one of the least
 /// priority; further tasks interrupt it.
@@ -176,14 +176,26 @@ fn emitted(
     known.inputs = merged(known.inputs);
     known.cleared = merged(known.cleared);
     emit.program().power_up = known;
-    let mut program = std::mem::take(&mut emit.builder.program);
+    let program = std::mem::take(&mut emit.builder.program);
+    Ok(finish(program, project, &tasks, &entries, main, asked))
+}
+
+/// A program with what is known of its tasks and files.
+pub(super) fn finish(
+    mut program: Program,
+    project: &Project,
+    tasks: &[Task],
+    entries: &[usize],
+    main: std::ops::Range<usize>,
+    asked: &scanbound_front::Options<'_>,
+) -> Program {
     program.mains = vec![main];
     if tasks.len() > 1 {
         program.tasks = tasks.iter().map(known_task).collect();
         // Where tasks have one image of inputs, one that begins refreshes it while another runs.
         program.volatile.extend(program.power_up.inputs.clone());
     }
-    for (task, &entry) in program.tasks.iter().zip(&entries).skip(1) {
+    for (task, &entry) in program.tasks.iter().zip(entries).skip(1) {
         // What a task of a lower priority writes is there between scans.
         let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.uninterrupted);
         let (times, name) = (stated.unwrap_or(0), task.name.clone());
@@ -204,7 +216,7 @@ fn emitted(
         count: counts(at),
     });
     program.files = files.collect();
-    Ok(program)
+    program
 }
 
 /// Faults as findings, each once.
@@ -371,18 +383,7 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     };
     let mut values = Vec::new();
     let project = emit.project;
-    // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
-    let gives = |one: &Variable| {
-        let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
-        !is_elementary(one) && one.initial.as_ref().is_some_and(|initial| !is_literal(initial))
-    };
-    let parts = project.types.iter().filter_map(|one| match &one.of {
-        TypeRef::Struct(parts) => Some(parts),
-        _ => None,
-    });
-    let own = project.pous.iter().map(|pou| &pou.variables).chain(parts);
-    let mut declared = own.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-    let given = declared.any(gives);
+    let given = gives_parts_apart(project);
     let of_instances = |pou: usize| !given || project.pous[pou].kind == PouKind::Program;
     let instances: Vec<(usize, Place)> = emit
         .instances
@@ -424,11 +425,32 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
         known.inputs.extend(place.tag.regions());
     }
     // What methods that are carried out before the first scan leave in variables is not followed.
-    if emit.begins_with_more || begins_with_method(project) || begins_with_call(project) {
+    if emit.begins_with_more || begins_before(project) {
         known.cleared.retain(|own| matches!(own, Region::Area(_)));
         values.clear();
     }
     (known, values)
+}
+
+/// Whether a declaration gives an instance or a structure values for its parts, which is not followed: then no instance is known
+/// to begin with 0.
+pub(super) fn gives_parts_apart(project: &Project) -> bool {
+    let gives = |one: &Variable| {
+        let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
+        !is_elementary(one) && one.initial.as_ref().is_some_and(|initial| !is_literal(initial))
+    };
+    let parts = project.types.iter().filter_map(|one| match &one.of {
+        TypeRef::Struct(parts) => Some(parts),
+        _ => None,
+    });
+    let own = project.pous.iter().map(|pou| &pou.variables).chain(parts);
+    let mut declared = own.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    declared.any(gives)
+}
+
+/// Whether something is executed before the first scan that may write variables.
+pub(super) fn begins_before(project: &Project) -> bool {
+    begins_with_method(project) || begins_with_call(project)
 }
 
 /// The same cells in as few regions as there can be.

@@ -7,7 +7,6 @@ use super::open::{complement, joined, may_have_wrapped, opened, parted, wraps_in
 use super::references::WORD;
 use super::references::{Walk, Way};
 use super::resolve::{Context, Element, Found};
-pub(super) use scanbound_iec_tree::types::common;
 use super::types::{ANY_UNIT, DINT, Kind, Refers, Ty, holding};
 use super::value::{Value, constant, is_real, real, within};
 use super::within::shown;
@@ -17,6 +16,7 @@ use scanbound_iec::ast::{Argument, EITHER, Expr, Literal, Operator, Path, RESULT
 use scanbound_iec::fault::Fault;
 use scanbound_iec::parse::MERGED;
 use scanbound_iec::{same, show};
+pub(super) use scanbound_iec_tree::types::common;
 use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, NumberFormat, Region, Relation,
@@ -48,7 +48,7 @@ fn address_word(value: &Value) -> Option<Number> {
 }
 
 /// What is told of literals that REAL does not hold.
-const ROUNDED: &str = "a literal that REAL does not hold may be a long real: compared, it is larger or smaller than that REAL";
+pub(super) const ROUNDED: &str = "a literal that REAL does not hold may be a long real: compared, it is larger or smaller than that REAL";
 
 /// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
 pub(super) fn is_rounded(one: &Expr) -> bool {
@@ -97,22 +97,7 @@ impl Emit<'_> {
             }
             Expr::Negate(inner) => {
                 let value = self.open_value(at, inner, line)?;
-                if let Value::Constant(value) = value {
-                    return Ok(Value::Constant(value.wrapping_neg()));
-                }
-                let (value, beyond) = parted(value);
-                let kind = match value {
-                    Value::Number(kind, _) => Some(kind),
-                    _ => None,
-                };
-                let is_real = kind.is_none_or(|kind| matches!(kind, Kind::Real | Kind::Opaque(_)));
-                let class = if is_real { "real" } else { "arithmetic" };
-                let names = [row(Operator::Subtract, kind), row(Operator::Subtract, None)];
-                self.cost(&names, class);
-                let Value::Number(kind, number) = value else { return Ok(Value::Any) };
-                let zero = constant(0, kind.words());
-                let negated = self.arithmetic(Operator::Subtract, kind, zero, number)?;
-                Ok(opened(negated, beyond))
+                self.negated(value)
             }
             Expr::Binary(operator, left, right) => self.binary(at, *operator, left, right, line),
             Expr::Call(path, given) if path.first == EITHER => self.either(at, given, line),
@@ -144,19 +129,7 @@ impl Emit<'_> {
             Literal::Real(text, of) if of.as_deref() != Some("LREAL") => {
                 real(text).map_or(Value::Any, |bits| Value::Number(Kind::Real, bits))
             }
-            Literal::Time(time) => match i32::try_from(time / 1_000_000) {
-                Ok(ms) if time % 1_000_000 == 0 => {
-                    Value::Number(Kind::Time, constant(ms.into(), 2))
-                }
-                // What is finer than a millisecond or beyond 24 days is any time.
-                _ => Value::Number(
-                    Kind::Time,
-                    self.any_number(
-                        Kind::Time,
-                        "a time that is finer than 1 ms or beyond 24 days may be any",
-                    ),
-                ),
-            },
+            Literal::Time(time) => Value::Number(Kind::Time, self.time(*time)),
             Literal::Real(..) | Literal::Date(_) => {
                 let why = "a long real or a date is not followed: it may be any";
                 Value::Number(Kind::Opaque(4), self.any_number(Kind::Opaque(4), why))
@@ -716,7 +689,7 @@ impl Assembler {
         (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
     }
 
-    fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
+    pub(super) fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
         match value {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),

@@ -193,15 +193,20 @@ impl Emit<'_> {
             return;
         }
         let all: Vec<_> = inputs.iter().map(|one| self.extent(at, one)).collect();
-        match all.into_iter().fold(Extent::One, Extent::and) {
+        self.charge_whole(all.into_iter().fold(Extent::One, Extent::and));
+    }
+}
+
+impl Assembler {
+    /// Charges the size of what is moved, which no price of its own holds.
+    pub(super) fn charge_whole(&mut self, extent: Extent) {
+        match extent {
             Extent::One => {}
             Extent::Elements(count) => self.charge("COPY", "block", count),
             Extent::Characters(count) => self.charge_beyond(count),
         }
     }
-}
 
-impl Assembler {
     /// Charges that wholes are compared, element by element: no further than the shorter text.
     pub(super) fn charge_comparison(&mut self, one: Extent, two: Extent) {
         match (one, two) {
@@ -266,7 +271,7 @@ const GIVES_ONE: &[&str] = &[
     "GE",
 ];
 
-fn counted(name: &str, class: &'static str, units: u64) -> TimingKey {
+pub(super) fn counted(name: &str, class: &'static str, units: u64) -> TimingKey {
     TimingKey { units: Units::Exactly(units), ..Assembler::key(&[name], class) }
 }
 
@@ -291,7 +296,7 @@ fn name_of(kind: Kind) -> &'static str {
 }
 
 /// The characters of a constant, and what ends it.
-fn characters(text: &str) -> u64 {
+pub(super) fn characters(text: &str) -> u64 {
     u64::try_from(text.chars().count()).unwrap_or(u64::MAX).saturating_add(1)
 }
 

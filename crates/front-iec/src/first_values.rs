@@ -1,25 +1,31 @@
 //! What variables hold before the first scan, as they are declared: 0, or another constant; a bit that is on then is turned on as
 //! the first scan begins. That is told of what the program writes: what it only reads is a parameter that somebody else may set.
 
-use scanbound_iec_tree::constants::Scope;
+use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::types::{Kind, Ty, is_elementary};
 use super::value::{real, within};
 use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::{Project, TypeRef, Variable, same};
+use scanbound_iec_tree::constants::Scope;
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, When, WordSource,
     Write, flow,
 };
 
 /// The name of the bit that is on in the first scan alone.
-const FIRST_SCAN: &str = "first scan";
+pub(super) const FIRST_SCAN: &str = "first scan";
 
 /// A variable and its first value, which is not 0: a bit that is on, or words.
 pub(super) struct FirstValue {
     region: Region,
     cell: Cell,
     words: Option<Number>,
+}
+
+/// The first value of a variable: its words, or nothing for a bit that is on.
+pub(super) fn first_value(region: Region, cell: Cell, words: Option<Number>) -> FirstValue {
+    FirstValue { region, cell, words }
 }
 
 /// What is known of the value with which a variable begins.
@@ -106,7 +112,9 @@ impl Emit<'_> {
         let fires = Logic::cell(place.tag.cell()?);
         Some(self.builder.add(None, Vec::new(), Step::Act { fires }))
     }
+}
 
+impl Assembler {
     /// Takes note of the first values of what the program writes, unless power may fail without a loss of them, or memory is
     /// shared.
     pub(super) fn note_first_values(

@@ -5,10 +5,10 @@ use super::convert::lengthens_bits;
 use super::emit::{Emit, Place, What};
 use super::expr::{is_rounded, row};
 use super::mixed::mixed;
-use super::open::{beyond, complement, opened, parted};
+use super::open::{complement, parted};
 use super::resolve::{Context, Found, unknown};
 use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, declare, elementary, is_elementary};
-use super::value::{Value, wrapped};
+use super::value::Value;
 use super::whole::Whole;
 use super::within::{shown, works};
 use scanbound_base::code::Code;
@@ -17,7 +17,7 @@ use scanbound_iec::ast::{Argument, Expr, Operator, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use scanbound_iec::{Pou, PouKind, Section, Variable, same, show};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
+use scanbound_ir::{Logic, Number, Step};
 
 impl<'p> Emit<'p> {
     /// The result of a function or a method.
@@ -392,7 +392,9 @@ impl<'p> Emit<'p> {
                 return Ok(self.of_any_unit(&to.1));
             }
             let value = seen(values.into_iter().next(), &to.1);
-            return self.charged_already(|emit| emit.named_conversion(value, Some(from), to, line));
+            return self.charged_already(|emit| {
+                emit.named_conversion(value, Some(named(from)), named(to), line)
+            });
         }
         let to = upper.strip_prefix("TO_").and_then(|to| Some((to, elementary(to)?)));
         if let Some(to) = to {
@@ -408,7 +410,8 @@ impl<'p> Emit<'p> {
                 return Ok(self.of_any_unit(&to.1));
             }
             let value = seen(values.into_iter().next(), &to.1);
-            return self.charged_already(|emit| emit.named_conversion(value, None, to, line));
+            return self
+                .charged_already(|emit| emit.named_conversion(value, None, named(to), line));
         }
         let operator = match upper.as_str() {
             "ADD" | "ADD_TIME" => Some(Operator::Add),
@@ -459,19 +462,7 @@ impl<'p> Emit<'p> {
                 self.chosen(which, two, one, line)
             }
             ("MAX" | "MIN" | "LIMIT", 3..) if crosses(&values) => {
-                self.cost(&[&upper], "compare");
-                for value in values.windows(2) {
-                    self.better(value[0].clone(), value[1].clone(), true, line)?;
-                }
-                let why = "numbers with a sign and without are compared in more than one way";
-                let is_long = |value: &Value| {
-                    matches!(value, Value::Number(Kind::Whole { bits: 32.., .. }, _))
-                };
-                let kind = match values.iter().any(is_long) {
-                    true => Kind::Whole { bits: 64, signed: true },
-                    false => DINT,
-                };
-                Ok(Value::Number(kind, self.any_number(kind, why)))
+                self.crossed(&upper, &values, line)
             }
             ("MAX" | "MIN", 2..) => {
                 let mut rest = values.into_iter();
@@ -487,42 +478,7 @@ impl<'p> Emit<'p> {
                 let (high, value, low) = (values.remove(2), values.remove(1), values.remove(0));
                 self.limited(low, value, high, line)
             }
-            ("ABS", 1) => {
-                let value = values.remove(0);
-                let is_whole = matches!(
-                    value,
-                    Value::Number(Kind::Whole { .. } | Kind::Time, _) | Value::Constant(_)
-                );
-                self.cost(&["ABS"], if is_whole { "arithmetic" } else { "real" });
-                let Value::Number(kind @ (Kind::Whole { .. } | Kind::Time), number) = value else {
-                    return self.any_result(&upper, Some(&value), Extent::One, line);
-                };
-                let words = self.words(number, kind.words());
-                let number = Number::Words(words);
-                let zero = || super::value::constant(0, kind.words());
-                let negative = Logic::Compare(Box::new(Compare {
-                    relation: Relation::Less,
-                    format: if kind.is_signed() {
-                        NumberFormat::Signed
-                    } else {
-                        NumberFormat::Unsigned
-                    },
-                    left: number.clone(),
-                    right: zero(),
-                }));
-                let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
-                let flipped = wrapped(kind, flipped);
-                // The least number has no positive one of its type.
-                let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
-                let beyond = beyond.filter(|_| kind.is_signed());
-                let found = self.chosen(
-                    negative,
-                    Value::Number(kind, flipped),
-                    Value::Number(kind, number),
-                    line,
-                )?;
-                Ok(opened(found, beyond))
-            }
+            ("ABS", 1) => self.absolute(values.remove(0), line),
             ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
                 self.cost(&[&upper, "FUNCTION"], "special");
                 let (places, of) = (values.remove(1), values.remove(0));
@@ -561,7 +517,7 @@ impl<'p> Emit<'p> {
 
 impl Assembler {
     /// The result of a function that is not followed: any of the type that it gives for what it is given.
-    fn any_result(
+    pub(super) fn any_result(
         &mut self,
         name: &str,
         given: Option<&Value>,
@@ -602,7 +558,7 @@ impl Assembler {
         }
     }
 
-    fn folded(
+    pub(super) fn folded(
         &mut self,
         operator: Operator,
         values: Vec<Value>,
@@ -630,7 +586,7 @@ impl Assembler {
     }
 
     /// A time as another type, or the other way round.
-    fn of_any_unit(&mut self, to: &Ty) -> Value {
+    pub(super) fn of_any_unit(&mut self, to: &Ty) -> Value {
         match to {
             Ty::Bit => Value::Bit(self.any_bit(ANY_UNIT)),
             Ty::Number(kind) => Value::Number(*kind, self.any_number(*kind, ANY_UNIT)),
@@ -639,8 +595,13 @@ impl Assembler {
     }
 }
 
+/// Whether a type that a conversion names is a string of bits, and the type.
+fn named((name, ty): (&str, Ty)) -> (bool, Ty) {
+    (["BYTE", "WORD", "DWORD", "LWORD"].contains(&name), ty)
+}
+
 /// Whether numbers with a sign and without stand together that are as long.
-fn crosses(values: &[Value]) -> bool {
+pub(super) fn crosses(values: &[Value]) -> bool {
     let kinds: Vec<Kind> = values
         .iter()
         .filter_map(|value| match value {

@@ -30,6 +30,7 @@ mod function;
 mod inputs;
 mod invariant;
 mod loops;
+mod lower;
 mod memory;
 mod method;
 mod mixed;
@@ -41,6 +42,7 @@ mod refer;
 mod references;
 mod resolve;
 mod retained;
+mod roads;
 mod selected;
 mod stand_in;
 mod statement;
@@ -209,7 +211,7 @@ impl Project for Source {
     }
 
     fn decode(&self, options: &scanbound_front::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        let decoded = decode::decode(&self.project, self.dialect, self.options, options);
+        let decoded = roads::decode(&self.project, self.dialect, self.options, options);
         decoded.map_err(|faults| self.placed(faults))
     }
 }

@@ -17,15 +17,23 @@ use scanbound_iec::show;
 use scanbound_ir::{
     Compare, Logic, Number, NumberFormat, Relation, Step, WordSource, WordTarget, Write,
 };
+use std::collections::BTreeMap;
 
 /// The most turns that are followed.
-const MOST: i64 = i16::MAX as i64;
+pub(super) const MOST: i64 = i16::MAX as i64;
 
 /// How often a loop goes round.
-struct Turns {
-    count: WordSource,
-    least: u32,
-    most: u32,
+pub(super) struct Turns {
+    pub(super) count: WordSource,
+    pub(super) least: u32,
+    pub(super) most: u32,
+}
+
+impl Turns {
+    pub(super) fn exactly(turns: u16) -> Turns {
+        let count = WordSource::Const(turns);
+        Turns { count, least: turns.into(), most: turns.into() }
+    }
 }
 
 /// With which value a loop begins.
@@ -222,59 +230,25 @@ impl Emit<'_> {
         fewest: u32,
         line: u32,
     ) -> Result<(Turns, bool), Fault> {
-        let exactly = |turns: u16| {
-            let count = WordSource::Const(turns);
-            Turns { count, least: turns.into(), most: turns.into() }
-        };
         if ends_in_first_turn(body) {
-            return Ok((exactly(1), false));
+            return Ok((Turns::exactly(1), false));
         }
         let counting = self.counting(at, condition, while_true, body, line);
         if counting.is_err()
             && let Some(most) = self.most_stated(fewest, line)?
         {
-            return Ok((exactly(most), true));
+            return Ok((Turns::exactly(most), true));
         }
         match counting {
             Ok(counting) => Ok((self.turns_of(at, &counting, fewest, line)?, false)),
-            Err(_) if self.is_incomplete => {
-                // What is found then is no bound.
-                let cell = self.words_between(1);
-                let choice = self.builder.choice();
-                let any = Number::Words(vec![WordSource::Free(choice)]);
-                self.write(vec![Write::Words(vec![WordTarget::Cell(cell)], any)]);
-                let name = format!("the turns of the loop in line {line}");
-                self.program().names.insert(cell, name);
-                let most = i16::MAX.cast_unsigned().into();
-                Ok((Turns { count: WordSource::Cell(cell), least: fewest, most }, false))
-            }
+            Err(_) if self.is_incomplete => Ok((self.any_turns(fewest, line), false)),
             Err(fault) => Err(fault),
         }
     }
 
-    /// The most turns that are stated of the loop in a line.
     fn most_stated(&self, fewest: u32, line: u32) -> Result<Option<u16>, Fault> {
-        let stated = |name: &str| {
-            self.stated_turns.iter().find(|(place, _)| {
-                let place = place.rsplit_once(':');
-                place.is_some_and(|(own, number)| {
-                    number.trim() == line.to_string() && own.eq_ignore_ascii_case(name)
-                })
-            })
-        };
         let names = super::foreign::names(&self.project.files, self.file);
-        let Some((place, &(low, high))) = names.into_iter().find_map(stated) else {
-            return Ok(None);
-        };
-        let most = u16::try_from(high).ok().filter(|&most| i64::from(most) <= MOST);
-        let most = most.filter(|&most| u32::from(most) >= fewest && low <= fewest.into());
-        most.map(Some).ok_or_else(|| {
-            let told = format!(
-                "of the loop at {place} only the most turns can be stated, from {fewest} to {MOST}"
-            );
-            let help = format!("write [counts] \"{place}\" = [{fewest}, 10]");
-            Fault::new(line, told).code(Code::Fact).help(help)
-        })
+        most_stated(&self.stated_turns, names, fewest, line)
     }
 
     /// How often a loop goes round that counts a variable, but at least so often.
@@ -574,17 +548,8 @@ impl Emit<'_> {
             };
             return Ok(Counting { variable: path.clone(), end: end.clone(), far, by, only_there });
         }
-        let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
-                    by a constant (i := i + 1), or write it as FOR with EXIT";
         let file = self.project.files.get(self.file).map_or("", String::as_str);
-        let place = scanbound_base::facts::key(&format!("{file}:{line}"));
-        let help = format!(
-            "{help}; or state in a facts file (--facts) how often it goes round at most: [counts] {place} = [{}, 10]",
-            u8::from(!while_true)
-        );
-        Err(Fault::new(line, "how often WHILE or REPEAT goes round is not known")
-            .code(Code::LoopCount)
-            .help(help))
+        Err(not_known(file, u8::from(!while_true), line))
     }
 
     /// Whether a variable has so many values that no loop that is followed goes through all of them.
@@ -609,9 +574,21 @@ impl Emit<'_> {
 }
 
 impl Assembler {
+    /// A loop of which nothing is known is taken to go round any number of times: what is found then is no bound.
+    pub(super) fn any_turns(&mut self, fewest: u32, line: u32) -> Turns {
+        let cell = self.words_between(1);
+        let choice = self.builder.choice();
+        let any = Number::Words(vec![WordSource::Free(choice)]);
+        self.write(vec![Write::Words(vec![WordTarget::Cell(cell)], any)]);
+        let name = format!("the turns of the loop in line {line}");
+        self.program().names.insert(cell, name);
+        let most = i16::MAX.cast_unsigned().into();
+        Turns { count: WordSource::Cell(cell), least: fewest, most }
+    }
+
     /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other end of
     /// its type and may yet come to a value that does, or it goes round more often than is followed.
-    fn without_end(&mut self, condition: Logic) {
+    pub(super) fn without_end(&mut self, condition: Logic) {
         let skip = self.jump(condition.not(), None);
         let here = self.builder.next();
         self.builder.add(None, Vec::new(), Step::Unbounded { from: here, certain: false });
@@ -619,13 +596,13 @@ impl Assembler {
         self.landing();
     }
 
-    fn begin_loop(&mut self, turns: &Turns, row: Option<&str>) -> usize {
+    pub(super) fn begin_loop(&mut self, turns: &Turns, row: Option<&str>) -> usize {
         let Turns { count, least, most } = *turns;
         let key = row.map(|row| Assembler::key(&[row], "loop"));
         self.builder.add(key, Vec::new(), Step::ForBegin { count, least, most, end: 0 })
     }
 
-    fn close_loop(&mut self, begin: usize, row: &str) {
+    pub(super) fn close_loop(&mut self, begin: usize, row: &str) {
         let end = self.builder.add(Some(Assembler::key(&[row], "loop")), Vec::new(), Step::ForEnd);
         if let Step::ForBegin { end: own, .. } = &mut self.builder.program.instructions[begin].step
         {
@@ -633,13 +610,13 @@ impl Assembler {
         }
     }
 
-    fn end_loop(&mut self, begin: usize, row: &str, out: Vec<usize>) {
+    pub(super) fn end_loop(&mut self, begin: usize, row: &str, out: Vec<usize>) {
         self.close_loop(begin, row);
         self.leave_loop(out);
     }
 
     /// Jumps out of a loop lead to here.
-    fn leave_loop(&mut self, out: Vec<usize>) {
+    pub(super) fn leave_loop(&mut self, out: Vec<usize>) {
         for jump in out {
             self.land(jump);
         }
@@ -647,7 +624,7 @@ impl Assembler {
     }
 
     /// Leaves out scans in which a loop would go round once more than is stated.
-    fn ends_here(&mut self, goes_on: Logic) {
+    pub(super) fn ends_here(&mut self, goes_on: Logic) {
         let cell = self.words_between(1);
         let write = |value| Write::Words(vec![WordTarget::Cell(cell)], constant(value, 1));
         self.write(vec![write(0)]);
@@ -663,7 +640,7 @@ impl Assembler {
         program.names.insert(cell, "a turn more than is stated".to_owned());
     }
 
-    fn holds(
+    pub(super) fn holds(
         &mut self,
         operator: Operator,
         left: Value,
@@ -675,6 +652,72 @@ impl Assembler {
             _ => Err(Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)),
         }
     }
+}
+
+/// The most turns that are stated of the loop in a line of a file that has these names.
+pub(super) fn most_stated(
+    all: &BTreeMap<String, (i64, i64)>,
+    names: [&str; 2],
+    fewest: u32,
+    line: u32,
+) -> Result<Option<u16>, Fault> {
+    let stated = |name: &str| {
+        all.iter().find(|(place, _)| {
+            let place = place.rsplit_once(':');
+            place.is_some_and(|(own, number)| {
+                number.trim() == line.to_string() && own.eq_ignore_ascii_case(name)
+            })
+        })
+    };
+    let Some((place, &(low, high))) = names.into_iter().find_map(stated) else {
+        return Ok(None);
+    };
+    let most = u16::try_from(high).ok().filter(|&most| i64::from(most) <= MOST);
+    let most = most.filter(|&most| u32::from(most) >= fewest && low <= fewest.into());
+    most.map(Some).ok_or_else(|| {
+        let told = format!(
+            "of the loop at {place} only the most turns can be stated, from {fewest} to {MOST}"
+        );
+        let help = format!("write [counts] \"{place}\" = [{fewest}, 10]");
+        Fault::new(line, told).code(Code::Fact).help(help)
+    })
+}
+
+/// The fault of a loop of which it is not known how often it goes round.
+pub(super) fn not_known(file: &str, fewest: u8, line: u32) -> Fault {
+    let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
+                by a constant (i := i + 1), or write it as FOR with EXIT";
+    let place = scanbound_base::facts::key(&format!("{file}:{line}"));
+    let help = format!(
+        "{help}; or state in a facts file (--facts) how often it goes round at most: [counts] {place} = [{fewest}, 10]"
+    );
+    Fault::new(line, "how often WHILE or REPEAT goes round is not known")
+        .code(Code::LoopCount)
+        .help(help)
+}
+
+/// How two operands are to each other while a loop goes on, and the other way round.
+pub(super) fn goes_on(operator: Operator, while_true: bool) -> Option<(Operator, Operator)> {
+    use Operator::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
+    let other = match operator {
+        Equal => Equal,
+        NotEqual => NotEqual,
+        Less => Greater,
+        LessOrEqual => GreaterOrEqual,
+        Greater => Less,
+        GreaterOrEqual => LessOrEqual,
+        _ => return None,
+    };
+    let goes_on = |operator: Operator| match (while_true, operator) {
+        (true, operator) => operator,
+        (false, Equal) => NotEqual,
+        (false, Less) => GreaterOrEqual,
+        (false, LessOrEqual) => Greater,
+        (false, Greater) => LessOrEqual,
+        (false, NotEqual) => Equal,
+        (false, _) => Less,
+    };
+    Some((goes_on(operator), goes_on(other)))
 }
 
 /// Whether no turn of a loop with this body is followed by another one: each comes to an EXIT or RETURN.
@@ -694,7 +737,7 @@ fn ends_in_first_turn(body: &[Statement]) -> bool {
 }
 
 /// What a whole number of a type can be.
-fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
+pub(super) fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
     match signed {
         true => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
         false => (0, (1 << bits) - 1),
@@ -714,35 +757,16 @@ fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
 
 /// Variables, how they are to an end while a loop goes on, and the end.
 fn compared(one: &Expr, while_true: bool) -> Vec<(&Path, Operator, &Expr)> {
-    use Operator::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
     let Expr::Binary(operator, left, right) = one else { return Vec::new() };
-    let mirrored = |operator: Operator| match operator {
-        Equal => Some(Equal),
-        NotEqual => Some(NotEqual),
-        Less => Some(Greater),
-        LessOrEqual => Some(GreaterOrEqual),
-        Greater => Some(Less),
-        GreaterOrEqual => Some(LessOrEqual),
-        _ => None,
-    };
-    let Some(other) = mirrored(*operator) else { return Vec::new() };
-    let goes_on = |operator: Operator| match (while_true, operator) {
-        (true, operator) => operator,
-        (false, Equal) => NotEqual,
-        (false, Less) => GreaterOrEqual,
-        (false, LessOrEqual) => Greater,
-        (false, Greater) => LessOrEqual,
-        (false, NotEqual) => Equal,
-        (false, _) => Less,
-    };
+    let Some((own, other)) = goes_on(*operator, while_true) else { return Vec::new() };
     let mut found = Vec::new();
     if let Expr::Variable(path) = &**left {
-        found.push((path, goes_on(*operator), &**right));
+        found.push((path, own, &**right));
     }
     if let Expr::Variable(path) = &**right {
-        found.push((path, goes_on(other), &**left));
+        found.push((path, other, &**left));
     }
     // A loop that goes on at one value alone says nothing of its turns.
-    found.retain(|(_, operator, _)| *operator != Equal);
+    found.retain(|(_, operator, _)| *operator != Operator::Equal);
     found
 }

@@ -1,7 +1,6 @@
 //! Statements, and the routines that they stand in.
 
 use super::assembler::Assembler;
-use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::emit::{Emit, Instance, Place, What};
 use super::memory::set;
 use super::references::{Walk, Way};
@@ -14,6 +13,7 @@ use scanbound_iec::ast::{
 };
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Section, same, show};
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_ir::{Cell, Logic, Number, Step, WordSource, WordTarget, Write};
 use std::collections::BTreeMap;
 

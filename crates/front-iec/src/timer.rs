@@ -1,12 +1,16 @@
 //! TON, TOF and TP.
 
 use super::assembler::{Assembler, OpenEnd};
-use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use super::memory::{all, any, set};
 use super::value::constant;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
+<<<<<<< HEAD
 use scanbound_ir::timers::Expiry;
+=======
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
+use scanbound_ir::timed::Expiry;
+>>>>>>> f649122 (Lower text programs by the typed tree, beside the old road and switched off)
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, Step,
     WordSource, WordTarget, Write,
@@ -32,11 +36,7 @@ pub(super) fn compared(relation: Relation, left: Number, right: Number) -> Logic
 impl Assembler {
     /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which it
     /// begins, unless its time may be 0.
-    pub(super) fn timer(
-        &mut self,
-        block: StandardBlock,
-        cell: &dyn Fn(Pin) -> Option<Cell>,
-    ) {
+    pub(super) fn timer(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
         let (Some(input), Some(preset), Some(q), Some(elapsed), Some(was)) =
             (cell(Pin::In), cell(Pin::Pt), cell(Pin::Q), cell(Pin::Et), cell(Pin::Was))
         else {

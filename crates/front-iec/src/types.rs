@@ -1,14 +1,14 @@
 //! Types of IEC 61131-3 and how much memory they take.
 
-use scanbound_iec_tree::constants::Constants;
 use scanbound_base::code::Code;
 use scanbound_base::facts::key;
 use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, Variable, same};
+use scanbound_iec_tree::constants::Constants;
+pub(super) use scanbound_iec_tree::types::{DINT, INT, Kind, holding};
 use scanbound_ir::{Type, tags};
 use std::collections::BTreeMap;
-pub(super) use scanbound_iec_tree::types::{DINT, INT, Kind, holding};
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 

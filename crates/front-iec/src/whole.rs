@@ -4,12 +4,13 @@ use super::assembler::Assembler;
 use super::emit::{Emit, Place};
 use super::open::parted;
 use super::resolve::{Context, Element, Found};
-use super::types::{DINT, Kind, layout};
+use super::types::{DINT, Kind};
 use super::value::{Value, constant};
 use scanbound_iec::ast::{Expr, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, TimingKey, WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, Tag, TimingKey, WordSource, WordTarget,
+    Write,
 };
 
 /// More cells than this are not copied one by one.
@@ -203,19 +204,24 @@ impl Assembler {
 
 /// What copies each cell of one to that of the other, if they are laid out alike.
 pub(super) fn copies(from: &Place, to: &Place) -> Option<Vec<Write>> {
-    if layout(&from.ty) != layout(&to.ty) {
+    copy_cells(&from.tag, &to.tag)
+}
+
+/// What copies each cell of one to that of the other, if they are laid out alike.
+pub(super) fn copy_cells(from: &Tag, to: &Tag) -> Option<Vec<Write>> {
+    if from.of != to.of {
         return None;
     }
-    let size = layout(&to.ty).size()?;
+    let size = to.of.size()?;
     if size[0].checked_add(size[1])? > MOST {
         return None;
     }
-    let cells = |place: &Place| -> Vec<Cell> {
+    let cells = |tag: &Tag| -> Vec<Cell> {
         let each = |region: Region| match region {
             Region::Range { first, count } => (0..count).map(|at| first.plus(at)).collect(),
             _ => Vec::new(),
         };
-        place.tag.regions().into_iter().flat_map(each).collect()
+        tag.regions().into_iter().flat_map(each).collect()
     };
     let pairs = cells(from).into_iter().zip(cells(to));
     let bits = usize::try_from(size[0]).ok()?;

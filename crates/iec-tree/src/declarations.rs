@@ -78,6 +78,8 @@ pub struct Variable {
     pub value: Option<i64>,
     /// What it begins with without that.
     pub first: First,
+    /// Whether what its type gives it at first calls anything.
+    pub type_calls: bool,
     /// Its address.
     pub at: Option<String>,
     /// Whether nothing writes it.
@@ -111,6 +113,8 @@ pub struct Unit {
     pub fault: Option<Fault>,
     /// Whether it keeps all its variables when the power fails.
     pub retain: bool,
+    /// Whether it has a method that is executed when its instances begin.
+    pub begins_with_method: bool,
     /// Its file.
     pub file: usize,
     /// Its line.

@@ -117,8 +117,20 @@ const OF_REALS: &[&str] =
 
 /// Other functions whose results may be any value.
 const UNFOLLOWED: &[&str] = &[
-    "TRUNC", "LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND",
-    "SIZEOF", "CONCAT_DATE_TOD", "TIME", "LTIME",
+    "TRUNC",
+    "LEN",
+    "LEFT",
+    "RIGHT",
+    "MID",
+    "CONCAT",
+    "INSERT",
+    "DELETE",
+    "REPLACE",
+    "FIND",
+    "SIZEOF",
+    "CONCAT_DATE_TOD",
+    "TIME",
+    "LTIME",
 ];
 
 fn operator(name: &str) -> Option<Operator> {
@@ -215,9 +227,7 @@ impl Function {
     #[must_use]
     pub fn is_operator(&self) -> bool {
         match self {
-            Function::Operator { operator, of_times } => {
-                *operator != Operator::Power && !of_times
-            }
+            Function::Operator { operator, of_times } => *operator != Operator::Power && !of_times,
             Function::Move | Function::Not => true,
             _ => false,
         }
@@ -235,7 +245,9 @@ impl Function {
                 // On some controllers the sign goes on in the further bits of a longer string of bits.
                 let longer = to.whole().filter(|_| to.is_bits()).map_or(0, |(bits, _)| bits);
                 match from {
-                    Some(from) => from.whole().is_some_and(|(bits, signed)| signed && bits < longer),
+                    Some(from) => {
+                        from.whole().is_some_and(|(bits, signed)| signed && bits < longer)
+                    }
                     None => longer > 8,
                 }
             }

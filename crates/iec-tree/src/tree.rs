@@ -180,8 +180,12 @@ pub struct Expr {
 pub enum ExprKind {
     /// A truth value.
     Bool(bool),
-    /// A whole number; its type says whether it has one of its own yet.
+    /// A whole number as it is written, without a type.
     Whole(i64),
+    /// A whole number that has a type of its own: a written one, or that of a constant.
+    Typed(i64),
+    /// The value of an enumeration, or of a constant without a type of its own.
+    Named(i64),
     /// A real number as it is written.
     Real(String),
     /// A duration in nanoseconds.
@@ -400,7 +404,9 @@ impl Expr {
     #[must_use]
     pub fn whole(&self) -> Option<i64> {
         match &self.kind {
-            ExprKind::Whole(value) => Some(*value),
+            ExprKind::Whole(value) | ExprKind::Typed(value) | ExprKind::Named(value) => {
+                Some(*value)
+            }
             ExprKind::Convert(inner) => inner.whole(),
             ExprKind::Negate(inner) => inner.whole()?.checked_neg(),
             ExprKind::Binary(operator, left, right) => {

@@ -304,6 +304,12 @@ impl Types {
         id
     }
 
+    /// The id of a type, if anything has it.
+    #[must_use]
+    pub fn find(&self, of: &Type) -> Option<TypeId> {
+        self.known.get(of).copied()
+    }
+
     /// The id of an elementary type.
     #[must_use]
     pub fn elementary(&self, of: Elementary) -> TypeId {

@@ -121,8 +121,7 @@ impl Resolver<'_> {
 
     /// Whether a name alone means a method or an action of the unit whose code it is.
     fn has_member(&self, scope: Scope, name: &str) -> bool {
-        let is_local =
-            scope.method.is_some_and(|method| self.index.local(method, name).is_some());
+        let is_local = scope.method.is_some_and(|method| self.index.local(method, name).is_some());
         !is_local
             && scope.unit.is_some_and(|unit| {
                 self.index.action(unit, name).is_some() || self.index.method(unit, name).is_some()
@@ -215,7 +214,10 @@ impl Resolver<'_> {
                 })
         });
         let Some(own) = left_out else { return Ok(()) };
-        let told = format!("{} of {name} is left out, and what it is then differs by declaration", own.name);
+        let told = format!(
+            "{} of {name} is left out, and what it is then differs by declaration",
+            own.name
+        );
         Err(Fault::new(line, told).code(Code::NotModelled).help("hand it over"))
     }
 
@@ -226,9 +228,8 @@ impl Resolver<'_> {
             Callee::Method(method) => self.tree.routine(method).variables.clone(),
             Callee::Named(_) | Callee::Standard(_) => Vec::new(),
         };
-        let is_input = |id: &VarId| {
-            matches!(self.tree.variable(*id).section, Section::Input | Section::InOut)
-        };
+        let is_input =
+            |id: &VarId| matches!(self.tree.variable(*id).section, Section::Input | Section::InOut);
         all.into_iter().filter(is_input).collect()
     }
 
@@ -305,12 +306,7 @@ impl Resolver<'_> {
         Ok((found, enable))
     }
 
-    fn pass(
-        &mut self,
-        parameter: Parameter,
-        value: Expr,
-        line: u32,
-    ) -> Result<Passed, Fault> {
+    fn pass(&mut self, parameter: Parameter, value: Expr, line: u32) -> Result<Passed, Fault> {
         let variable = match parameter {
             Parameter::Pin(pin) => {
                 let ty = self.tree.types.elementary(pin.of());
@@ -366,7 +362,8 @@ impl Resolver<'_> {
         found: &[(Parameter, Passed)],
         line: u32,
     ) -> Result<(), Fault> {
-        let mut both = inputs.iter().filter(|&&one| self.tree.variable(one).section == Section::InOut);
+        let mut both =
+            inputs.iter().filter(|&&one| self.tree.variable(one).section == Section::InOut);
         let is_given = |id: VarId| found.iter().any(|(own, _)| *own == Parameter::Variable(id));
         let Some(&left_out) = both.find(|&&one| !is_given(one)) else { return Ok(()) };
         let name = &self.tree.variable(left_out).name;
@@ -375,12 +372,7 @@ impl Resolver<'_> {
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
     }
 
-    fn enable(
-        &mut self,
-        scope: Scope,
-        given: &[Argument],
-        line: u32,
-    ) -> Result<Enable, Fault> {
+    fn enable(&mut self, scope: Scope, given: &[Argument], line: u32) -> Result<Enable, Fault> {
         let mut found = Enable::default();
         if let Some(one) = given.iter().find(|one| !one.is_output && is_named(one, "EN")) {
             found.condition = Some(self.expression(scope, &one.value, line));
@@ -532,7 +524,11 @@ impl Resolver<'_> {
             }
             let base = self.base(scope, line)?;
             let (passed, enable) = self.passed(scope, Callee::Unit(base), given, line)?;
-            return Ok(StatementKind::Call(Call { target: Target::BaseBody(base), passed, enable }));
+            return Ok(StatementKind::Call(Call {
+                target: Target::BaseBody(base),
+                passed,
+                enable,
+            }));
         }
         match self.path(scope, target, line) {
             Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
@@ -548,8 +544,7 @@ impl Resolver<'_> {
         }
         match target.as_name() {
             Some(name)
-                if self.index.function(name).is_some()
-                    || given.iter().any(|one| one.is_output) =>
+                if self.index.function(name).is_some() || given.iter().any(|one| one.is_output) =>
             {
                 self.called(scope, target, given, line).map(as_statement)
             }

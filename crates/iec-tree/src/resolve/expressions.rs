@@ -104,7 +104,7 @@ impl Resolver<'_> {
                 match name.as_deref().and_then(Elementary::named) {
                     Some(Elementary::Bool) => (ExprKind::Bool(value != 0), self.bool()),
                     Some(one) if matches!(one.kind(), Some(Kind::Whole { .. })) => {
-                        (ExprKind::Whole(value), elementary(self, one))
+                        (ExprKind::Typed(value), elementary(self, one))
                     }
                     _ => (ExprKind::Whole(value), self.tree.types.id(Type::Untyped)),
                 }

@@ -51,8 +51,7 @@ pub fn tree(project: &Project) -> Tree {
 /// Whether a declaration gives an instance or a structure values for its parts.
 fn gives_parts(project: &Project) -> bool {
     let gives = |one: &Declared| {
-        !types::is_elementary(&one.of)
-            && !matches!(one.initial, None | Some(ast::Expr::Literal(_)))
+        !types::is_elementary(&one.of) && !matches!(one.initial, None | Some(ast::Expr::Literal(_)))
     };
     let units = project.pous.iter().map(|pou| &pou.variables);
     let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
@@ -91,9 +90,10 @@ impl<'p> Resolver<'p> {
             };
             let unit = UnitId::at(number);
             let body = self.routine(unit, RoutineKind::Body, &pou.name, &pou.body, pou.line);
-            let actions = pou.actions.iter().map(|one| {
-                self.routine(unit, RoutineKind::Action, &one.name, &one.body, one.line)
-            });
+            let actions = pou
+                .actions
+                .iter()
+                .map(|one| self.routine(unit, RoutineKind::Action, &one.name, &one.body, one.line));
             let actions = actions.collect();
             let methods = pou.methods.iter().map(|one| {
                 let id = self.routine(unit, RoutineKind::Method, &one.name, &one.body, one.line);
@@ -112,23 +112,27 @@ impl<'p> Resolver<'p> {
                 methods,
                 fault,
                 retain: project.retains(number),
+                begins_with_method: pou.methods.iter().any(begins),
                 file: pou.file,
                 line: pou.line,
             });
+        }
+        for number in 0..project.pous.len() {
+            self.block(UnitId::at(number));
         }
         self.index.members(&self.tree);
         for number in 0..project.pous.len() {
             self.unit_variables(UnitId::at(number));
         }
         self.global_variables();
-        let listed: Vec<(String, String)> = match project.tasks.iter().all(|one| one.instances.is_empty())
-        {
-            false => project.tasks.iter().flat_map(|task| task.instances.clone()).collect(),
-            true => {
-                let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
-                programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect()
-            }
-        };
+        let listed: Vec<(String, String)> =
+            match project.tasks.iter().all(|one| one.instances.is_empty()) {
+                false => project.tasks.iter().flat_map(|task| task.instances.clone()).collect(),
+                true => {
+                    let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
+                    programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect()
+                }
+            };
         for (name, of) in listed {
             if let Some(unit) = self.index.program(&of) {
                 self.tree.programs.push(ProgramInstance { name, unit });
@@ -225,6 +229,7 @@ impl<'p> Resolver<'p> {
             initial: None,
             value,
             first,
+            type_calls: self.type_calls(&one.of, &mut Vec::new()),
             at: one.at.clone(),
             constant: one.constant,
             retain: one.retain,
@@ -266,8 +271,7 @@ impl<'p> Resolver<'p> {
             for (at, method) in pou.methods.iter().enumerate() {
                 let id = self.tree.unit(unit).methods[at];
                 let own = self.tree.routine(id).variables.clone();
-                let scope =
-                    Scope { unit: Some(unit), method: Some(id), list: None };
+                let scope = Scope { unit: Some(unit), method: Some(id), list: None };
                 self.initial_of(scope, &own, &method.variables);
             }
         }
@@ -347,11 +351,7 @@ impl<'p> Resolver<'p> {
         }
     }
 
-    fn pair(
-        &mut self,
-        of: &scanbound_iec::Connected,
-        one: &ast::Argument,
-    ) -> Result<Pair, Fault> {
+    fn pair(&mut self, of: &scanbound_iec::Connected, one: &ast::Argument) -> Result<Pair, Fault> {
         let line = of.line;
         let program = self.tree.programs.iter().find(|own| same(&own.name, &of.name));
         let name = one.name.clone().unwrap_or_default();
@@ -391,6 +391,11 @@ impl<'p> Resolver<'p> {
     fn unknown(&mut self) -> TypeId {
         self.tree.types.id(Type::Unknown)
     }
+}
+
+/// Whether a method is executed when instances begin.
+fn begins(method: &Pou) -> bool {
+    ["FB_Init", "FB_Reinit", "FB_Exit"].iter().any(|own| same(own, &method.name))
 }
 
 /// The variables that take memory of their own; globals that a unit only names do not.

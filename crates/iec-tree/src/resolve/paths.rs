@@ -23,12 +23,7 @@ fn is_this(name: &str) -> bool {
 
 impl Resolver<'_> {
     /// What a path means.
-    pub(super) fn path(
-        &mut self,
-        scope: Scope,
-        path: &Path,
-        line: u32,
-    ) -> Result<Found, Fault> {
+    pub(super) fn path(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Found, Fault> {
         if path.first.starts_with('~') && self.own_variable(scope, &path.first).is_none() {
             return Err(not_yet(line, "values that drawings keep"));
         }
@@ -46,7 +41,8 @@ impl Resolver<'_> {
         {
             return Err(not_yet(line, "flags of steps"));
         }
-        if own.is_none() && scope.unit.is_some_and(|unit| self.index.has_property(unit, &path.first))
+        if own.is_none()
+            && scope.unit.is_some_and(|unit| self.index.has_property(unit, &path.first))
         {
             return Err(not_yet(line, "properties"));
         }
@@ -88,7 +84,7 @@ impl Resolver<'_> {
     /// A whole number without a type of its own.
     pub(super) fn untyped(&mut self, value: i64, line: u32) -> Expr {
         let ty = self.tree.types.id(Type::Untyped);
-        Expr { kind: ExprKind::Whole(value), ty, line }
+        Expr { kind: ExprKind::Named(value), ty, line }
     }
 
     fn this(&mut self, unit: UnitId) -> Place {
@@ -117,9 +113,8 @@ impl Resolver<'_> {
 
     fn program_instance(&self, name: &str) -> Option<usize> {
         let all = &self.tree.programs;
-        let of = |one: &crate::tree::ProgramInstance| {
-            self.project.pous[one.unit.index()].name.as_str()
-        };
+        let of =
+            |one: &crate::tree::ProgramInstance| self.project.pous[one.unit.index()].name.as_str();
         all.iter()
             .position(|one| same(&one.name, name))
             .or_else(|| all.iter().position(|one| same(of(one), name)))
@@ -163,8 +158,7 @@ impl Resolver<'_> {
             Some(id) => {
                 let one = self.tree.variable(id);
                 let is_own = matches!(one.owner, Owner::Unit(_));
-                let is_fixed =
-                    one.section == Section::Local && one.constant && !self.gives_parts;
+                let is_fixed = one.section == Section::Local && one.constant && !self.gives_parts;
                 if !(is_own && is_fixed) {
                     return None;
                 }
@@ -201,7 +195,7 @@ impl Resolver<'_> {
             }
             None => self.constants.named(name)?,
         };
-        (holding(kind, value) == kind).then_some(Expr { kind: ExprKind::Whole(value), ty, line })
+        (holding(kind, value) == kind).then_some(Expr { kind: ExprKind::Typed(value), ty, line })
     }
 
     /// Whether a variable here hides the constant that a name would mean elsewhere.
@@ -321,9 +315,7 @@ impl Resolver<'_> {
                 Ok((Step::Element(all), of))
             }
             (Type::Elementary(of), Part::Bit(bit)) => match of.kind() {
-                Some(Kind::Whole { bits, .. }) if *bit < bits => {
-                    Ok((Step::Bit(*bit), self.bool()))
-                }
+                Some(Kind::Whole { bits, .. }) if *bit < bits => Ok((Step::Bit(*bit), self.bool())),
                 _ => Err(Fault::new(line, format!("{} has no bit {bit}", shown()))),
             },
             (Type::Array(..), _) | (_, Part::Index(_)) if matches!(part, Part::Index(_)) => {

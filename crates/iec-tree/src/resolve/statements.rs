@@ -56,12 +56,7 @@ impl Resolver<'_> {
         all.iter().map(|one| self.statement(scope, one, labels)).collect()
     }
 
-    fn statement(
-        &mut self,
-        scope: Scope,
-        one: &ast::Statement,
-        labels: &mut Labels,
-    ) -> Statement {
+    fn statement(&mut self, scope: Scope, one: &ast::Statement, labels: &mut Labels) -> Statement {
         let text = show::statements(std::slice::from_ref(one), 0);
         let text = text.lines().next().unwrap_or_default().into();
         let line = one.line;
@@ -178,12 +173,7 @@ impl Resolver<'_> {
     }
 
     /// A value goes to a variable: an elementary one, or a whole.
-    fn assigned(
-        &mut self,
-        target: Place,
-        value: Expr,
-        line: u32,
-    ) -> Result<StatementKind, Fault> {
+    fn assigned(&mut self, target: Place, value: Expr, line: u32) -> Result<StatementKind, Fault> {
         if let ExprKind::Fault(fault) = value.kind {
             return Ok(StatementKind::Fault(fault));
         }

@@ -16,7 +16,8 @@ const LONGEST_TEXT: u32 = 65_535;
 /// the project's with what that says.
 pub(super) fn is_elementary(of: &TypeRef) -> bool {
     named(of).is_some_and(|name| {
-        Elementary::named(name).is_some() || ["STRING", "WSTRING"].iter().any(|own| scanbound_iec::same(own, name))
+        Elementary::named(name).is_some()
+            || ["STRING", "WSTRING"].iter().any(|own| scanbound_iec::same(own, name))
     })
 }
 
@@ -59,7 +60,9 @@ impl<'p> Resolver<'p> {
                 let known = constant(self, length).and_then(|one| u32::try_from(one).ok());
                 Type::Text(known.unwrap_or(LONGEST_TEXT))
             }
-            TypeRef::Pointer(of) => Type::Reference(Refers::Pointer, self.type_of(of, around, line)),
+            TypeRef::Pointer(of) => {
+                Type::Reference(Refers::Pointer, self.type_of(of, around, line))
+            }
             TypeRef::Reference(of) => {
                 Type::Reference(Refers::Reference, self.type_of(of, around, line))
             }
@@ -78,8 +81,7 @@ impl<'p> Resolver<'p> {
             TypeRef::Array(dimensions, of) => {
                 let bound = |own: &Self, one: &ast::Expr| {
                     let told = "an array's bound is no constant";
-                    constant(own, one)
-                        .ok_or_else(|| Fault::new(line, told).code(Code::UnknownType))
+                    constant(own, one).ok_or_else(|| Fault::new(line, told).code(Code::UnknownType))
                 };
                 let mut bounds = Vec::new();
                 for (low, high) in dimensions {
@@ -164,4 +166,44 @@ impl<'p> Resolver<'p> {
             _ => None,
         }
     }
+
+    /// Whether what a type gives its variables at first calls anything.
+    pub(super) fn type_calls(&self, of: &TypeRef, seen: &mut Vec<String>) -> bool {
+        match of {
+            TypeRef::Array(_, of) | TypeRef::Subrange(of, _) => self.type_calls(of, seen),
+            TypeRef::Struct(parts) => {
+                parts.iter().any(|one| calls(&one.initial) || self.type_calls(&one.of, seen))
+            }
+            TypeRef::Named(name) => {
+                let key = name.to_ascii_uppercase();
+                if seen.contains(&key) {
+                    return false;
+                }
+                seen.push(key);
+                let own = self.index.declared_type(name).map(|at| &self.project.types[at]);
+                let unit = self.index.unit(name).map(|unit| self.tree.lineage(unit));
+                let units = unit.unwrap_or_default().into_iter();
+                let mut variables =
+                    units.flat_map(|unit| &self.project.pous[unit.index()].variables);
+                own.is_some_and(|own| calls(&own.initial) || self.type_calls(&own.of, seen))
+                    || variables.any(|one| calls(&one.initial) || self.type_calls(&one.of, seen))
+            }
+            _ => false,
+        }
+    }
+}
+
+/// Whether an initial value calls anything.
+fn calls(one: &Option<ast::Expr>) -> bool {
+    fn within(one: &ast::Expr) -> bool {
+        match one {
+            ast::Expr::Call(path, given) => {
+                !path.first.starts_with('~') || given.iter().any(|one| within(&one.value))
+            }
+            ast::Expr::Not(inner) | ast::Expr::Negate(inner) => within(inner),
+            ast::Expr::Binary(_, left, right) => within(left) || within(right),
+            ast::Expr::Literal(_) | ast::Expr::Variable(_) => false,
+        }
+    }
+    one.as_ref().is_some_and(within)
 }

@@ -1,0 +1,879 @@
+//! Calls: values are passed, what is called is executed, results are taken.
+
+use super::super::assembler::Assembler;
+use super::super::types::Ty;
+use super::super::value::{Value, constant};
+use super::effects::Effects;
+use super::places::{Context, Found, Spot};
+use super::values::shown;
+use super::{Entry, Lower};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::Section;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
+use scanbound_iec_tree::declarations::{First, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::tree::{
+    Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
+};
+use scanbound_iec_tree::types::{DINT, Type as Typed};
+use scanbound_ir::errors::is_outside;
+use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
+
+/// An array of so many instances is called by a number that is worked out.
+const MOST_INSTANCES: i64 = 64;
+
+/// A call under a condition, while it is lowered.
+pub(super) struct Enabled {
+    condition: Logic,
+    skip: usize,
+}
+
+/// Whose parameters are passed, and where they lie.
+#[derive(Clone)]
+pub(super) enum Callee {
+    /// An instance of a unit, or a function.
+    Unit(Spot, UnitId),
+    /// A method, by its frame.
+    Method(Spot, RoutineId),
+    /// A standard block.
+    Standard(Spot, StandardBlock),
+}
+
+impl Lower<'_> {
+    /// What a call gives.
+    pub(super) fn called(&mut self, at: &Context, call: &Call, line: u32) -> Result<Value, Fault> {
+        let tree = self.tree;
+        match &call.target {
+            Target::Function(unit) => {
+                let instance = self.function_instance(*unit)?;
+                let spot = self.instances[instance].spot.clone();
+                let callee = Callee::Unit(spot.clone(), *unit);
+                let entry = (instance, Entry::Body);
+                self.has_one_name(at, entry, call, line)?;
+                let inner = Context { instance, frame: None };
+                let variables = tree.unit(*unit).variables.clone();
+                let enabled = self.enabled(at, &call.enable)?;
+                self.hand_over(at, &callee, call, line)?;
+                self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
+                self.call(instance, Entry::Body);
+                self.take_back(at, &callee, call, line)?;
+                self.end_call(at, &callee, enabled, call, tree.unit(*unit).result, line)
+            }
+            Target::Method(owner, method) => {
+                if let Some(found) = self.each_instance(at, owner, line, &mut |own, place| {
+                    let target = Target::Method(place, *method);
+                    let call = Call { target, ..call.clone() };
+                    own.called(at, &call, line)
+                })? {
+                    return Ok(found);
+                }
+                let instance = self.instance_of(at, owner, line)?;
+                let method = tree.dispatched(self.instances[instance].unit, *method);
+                self.method(at, instance, method, call, line)
+            }
+            Target::BaseMethod(method) => self.method(at, at.instance, *method, call, line),
+            _ => self.call_statement(at, call, line).map(|()| Value::Any),
+        }
+    }
+
+    fn method(
+        &mut self,
+        at: &Context,
+        instance: usize,
+        method: RoutineId,
+        call: &Call,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let tree = self.tree;
+        let entry = Entry::Routine(method);
+        if instance != at.instance {
+            self.member_names_handed((instance, entry), line)?;
+        }
+        let frame = self.frame(instance, method)?;
+        let callee = Callee::Method(frame.clone(), method);
+        self.has_one_name(at, (instance, entry), call, line)?;
+        let enabled = self.enabled(at, &call.enable)?;
+        self.hand_over(at, &callee, call, line)?;
+        let inner = Context { instance, frame: Some(frame) };
+        let variables = tree.routine(method).variables.clone();
+        self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
+        self.call(instance, entry);
+        self.take_back(at, &callee, call, line)?;
+        self.end_call(at, &callee, enabled, call, tree.routine(method).result, line)
+    }
+
+    /// Ends a call of a function or a method; its result.
+    fn end_call(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        enabled: Option<Enabled>,
+        call: &Call,
+        result: Option<VarId>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let result = match result {
+            Some(id) => match self.parameter(callee, Parameter::Variable(id)) {
+                Some(spot) => self.result(&spot),
+                None => Value::Any,
+            },
+            None => Value::Any,
+        };
+        let enable = self.end_enabled(at, enabled, &call.enable, line)?;
+        self.open_results(at, enable.as_ref(), call, line)?;
+        self.result_if(enable, result, line)
+    }
+
+    fn result(&mut self, spot: &Spot) -> Value {
+        if spot.tag.cell().is_none() {
+            return Value::Any;
+        }
+        // It is kept, since another call may follow in the same expression.
+        match self.read_spot(spot) {
+            Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
+            Value::Number(kind, number) => {
+                let zero = constant(0, kind.words());
+                let sum = Number::Add(Box::new(number), Box::new(zero));
+                let words = self.words(sum, kind.words());
+                Value::Number(kind, Number::Words(words))
+            }
+            other => other,
+        }
+    }
+
+    /// A call as a statement.
+    pub(super) fn call_statement(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        let retargeted = |target: Target| Call { target, ..call.clone() };
+        match &call.target {
+            Target::Function(_) | Target::Method(..) | Target::BaseMethod(_) => {
+                self.called(at, call, line).map(|_| ())
+            }
+            Target::Instance(place, unit) => {
+                if self.one_of(at, place, line, &mut |own, place| {
+                    own.call_statement(at, &retargeted(Target::Instance(place, *unit)), line)
+                })? {
+                    return Ok(());
+                }
+                let instance = self.instance_of(at, place, line)?;
+                let spot = self.instances[instance].spot.clone();
+                let callee = Callee::Unit(spot, *unit);
+                self.has_one_name(at, (instance, Entry::Body), call, line)?;
+                let inputs = self.begin_inputs(at, &call.enable)?;
+                self.hand_over(at, &callee, call, line)?;
+                let enabled = self.begin_body(inputs);
+                self.call(instance, Entry::Body);
+                self.take_back(at, &callee, call, line)?;
+                let enable = self.end_enabled(at, enabled, &call.enable, line)?;
+                self.open_results(at, enable.as_ref(), call, line)
+            }
+            Target::Standard(place, block) => {
+                if self.one_of(at, place, line, &mut |own, place| {
+                    own.call_statement(at, &retargeted(Target::Standard(place, *block)), line)
+                })? {
+                    return Ok(());
+                }
+                let Found::Spot(spot) = self.find(at, place, line)? else {
+                    return Err(unknown_number(line));
+                };
+                self.standard_called(at, spot, *block, call, line)
+            }
+            Target::Program(place, unit) => {
+                let instance = self.instance_of(at, place, line)?;
+                let spot = self.instances[instance].spot.clone();
+                self.hand_over(at, &Callee::Unit(spot, *unit), call, line)?;
+                self.call(instance, Entry::Body);
+                Ok(())
+            }
+            Target::Action(place, action) => {
+                if self
+                    .each_instance(at, place, line, &mut |own, place| {
+                        let call = retargeted(Target::Action(place, *action));
+                        own.call_statement(at, &call, line).map(|()| Value::Any)
+                    })?
+                    .is_some()
+                {
+                    return Ok(());
+                }
+                let instance = self.instance_of(at, place, line)?;
+                let unit = self.instances[instance].unit;
+                let entry = Entry::Routine(tree.dispatched(unit, *action));
+                if instance != at.instance {
+                    self.member_names_handed((instance, entry), line)?;
+                }
+                let spot = self.instances[instance].spot.clone();
+                self.hand_over(at, &Callee::Unit(spot, unit), call, line)?;
+                self.call(instance, entry);
+                Ok(())
+            }
+            Target::BaseBody(base) => {
+                let unit = self.instances[at.instance].unit;
+                let callee = Callee::Unit(self.instances[at.instance].spot.clone(), unit);
+                let entry = self.body_in(*base).map(Entry::Routine);
+                if let Some(entry) = entry {
+                    self.has_one_name(at, (at.instance, entry), call, line)?;
+                }
+                self.hand_over(at, &callee, call, line)?;
+                match entry {
+                    Some(entry) => self.call(at.instance, entry),
+                    None => self.cost(&["CAL"], "call"),
+                }
+                self.take_back(at, &callee, call, line)
+            }
+        }
+    }
+
+    fn standard_called(
+        &mut self,
+        at: &Context,
+        spot: Spot,
+        block: StandardBlock,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let callee = Callee::Standard(spot.clone(), block);
+        let inputs = self.begin_inputs(at, &call.enable)?;
+        self.hand_over(at, &callee, call, line)?;
+        let enabled = self.begin_body(inputs);
+        let cell = |pin: Pin| spot.tag.part_at(block.position(pin)?)?.cell();
+        let is_given = |pin| call.passed.iter().any(|(own, _)| *own == Parameter::Pin(pin));
+        if !is_given(Pin::Pt) {
+            self.presets_left.extend(cell(Pin::Pt));
+        }
+        self.standard_block(block, &cell);
+        self.take_back(at, &callee, call, line)?;
+        let enable = self.end_enabled(at, enabled, &call.enable, line)?;
+        self.open_results(at, enable.as_ref(), call, line)
+    }
+
+    /// The instance that a place is.
+    pub(super) fn instance_of(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<usize, Fault> {
+        match self.find(at, place, line)? {
+            Found::Spot(spot) => {
+                if let Some(&known) = self.by_name.get(&spot.name) {
+                    return Ok(known);
+                }
+                let unit = self.unit_of(spot.ty).ok_or_else(|| unknown_number(line))?;
+                Ok(self.instance(&spot, unit))
+            }
+            _ => Err(unknown_number(line)),
+        }
+    }
+
+    /// Calls a routine of an instance.
+    pub(super) fn call(&mut self, instance: usize, entry: Entry) {
+        let row = "CAL";
+        let key = Assembler::key(&[row, "CAL"], "call");
+        self.call_as(key, instance, entry);
+    }
+
+    pub(super) fn call_as(&mut self, key: scanbound_ir::TimingKey, instance: usize, entry: Entry) {
+        let fires = Logic::Const(true);
+        let step = Step::Call { fires, target: 0 };
+        let at = self.assembler().builder.add(Some(key), Vec::new(), step);
+        self.routines.open.push((at, instance, entry));
+    }
+
+    /// The first array element of a path whose number is worked out: the path before it, its number, its bounds.
+    fn worked_out_element(&self, at: &Context, place: &Place) -> Option<(usize, Expr, i64, i64)> {
+        let mut ty = self.root_type(at, place)?;
+        for (number, step) in place.steps.iter().enumerate() {
+            if let (PathStep::Element(indices), Typed::Array(dimensions, _)) =
+                (step, self.tree.types.get(ty))
+                && indices.iter().any(|one| one.whole().is_none())
+            {
+                let ([index], [(low, high)]) = (&indices[..], &dimensions[..]) else { return None };
+                return Some((number, index.clone(), *low, *high));
+            }
+            ty = self.step_type(ty, step)?;
+        }
+        None
+    }
+
+    /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
+    fn root_type(&self, at: &Context, place: &Place) -> Option<scanbound_iec_tree::types::TypeId> {
+        let unit = self.root_unit(at, place.root);
+        match place.root {
+            scanbound_iec_tree::tree::Root::Variable(id) => Some(self.tree.variable(id).ty),
+            scanbound_iec_tree::tree::Root::Address(id) => Some(self.tree.address(id).ty),
+            _ => self.tree.types.find(&Typed::Block(unit?)),
+        }
+    }
+
+    fn step_type(
+        &self,
+        ty: scanbound_iec_tree::types::TypeId,
+        step: &PathStep,
+    ) -> Option<scanbound_iec_tree::types::TypeId> {
+        match (self.tree.types.get(ty), step) {
+            (Typed::Struct(id), PathStep::Part(number)) => {
+                Some(self.tree.types.parts(*id)[*number].1)
+            }
+            (_, PathStep::Member(id)) => Some(self.tree.variable(*id).ty),
+            (Typed::Array(_, of), PathStep::Element(_)) => Some(*of),
+            _ => None,
+        }
+    }
+
+    fn with_index(place: &Place, step: usize, number: i64, index: &Expr) -> Place {
+        let mut place = place.clone();
+        let kind = ExprKind::Named(number);
+        place.steps[step] = PathStep::Element(vec![Expr { kind, ..index.clone() }]);
+        place
+    }
+
+    /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
+    fn one_of(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+        act: &mut dyn FnMut(&mut Self, Place) -> Result<(), Fault>,
+    ) -> Result<bool, Fault> {
+        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
+            return Ok(false);
+        };
+        if high - low >= MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &index)?;
+        let number = self.as_number(value, DINT, line)?;
+        let words = self.copied(number, 2);
+        for number in low..=high {
+            let skip = self.unless(&words, number);
+            let done = act(self, Self::with_index(place, step, number, &index));
+            self.land(skip);
+            self.landing();
+            done?;
+        }
+        Ok(true)
+    }
+
+    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a call.
+    fn each_instance(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+        act: &mut dyn FnMut(&mut Self, Place) -> Result<Value, Fault>,
+    ) -> Result<Option<Value>, Fault> {
+        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
+            return Ok(None);
+        };
+        if high - low >= MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &index)?;
+        let number = self.as_number(value, DINT, line)?;
+        let words = self.copied(number, 2);
+        self.stops_where(is_outside(&Number::Words(words.clone()), low, high));
+        let (mut known, mut ends) = (None, Vec::new());
+        for number in low..=high {
+            let skip = (number < high).then(|| self.unless(&words, number));
+            let value = act(self, Self::with_index(place, step, number, &index))?;
+            known = Some(match known {
+                None => self.stored(value, true),
+                Some(known) => self.merged(known, value),
+            });
+            let Some(skip) = skip else { continue };
+            ends.push(self.jump(Logic::Const(true), None));
+            self.land(skip);
+            self.landing();
+        }
+        ends.into_iter().for_each(|end| self.land(end));
+        self.landing();
+        Ok(Some(known.unwrap_or(Value::Any)))
+    }
+
+    /// A jump over what is for one number alone.
+    fn unless(&mut self, words: &[scanbound_ir::WordSource], number: i64) -> usize {
+        let own = Compare {
+            relation: Relation::Equal,
+            reading: Reading::Signed,
+            left: Number::Words(words.to_vec()),
+            right: constant(number, 2),
+        };
+        self.jump(Logic::Compare(Box::new(own)).not(), None)
+    }
+
+    /// Where a parameter lies.
+    pub(super) fn parameter(&mut self, callee: &Callee, one: Parameter) -> Option<Spot> {
+        match (callee, one) {
+            (Callee::Unit(spot, unit), Parameter::Variable(id)) => self.member(spot, *unit, id),
+            (Callee::Method(frame, method), Parameter::Variable(id)) => {
+                self.local(frame, *method, id)
+            }
+            (Callee::Standard(spot, _), Parameter::Pin(pin)) => {
+                self.stepped(spot, None, &PathStep::Pin(pin))
+            }
+            _ => None,
+        }
+    }
+
+    /// Gives inputs their values. All are worked out first: one of them may call what the others are handed to.
+    fn hand_over(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let values = |passed: &Passed| match passed {
+            Passed::ByValue(one) | Passed::InOut(one) => Some(one.clone()),
+            _ => None,
+        };
+        let calls_any =
+            call.passed.iter().filter_map(|(_, one)| values(one)).any(|one| self.calls_own(&one));
+        let (mut one_way, mut both) = (Vec::new(), Vec::new());
+        for (parameter, passed) in &call.passed {
+            let Some(target) = self.parameter(callee, *parameter) else { continue };
+            match passed {
+                Passed::ByValue(one) => one_way.push((target, one.unconverted())),
+                // What is handed over in and out is what the others have left of it.
+                Passed::InOut(one) => both.push((target, one.unconverted())),
+                Passed::Output(..) | Passed::Dropped => {}
+            }
+        }
+        let (mut found, mut wholes) = (Vec::new(), Vec::new());
+        for (group, is_both) in [(one_way, false), (both, true)] {
+            if !calls_any {
+                for (target, one) in group {
+                    if let Some(from) = self.whole(at, one, line)? {
+                        wholes.push((from, Found::Spot(target), is_both));
+                        continue;
+                    }
+                    let value = self.open_value(at, one)?;
+                    let ty = self.simple_or_none(&target);
+                    found.push((target, shown(one, value, &ty), is_both, one));
+                }
+                continue;
+            }
+            for (_, value, ..) in &mut found {
+                let earlier = std::mem::replace(value, Value::Any);
+                *value = self.frozen(earlier);
+            }
+            let exprs: Vec<&Expr> = group.iter().map(|(_, one)| *one).collect();
+            let values = self
+                .operands(at, &exprs, line, &mut |own, which| own.open_value(at, exprs[which]))?;
+            for ((target, one), value) in group.into_iter().zip(values) {
+                let ty = self.simple_or_none(&target);
+                found.push((target, shown(one, value, &ty), is_both, one));
+            }
+        }
+        for (from, target, is_both) in wholes {
+            let key = match is_both {
+                // In and out an address is handed over.
+                true => Assembler::key(&["ST"], "move"),
+                false => self.store_key(&target, None, line)?,
+            };
+            self.copy(&from, &target, key);
+        }
+        for (target, value, is_both, of) in found {
+            let target = Found::Spot(target);
+            let key = match is_both {
+                true => Assembler::key(&["ST"], "move"),
+                false => self.store_key(&target, Some(of), line)?,
+            };
+            let writes = self.writes(target, value, line)?;
+            self.add_always(key, writes);
+        }
+        Ok(())
+    }
+
+    fn simple_or_none(&self, spot: &Spot) -> Ty {
+        self.simple(spot)
+    }
+
+    /// The structure or array that an expression is, if it is one.
+    fn whole(&mut self, at: &Context, one: &Expr, line: u32) -> Result<Option<Found>, Fault> {
+        let ExprKind::Read(place) = &one.kind else { return Ok(None) };
+        let is_whole = matches!(
+            self.tree.types.get(place.ty),
+            Typed::Array(..) | Typed::Struct(_) | Typed::Standard(_) | Typed::Block(_)
+        );
+        if !is_whole {
+            return Ok(None);
+        }
+        self.find(at, place, line).map(Some)
+    }
+
+    /// Takes outputs, and gives what was handed over in and out back.
+    fn take_back(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        // What is handed over in and out is the caller's own variable: it has its value before any output is taken.
+        for is_both in [true, false] {
+            for (parameter, passed) in &call.passed {
+                let (target, negated) = match (passed, is_both) {
+                    (Passed::InOut(one), true) => match &one.unconverted().kind {
+                        ExprKind::Read(place) => (place, false),
+                        _ => continue,
+                    },
+                    (Passed::Output(place, negated), false) => (place, *negated),
+                    _ => continue,
+                };
+                let Some(from) = self.parameter(callee, *parameter) else { continue };
+                let begin = self.builder.next();
+                if let (Callee::Standard(_, block), Parameter::Pin(Pin::Cv | Pin::Pv)) =
+                    (callee, parameter)
+                    && block.is_counter()
+                {
+                    let cell = from.tag.cell();
+                    self.counts.extend(cell);
+                }
+                if from.tag.cell().is_some() {
+                    let mut value = self.read_spot(&from);
+                    if let (Value::Bit(logic), true) = (&value, negated) {
+                        value = Value::Bit(logic.clone().not());
+                    }
+                    self.cost(&["LD"], "contact");
+                    self.assign(at, target, None, value, line)?;
+                } else {
+                    let to = self.find(at, target, line)?;
+                    let key = match is_both {
+                        true => Assembler::key(&["ST"], "move"),
+                        false => self.store_key(&to, None, line)?,
+                    };
+                    self.copy(&Found::Spot(from), &to, key);
+                }
+                if is_both {
+                    let range = begin..self.builder.next();
+                    let file = self.file;
+                    self.given_back.push((range, file, line));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is not handed over begins anew: as it is declared, else with 0.
+    pub(super) fn begin_anew(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        variables: &[VarId],
+        call: Option<&Call>,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let is_given = |id: VarId| {
+            let passed = call.map_or(&[][..], |call| &call.passed);
+            passed.iter().any(|(own, _)| *own == Parameter::Variable(id))
+        };
+        let tree = self.tree;
+        for &id in variables {
+            let one = tree.variable(id);
+            if one.section == Section::Local && one.constant {
+                self.begins_without_call(id, line)?;
+            }
+        }
+        for &id in variables {
+            let one = tree.variable(id);
+            let begins = match one.section {
+                // The constants of a unit are known by their declaration.
+                Section::Local | Section::Temp | Section::Output => {
+                    !one.constant || at.frame.is_some()
+                }
+                Section::Input => !is_given(id),
+                _ => false,
+            };
+            let spot = match begins {
+                true => self.parameter(callee, Parameter::Variable(id)),
+                false => None,
+            };
+            let Some(spot) = spot else { continue };
+            self.begins_plain(&spot, line)?;
+            self.begins_without_call(id, line)?;
+            let is_bit = matches!(self.simple(&spot), Ty::Bit);
+            let value = match &one.initial {
+                Some(initial) => match (&initial.kind, initial.whole()) {
+                    (_, Some(known)) => Value::Constant(known),
+                    (ExprKind::Bool(on), _) if is_bit => Value::Bit(Logic::Const(*on)),
+                    _ if is_worked_out(initial) && spot.tag.cell().is_some() => {
+                        let from = self.builder.next();
+                        let found = self.open_value(at, initial)?;
+                        if one.constant {
+                            self.charge_nothing(from);
+                        }
+                        let ty = self.simple(&spot);
+                        shown(initial, found, &ty)
+                    }
+                    _ => Value::Any,
+                },
+                None => match one.first {
+                    First::Zero => Value::Constant(0),
+                    First::Number(number) => Value::Constant(number),
+                    First::Unknown => Value::Any,
+                },
+            };
+            let key = (!one.constant).then(|| self.begin_key(spot.ty));
+            let writes = self.writes(Found::Spot(spot), value, line)?;
+            let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
+            self.assembler().builder.add(key, effects, Step::Nothing);
+        }
+        Ok(())
+    }
+
+    /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each call.
+    fn begins_plain(&self, spot: &Spot, line: u32) -> Result<(), Fault> {
+        if !self.begins_with_method(spot.ty) {
+            return Ok(());
+        }
+        let what = format!("{} begins anew with each call, which is not followed", spot.name);
+        let help = "declare it where it lasts: as VAR of a function block or of the program";
+        Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
+    }
+
+    /// Refuses what begins anew with each call and calls something then, unless it is one value that is worked out there.
+    fn begins_without_call(&self, id: VarId, line: u32) -> Result<(), Fault> {
+        let one = self.tree.variable(id);
+        let is_single =
+            matches!(self.tree.types.get(one.ty), Typed::Elementary(_) | Typed::Text(_));
+        let mut is_open = one.type_calls;
+        if let Some(initial) = one.initial.as_ref().filter(|_| !is_single || one.constant) {
+            // Each element of a list takes the time of its value.
+            initial.each(&mut |inner| {
+                is_open |= matches!(
+                    inner.kind,
+                    ExprKind::Call(_) | ExprKind::Standard(_) | ExprKind::Read(_)
+                );
+            });
+        }
+        if !is_open {
+            return Ok(());
+        }
+        let what = format!(
+            "{} begins anew with each call, and its initial value is worked out then, which is not followed",
+            one.name
+        );
+        let help = "assign the value in the body";
+        Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
+    }
+
+    /// Refuses a call that hands over a variable which what is called also reaches by another name.
+    fn has_one_name(
+        &mut self,
+        at: &Context,
+        called: (usize, Entry),
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        for (parameter, _) in &call.passed {
+            if let Parameter::Variable(id) = parameter
+                && tree.variable(*id).section == Section::InOut
+                && self.has_charts(tree.variable(*id).ty)
+            {
+                let message = format!(
+                    "{} is handed over in and out, and has a chart, whose state is not followed there",
+                    tree.variable(*id).name
+                );
+                let help = "call the instance where it is declared";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+        }
+        let mut handed: Vec<&Place> = Vec::new();
+        let mut taken: Vec<&Place> = Vec::new();
+        for (_, passed) in &call.passed {
+            match passed {
+                Passed::InOut(one) => match &one.unconverted().kind {
+                    ExprKind::Read(place) => handed.push(place),
+                    _ => {}
+                },
+                Passed::Output(place, _) => taken.push(place),
+                _ => {}
+            }
+        }
+        if handed.is_empty() && taken.iter().all(|place| place.indices().next().is_none()) {
+            return Ok(());
+        }
+        let within = self.effects_of(called);
+        for place in handed.iter().chain(&taken) {
+            // Where an element is looked for may be settled before the call or behind it.
+            let indices: Vec<&Expr> =
+                place.indices().filter(|index| index.whole().is_none()).collect();
+            let mut moved = false;
+            for index in indices {
+                let mut looked = Effects::default();
+                self.of_expr(at, index, &mut looked);
+                let mut changed = Effects::default();
+                for other in handed.iter().chain(&taken) {
+                    self.written(at, other, &mut changed);
+                }
+                moved |=
+                    self.calls_own(index) || within.changes(&looked) || changed.changes(&looked);
+            }
+            if moved {
+                let message = "what is handed over may mean another element while the call runs";
+                let help = "assign the index or the address to a variable that nothing else writes";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+        }
+        let mut before = Effects::default();
+        for place in handed {
+            let mut own = Effects::default();
+            self.written(at, place, &mut own);
+            if own.meets(&before) || own.meets(&within) {
+                let message = format!(
+                    "{} is handed over in and out, and what is called may reach it by another name",
+                    self.shown(at, place)
+                );
+                let help = "hand over a variable of its own, and assign it before and after";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+            before.join(&own);
+        }
+        Ok(())
+    }
+
+    /// A place as messages name it.
+    pub(super) fn shown(&mut self, at: &Context, place: &Place) -> String {
+        self.root(at, place.root, 0).map_or_else(|_| "a variable".to_owned(), |spot| spot.name)
+    }
+
+    /// What EN is, if it is given.
+    pub(super) fn condition(
+        &mut self,
+        at: &Context,
+        enable: &Enable,
+    ) -> Result<Option<Logic>, Fault> {
+        let Some(one) = &enable.condition else { return Ok(None) };
+        let mut condition = self.bit(at, one)?;
+        if enable.is_input {
+            let why = "an input EN that is declared: whether the body is carried out without it";
+            condition = Logic::Any(vec![condition, self.any_bit(why)]);
+        }
+        Ok(Some(self.keep_bit(condition)))
+    }
+
+    fn enabled(&mut self, at: &Context, enable: &Enable) -> Result<Option<Enabled>, Fault> {
+        let condition = self.condition(at, enable)?;
+        Ok(condition.map(|condition| self.begin_enabled(condition)))
+    }
+
+    /// Begins a call: what follows is skipped where EN is false.
+    pub(super) fn begin_enabled(&mut self, condition: Logic) -> Enabled {
+        let key = Some(Assembler::key(&["JMP"], "jump"));
+        let skip = self.jump(condition.clone().not(), key);
+        Enabled { condition, skip }
+    }
+
+    /// Begins to hand inputs over to an instance. Where EN is false, some controllers do, and leave the body out.
+    fn begin_inputs(&mut self, at: &Context, enable: &Enable) -> Result<Option<Enabled>, Fault> {
+        let Some(condition) = self.condition(at, enable)? else { return Ok(None) };
+        let why = "inputs may or may not be handed over where EN is false";
+        let leaves = vec![condition.clone().not(), self.any_bit(why)];
+        let skip = self.jump(Logic::All(leaves), None);
+        Ok(Some(Enabled { condition, skip }))
+    }
+
+    /// Begins the call itself behind its inputs.
+    fn begin_body(&mut self, inputs: Option<Enabled>) -> Option<Enabled> {
+        let Enabled { condition, skip } = inputs?;
+        self.land(skip);
+        self.landing();
+        Some(self.begin_enabled(condition))
+    }
+
+    /// Ends a call, and hands ENO out; the condition, if there was one.
+    pub(super) fn end_enabled(
+        &mut self,
+        at: &Context,
+        enabled: Option<Enabled>,
+        enable: &Enable,
+        line: u32,
+    ) -> Result<Option<Logic>, Fault> {
+        let condition = enabled.map(|enabled| {
+            self.land(enabled.skip);
+            self.landing();
+            enabled.condition
+        });
+        if let Some((target, negated)) = &enable.result {
+            // What is called may tell a fault by itself.
+            let runs = condition.clone().unwrap_or(Logic::Const(true));
+            let told = match enable.is_output {
+                true => {
+                    let why = "an output ENO that is declared: it may be true or false";
+                    Logic::All(vec![runs, self.any_bit(why)])
+                }
+                false => runs,
+            };
+            let told = if *negated { told.not() } else { told };
+            self.assign(at, target, None, Value::Bit(told), line)?;
+        }
+        Ok(condition)
+    }
+
+    fn open_results(
+        &mut self,
+        at: &Context,
+        condition: Option<&Logic>,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let eno = call.enable.result.as_ref().filter(|_| call.enable.is_output);
+        let targets = call.passed.iter().filter_map(|(_, passed)| match passed {
+            // Where ENO is declared, it is among them, and has its value already.
+            Passed::Output(place, _) => Some(place),
+            _ => None,
+        });
+        let targets: Vec<&Place> = targets
+            .filter(|place| eno.is_none_or(|(own, _)| !super::effects::is_same(own, place)))
+            .collect();
+        self.open_outputs(at, condition, &targets, line)
+    }
+
+    /// What outputs are handed to may hold anything where EN is false: controllers differ.
+    pub(super) fn open_outputs(
+        &mut self,
+        at: &Context,
+        condition: Option<&Logic>,
+        targets: &[&Place],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let Some(condition) = condition.filter(|_| !targets.is_empty()) else { return Ok(()) };
+        let skip = self.jump(condition.clone(), None);
+        for target in targets {
+            self.assign(at, target, None, Value::Any, line)?;
+        }
+        self.land(skip);
+        self.landing();
+        Ok(())
+    }
+}
+
+/// Whether an initial value takes time: it is more than a number, a list of such, or one that is not read.
+fn is_worked_out(initial: &Expr) -> bool {
+    match &initial.kind {
+        ExprKind::Negate(inner) | ExprKind::Not(inner) | ExprKind::Convert(inner) => {
+            is_worked_out(inner)
+        }
+        ExprKind::Read(_)
+        | ExprKind::Binary(..)
+        | ExprKind::Call(_)
+        | ExprKind::Standard(_)
+        | ExprKind::Named(_)
+        | ExprKind::Fault(_) => true,
+        _ => false,
+    }
+}
+
+fn unknown_number(line: u32) -> Fault {
+    let help = "call one of an array of up to 64 instances, or write CASE";
+    Fault::new(line, "an instance of unknown number is called")
+        .code(FaultCode::NotModelled)
+        .help(help)
+}

@@ -1,0 +1,419 @@
+//! From a project to a program on the new road: tasks, instances of programs, routines.
+
+use super::super::address::Located;
+use super::super::assembler::Assembler;
+use super::super::declared;
+use super::super::decode::{
+    LARGEST, Options as ChartOptions, changed_by_others, finish, merged, one_name_each, tasks, told,
+};
+use super::super::emit::Place;
+use super::super::first_values;
+use super::calls::Callee;
+use super::places::{Context, Found, Instance};
+use super::{Entry, Lower, Options};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::{StatedCall, plain};
+use scanbound_base::location::Location;
+use scanbound_front::builder::always;
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, Project, Section, Task, same};
+use scanbound_iec_tree::declarations::RoutineKind;
+use scanbound_iec_tree::resolve;
+use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter};
+use scanbound_ir::{Absent, Program, Region, Step, Write, flow};
+
+/// What a project means.
+///
+/// # Errors
+/// All faults.
+pub(in super::super) fn decode(
+    project: &Project,
+    dialect: &str,
+    charts: ChartOptions,
+    asked: &scanbound_front::Options<'_>,
+) -> Result<Program, Vec<Diagnostic>> {
+    let faults = declared::faults(project);
+    if !faults.is_empty() {
+        return Err(told(project, faults));
+    }
+    let tree = resolve::tree(project);
+    let options = Options {
+        calls: asked.facts.calls.clone(),
+        stated_turns: asked.facts.counts.clone(),
+        is_incomplete: asked.incomplete,
+    };
+    let mut own = Lower::new(project, &tree, dialect, options);
+    own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
+    own.assembler().faults.extend(project.unread.iter().cloned());
+    let mut tasks = tasks(project, own.assembler());
+    let is_asked = |task: &Task| {
+        asked.task.is_some_and(|name| same(name, &super::super::decode::named_task(task)))
+    };
+    if let Some(at) = tasks.iter().position(is_asked) {
+        let first = tasks.remove(at);
+        tasks.insert(0, first);
+    }
+    own.program_of(&tasks, charts, asked)
+}
+
+impl Lower<'_> {
+    fn program_of(
+        mut self,
+        tasks: &[Task],
+        charts: ChartOptions,
+        asked: &scanbound_front::Options<'_>,
+    ) -> Result<Program, Vec<Diagnostic>> {
+        let project = self.project;
+        let mut entries = Vec::new();
+        let mut main = 0..0;
+        let (mut first, mut image) = (None, None);
+        self.place_programs(tasks);
+        for (number, task) in tasks.iter().enumerate() {
+            entries.push(self.builder.next());
+            // Of several tasks it is not told which one begins.
+            if tasks.len() == 1 && first_values::any(project) {
+                first = self.first_scan();
+            }
+            if number == 0 {
+                image = self.assembler().begin_image(project);
+            }
+            // What tasks call is theirs: they may be in the midst of the same routine at once.
+            self.routines.task = number;
+            self.routines.known.clear();
+            self.effects.clear();
+            for (name, of) in &task.instances {
+                self.program_called(task, name, of);
+            }
+            let last = if number == 0 { Step::End } else { Step::Return };
+            self.assembler().builder.add(None, Vec::new(), last);
+            if number == 0 {
+                main.end = self.builder.next();
+            }
+            self.called_routines();
+        }
+        one_name_each(tasks, self.assembler());
+        let given_back = std::mem::take(&mut self.given_back);
+        changed_by_others(self.assembler(), &entries, &given_back);
+        let located = self.located();
+        let shared = super::super::address::share(self.assembler(), &located, &given_back);
+        let shared = merged(shared);
+        self.assembler().begin_shared(image, &located);
+        let instances = self.instances.iter().map(|one| self.old_instance(one));
+        let globals = self.globals.values().chain(self.addresses.values());
+        let all: Vec<Place> = instances.chain(globals.map(|spot| self.old_place(spot))).collect();
+        self.assembler().bound_bytes(&located, &all);
+        let own = self.of_functions();
+        self.assembler().settle(&own);
+        if !self.faults.is_empty() {
+            let faults = std::mem::take(&mut self.assembler().faults);
+            return Err(told(project, faults));
+        }
+        let begins = charts.begins_with_more || super::super::decode::begins_before(project);
+        let gives = super::super::decode::gives_parts_apart(project);
+        let (mut known, values) = self.power_up(gives, begins);
+        // What shares memory begins with what either of them declares.
+        known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+        known.latched = merged(known.latched);
+        self.assembler().note_first_values(first, values, &shared, &mut known);
+        known.inputs = merged(known.inputs);
+        known.cleared = merged(known.cleared);
+        self.program().power_up = known;
+        let program = std::mem::take(&mut self.assembler().builder.program);
+        Ok(finish(program, project, tasks, &entries, main, asked))
+    }
+
+    /// Places the instances of programs: code of each task may name those of others.
+    fn place_programs(&mut self, tasks: &[Task]) {
+        for task in tasks {
+            let mut own = Vec::new();
+            for (name, _) in &task.instances {
+                let at = self.tree.programs.iter().position(|one| same(&one.name, name));
+                let placed = at.map(|at| self.program_instance(at));
+                own.extend(placed.and_then(Result::ok));
+            }
+            self.tasks.push(own);
+        }
+    }
+
+    /// An instance of a program, and its call.
+    fn program_called(&mut self, task: &Task, name: &str, of: &str) {
+        let tree = self.tree;
+        let Some(at) = tree.programs.iter().position(|one| same(&one.name, name)) else {
+            let message = format!("the program {of} of the task {} is not there", task.name);
+            let fault = Fault::new(1, message)
+                .code(FaultCode::UnknownType)
+                .help("give the file that declares it");
+            return self.assembler().faults.push((0, fault));
+        };
+        let unit = tree.unit(tree.programs[at].unit);
+        self.file = unit.file;
+        match self.program_instance(at) {
+            Ok(instance) => {
+                self.at(unit.line, &format!("PROGRAM {name}"));
+                let connected = tree.connected.iter().find(|one| same(&one.instance, name));
+                connected.into_iter().for_each(|one| self.connect(instance, one, false));
+                let key = Assembler::key(&["PROGRAM", "CAL"], "call");
+                self.call_as(key, instance, Entry::Body);
+                connected.into_iter().for_each(|one| self.connect(instance, one, true));
+            }
+            Err(fault) => self.fault(fault),
+        }
+    }
+
+    /// Copies what an instance's inputs are connected to, or its outputs.
+    fn connect(&mut self, instance: usize, connected: &Connected, outputs: bool) {
+        let around = std::mem::replace(&mut self.file, connected.file);
+        let file = u32::try_from(self.file).unwrap_or(u32::MAX);
+        let place = Location { file, line: connected.line, step: None };
+        let text = format!("PROGRAM {}", connected.instance).into();
+        self.assembler().builder.at(place, text, [].into());
+        for pair in &connected.pairs {
+            let done = match pair {
+                Ok(pair) if pair.is_output == outputs => {
+                    self.connect_one(instance, pair, connected.line)
+                }
+                Ok(_) => Ok(()),
+                Err(fault) if !outputs => Err(fault.clone()),
+                Err(_) => Ok(()),
+            };
+            if let Err(fault) = done {
+                self.fault(fault);
+            }
+        }
+        self.file = around;
+    }
+
+    fn connect_one(&mut self, instance: usize, pair: &Pair, line: u32) -> Result<(), Fault> {
+        let at = Context { instance, frame: None };
+        let Instance { unit, spot } = self.instances[instance].clone();
+        let callee = Callee::Unit(spot, unit);
+        let Some(own) = self.parameter(&callee, Parameter::Variable(pair.own)) else {
+            return Ok(());
+        };
+        let ExprKind::Read(place) = &pair.other.kind else {
+            let value = self.value(&at, &pair.other)?;
+            return self.copied_to(Found::Spot(own), value, line);
+        };
+        let Some(other) = self.spot(&at, place, line)? else {
+            let told = "what a program is connected to is not followed";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled));
+        };
+        let (from, to) = if pair.is_output { (own, other) } else { (other, own) };
+        if from.tag.cell().is_none() {
+            let to = Found::Spot(to);
+            let key = self.store_key(&to, None, line)?;
+            self.copy(&Found::Spot(from), &to, key);
+            return Ok(());
+        }
+        self.cost(&["LD"], "contact");
+        let value = self.read_spot(&from);
+        self.copied_to(Found::Spot(to), value, line)
+    }
+
+    fn copied_to(
+        &mut self,
+        to: Found,
+        value: super::super::value::Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let key = self.store_key(&to, None, line)?;
+        let writes = self.writes(to, value, line)?;
+        self.add_always(key, writes);
+        Ok(())
+    }
+
+    /// Lowers what is called.
+    fn called_routines(&mut self) {
+        while let Some((call, instance, entry)) = self.routines.open.pop() {
+            let known = self.routines.known.get(&(instance, entry)).copied();
+            let target = known.unwrap_or_else(|| self.routine(instance, entry));
+            let step = &mut self.assembler().builder.program.instructions[call].step;
+            if let Step::Call { target: own, .. } = step {
+                *own = target;
+            }
+            if self.builder.next() > LARGEST {
+                let told = "the project has more instructions than any CPU holds";
+                let fault = Fault::new(1, told).code(FaultCode::TooMany);
+                self.assembler().faults.push((0, fault));
+                self.routines.open.clear();
+            }
+        }
+    }
+
+    /// All variables with addresses, those that code names by their addresses, too.
+    fn located(&mut self) -> Vec<Located> {
+        let tree = self.tree;
+        let mut found = Vec::new();
+        for Instance { unit, spot } in self.instances.clone() {
+            for id in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
+                let Some(address) = &tree.variable(*id).at else { continue };
+                let part = self.member(&spot, unit, *id);
+                found.extend(part.and_then(|part| Located::new(&self.old_place(&part), address)));
+            }
+        }
+        for id in tree.globals.iter().flat_map(|list| &list.variables) {
+            let Some(address) = &tree.variable(*id).at else { continue };
+            let spot = self.globals.get(id);
+            found.extend(spot.and_then(|spot| Located::new(&self.old_place(spot), address)));
+        }
+        for (id, spot) in &self.addresses {
+            let address = &tree.address(*id).text;
+            found.extend(Located::new(&self.old_place(spot), address));
+        }
+        found
+    }
+
+    /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
+    fn first_scan(&mut self) -> Option<usize> {
+        let bool = scanbound_iec_tree::types::Elementary::Bool;
+        let ty = self.tree.types.elementary(bool);
+        let spot = self.placed(first_values::FIRST_SCAN, ty, 1).ok()?;
+        self.at(1, "first values");
+        let fires = scanbound_ir::Logic::cell(spot.tag.cell()?);
+        Some(self.assembler().builder.add(None, Vec::new(), Step::Act { fires }))
+    }
+
+    /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may hold
+    /// anything. Whether that is so.
+    pub(super) fn stands_in(&mut self, instance: usize, entry: Entry) -> bool {
+        let Some((file, line, stated)) = self.stated_of(instance, entry) else { return false };
+        self.file = file;
+        self.at(line, &stated.name);
+        self.landing();
+        let regions = self.all_it_writes(instance, entry, line, &stated);
+        let effects = match regions {
+            Ok(regions) => {
+                let havoc = |region| {
+                    let choice = self.assembler().builder.choice();
+                    always(Write::Havoc(region, choice))
+                };
+                regions.into_iter().map(havoc).collect()
+            }
+            Err(fault) => {
+                self.fault(fault);
+                Vec::new()
+            }
+        };
+        let begin = self.assembler().builder.add(None, effects, Step::Nothing);
+        let why = format!("what {} gives may be any value: only its time is stated", stated.name);
+        self.program().approximate(begin, why);
+        let (name, time) = (plain(&stated.name), stated.time);
+        let absent = Absent { name, entry: begin, time, stated: true, declared: true };
+        self.program().absent.push(absent);
+        self.assembler().builder.add(None, Vec::new(), Step::Return);
+        true
+    }
+
+    /// The unit, or the method, whose body is to be executed and is not there, and what is stated of it.
+    fn stated_of(&self, instance: usize, entry: Entry) -> Option<(usize, u32, StatedCall)> {
+        let tree = self.tree;
+        let stated = |name: &str| self.options.calls.get(&plain(name)).cloned();
+        let own = self.instances[instance].unit;
+        let from = match entry {
+            Entry::Body => own,
+            Entry::Routine(id) => match tree.routine(id).kind {
+                RoutineKind::Action => return None,
+                RoutineKind::Body => tree.routine(id).unit,
+                RoutineKind::Method => {
+                    let routine = tree.routine(id);
+                    let unit = tree.unit(routine.unit);
+                    let is_there = !routine.code.is_empty() || unit.kind == PouKind::Program;
+                    let name = format!("{}.{}", unit.name, routine.name);
+                    let known = stated(&name).filter(|_| !is_there)?;
+                    return Some((unit.file, routine.line, known));
+                }
+            },
+        };
+        for unit in tree.lineage(from) {
+            let unit = tree.unit(unit);
+            if unit.kind == PouKind::Program {
+                continue;
+            }
+            if !tree.routine(unit.body).code.is_empty() {
+                return None;
+            }
+            if let Some(known) = stated(&unit.name) {
+                return Some((unit.file, unit.line, known));
+            }
+        }
+        None
+    }
+
+    fn all_it_writes(
+        &mut self,
+        instance: usize,
+        entry: Entry,
+        line: u32,
+        stated: &StatedCall,
+    ) -> Result<Vec<Region>, Fault> {
+        let mut regions = self.instances[instance].spot.tag.regions();
+        if let Entry::Routine(id) = entry
+            && self.tree.routine(id).kind == RoutineKind::Method
+        {
+            regions.extend(self.frame(instance, id)?.tag.regions());
+        }
+        for name in stated.writes.iter().flatten() {
+            let found = self.tree.globals.iter().flat_map(|list| &list.variables);
+            let found = { found }.find(|&&id| same(&self.tree.variable(id).name, name)).copied();
+            match found {
+                Some(id) => regions.extend(self.global(id)?.tag.regions()),
+                None => {
+                    let told = format!(
+                        "{} is stated to write {name}, which is no global variable",
+                        stated.name
+                    );
+                    let help =
+                        "name global variables; what a call hands over is counted without that";
+                    return Err(Fault::new(line, told).code(FaultCode::Fact).help(help));
+                }
+            }
+        }
+        Ok(regions)
+    }
+
+    /// Takes note of a body that is not there: its code is likely elsewhere.
+    pub(super) fn note_bodiless(&mut self, instance: usize, entry: Entry) {
+        let tree = self.tree;
+        let own = self.instances[instance].unit;
+        let (name, code, variables, has_result, kind, file, line) = match entry {
+            Entry::Body => {
+                let unit = tree.unit(own);
+                let code = &tree.routine(unit.body).code;
+                let (variables, result) = (&unit.variables, unit.result.is_some());
+                (unit.name.clone(), code, variables, result, unit.kind, unit.file, unit.line)
+            }
+            Entry::Routine(id) if tree.routine(id).kind == RoutineKind::Method => {
+                let routine = tree.routine(id);
+                let name = format!("{}.{}", tree.unit(own).name, routine.name);
+                let file = tree.unit(routine.unit).file;
+                let result = routine.result.is_some();
+                let kind = PouKind::Function;
+                (name, &routine.code, &routine.variables, result, kind, file, routine.line)
+            }
+            Entry::Routine(_) => return,
+        };
+        if kind == PouKind::Program || !code.is_empty() {
+            return;
+        }
+        let gives = |id: &_| matches!(tree.variable(*id).section, Section::Output | Section::InOut);
+        let gives_something = has_result || variables.iter().any(gives);
+        let has_code = |unit: &_| {
+            let unit = tree.unit(*unit);
+            let all = unit.methods.iter().chain(&unit.actions).chain([&unit.body]);
+            { all }.any(|&one| !tree.routine(one).code.is_empty())
+        };
+        // Where a unit has code elsewhere, its file is there; a method that gives something should have some all the same.
+        let is_whole =
+            tree.lineage(own).iter().any(has_code) && (entry == Entry::Body || !gives_something);
+        if is_whole {
+            return;
+        }
+        let file = u32::try_from(file).unwrap_or(u32::MAX);
+        let place = Location { file, line, step: None };
+        let known = &mut self.program().bodiless;
+        if known.iter().all(|(own, _)| *own != name) {
+            known.push((name, place));
+        }
+    }
+}

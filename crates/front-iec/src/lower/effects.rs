@@ -1,0 +1,649 @@
+//! What code reads, writes and calls: as cells, for each instance by itself, so that two names of one variable are one thing.
+//! Variables with addresses have the bits of these, too, in both ways in which controllers count them.
+
+use super::super::address::bits;
+use super::places::{Context, Instance, Spot};
+use super::{Entry, Lower};
+use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
+use scanbound_iec_tree::tree::{
+    Applied, Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, StatementKind, Step,
+    Target,
+};
+use scanbound_iec_tree::types::Type as Typed;
+use scanbound_ir::{AreaId, Cell, Region};
+use std::collections::BTreeSet;
+
+/// Areas for the bits of addresses: of inputs, outputs and memory, in either way of counting. No variable lies there.
+const BITS: u16 = u16::MAX - 6;
+
+/// So many instances of an array are looked at one by one.
+const MOST: i64 = 64;
+
+/// Cells, as stretches.
+type Cells = BTreeSet<(Cell, u32)>;
+
+/// What code reads and writes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Effects {
+    reads: Cells,
+    writes: Cells,
+    /// Whether it may do anything.
+    anything: bool,
+}
+
+impl Effects {
+    /// Whether this writes what the other one reads or writes.
+    pub(super) fn changes(&self, other: &Effects) -> bool {
+        let meets = |one: &Cells, two: &Cells| one.iter().any(|own| meet(own, two));
+        let is_idle =
+            |one: &Effects| !one.anything && one.reads.is_empty() && one.writes.is_empty();
+        (self.anything && !is_idle(other))
+            || (other.anything && !self.writes.is_empty())
+            || meets(&self.writes, &other.reads)
+            || meets(&self.writes, &other.writes)
+    }
+
+    /// Whether either reads or writes what the other one does.
+    pub(super) fn meets(&self, other: &Effects) -> bool {
+        self.changes(other)
+            || other.changes(self)
+            || self.reads.iter().any(|own| meet(own, &other.reads))
+    }
+
+    pub(super) fn join(&mut self, other: &Effects) {
+        self.reads.extend(&other.reads);
+        self.writes.extend(&other.writes);
+        self.anything |= other.anything;
+    }
+
+    /// Without what begins anew with every call.
+    fn lasting(mut self, own: &[Region]) -> Effects {
+        let lasts = |&(first, count): &(Cell, u32)| {
+            let region = Region::Range { first, count };
+            !own.iter().any(|own| scanbound_ir::flow::meet(*own, region))
+        };
+        self.reads.retain(lasts);
+        self.writes.retain(lasts);
+        self
+    }
+}
+
+/// Whether a stretch has a cell of others.
+fn meet(one: &(Cell, u32), others: &Cells) -> bool {
+    let (first, count) = *one;
+    let end = (first.plus(count), 0);
+    // Stretches may lie in each other, so that more than the last one before may reach here.
+    others
+        .range(..end)
+        .rev()
+        .take_while(|(own, _)| own.area == first.area)
+        .any(|(own, many)| own.index < first.index + count && first.index < own.index + many)
+}
+
+/// Whether two paths are the same.
+pub(super) fn is_same(one: &Place, other: &Place) -> bool {
+    let step = |(one, other): (&Step, &Step)| match (one, other) {
+        (Step::Part(one), Step::Part(other)) => one == other,
+        (Step::Member(one), Step::Member(other)) => one == other,
+        (Step::Pin(one), Step::Pin(other)) => one == other,
+        (Step::Bit(one), Step::Bit(other)) => one == other,
+        (Step::Element(one), Step::Element(other)) => {
+            one.len() == other.len()
+                && one
+                    .iter()
+                    .zip(other)
+                    .all(|(one, other)| one.whole().is_some() && one.whole() == other.whole())
+        }
+        _ => false,
+    };
+    one.root == other.root
+        && one.steps.len() == other.steps.len()
+        && one.steps.iter().zip(&other.steps).all(step)
+}
+
+/// Whether an expression calls what the project declares; what stands in indices counts, too.
+fn calls(one: &Expr) -> bool {
+    let mut found = false;
+    one.each(&mut |one| match &one.kind {
+        ExprKind::Call(_) => found = true,
+        ExprKind::Read(place) => found |= place.indices().any(calls),
+        _ => {}
+    });
+    found
+}
+
+impl Lower<'_> {
+    /// Whether an expression calls what the project declares.
+    pub(super) fn calls_own(&self, one: &Expr) -> bool {
+        calls(one)
+    }
+
+    /// The calls in an expression that change what outlasts them.
+    pub(super) fn acting_calls(&mut self, at: &Context, one: &Expr) -> usize {
+        let mut own = Vec::new();
+        one.each(&mut |one| {
+            if matches!(one.kind, ExprKind::Call(_)) {
+                own.push(one.clone());
+            }
+        });
+        own.iter().filter(|one| !self.expression_effects(at, one).writes.is_empty()).count()
+    }
+
+    /// What an expression reads and writes of what outlasts its calls.
+    pub(super) fn expression_effects(&mut self, at: &Context, one: &Expr) -> Effects {
+        let mut found = Effects::default();
+        self.of_expr(at, one, &mut found);
+        let own = self.begins_anew(at);
+        found.lasting(&own)
+    }
+
+    /// Whether it makes a difference which of two expressions is worked out first.
+    pub(super) fn order_matters(&mut self, at: &Context, one: &Expr, other: &Expr) -> bool {
+        if !calls(one) && !calls(other) {
+            return false;
+        }
+        let (one, other) = (self.expression_effects(at, one), self.expression_effects(at, other));
+        one.changes(&other) || other.changes(&one)
+    }
+
+    /// Whether statements, or what they call, may write a variable.
+    pub(super) fn may_write(&mut self, at: &Context, body: &[Statement], place: &Place) -> bool {
+        // Which element an index means may change.
+        if place.indices().any(|index| index.whole().is_none()) {
+            return true;
+        }
+        let mut written = Effects::default();
+        self.of_statements(at, body, &mut written);
+        let mut own = Effects::default();
+        self.looked_at(at, place, &mut own);
+        written.changes(&own)
+    }
+
+    /// Whether statements may change what an expression gives.
+    pub(super) fn may_change(&mut self, at: &Context, body: &[Statement], one: &Expr) -> bool {
+        let mut written = Effects::default();
+        self.of_statements(at, body, &mut written);
+        let mut own = Effects::default();
+        self.of_expr(at, one, &mut own);
+        written.changes(&own)
+    }
+
+    /// Whether an expression names a variable, by whichever name.
+    pub(super) fn names(&mut self, at: &Context, one: &Expr, place: &Place) -> bool {
+        let mut named = Effects::default();
+        self.of_expr(at, one, &mut named);
+        let mut own = Effects::default();
+        self.looked_at(at, place, &mut own);
+        named.meets(&own)
+    }
+
+    /// Whether the programs of other tasks may write a variable.
+    pub(super) fn others_write(&mut self, at: &Context, place: &Place) -> bool {
+        let mut own = Effects::default();
+        self.looked_at(at, place, &mut own);
+        let here = self.routines.task;
+        let tasks = self.tasks.clone().into_iter().enumerate();
+        let others = tasks.filter(|(task, _)| *task != here).flat_map(|(_, all)| all);
+        others.into_iter().any(|instance| {
+            let effects = self.effects_of((instance, Entry::Body));
+            effects.changes(&own)
+        })
+    }
+
+    /// The variables of functions and methods, which begin anew with every call, but for those of the code itself.
+    fn begins_anew(&self, at: &Context) -> Vec<Region> {
+        let own = self.instances[at.instance].spot.tag.regions();
+        let frame = at.frame.as_ref().map(|frame| frame.tag.regions()).unwrap_or_default();
+        let mut all = self.of_functions();
+        all.retain(|region| !own.contains(region) && !frame.contains(region));
+        all
+    }
+
+    /// The variables of functions and methods, which begin anew with every call.
+    pub(super) fn of_functions(&self) -> Vec<Region> {
+        let functions = self.instances.iter().filter(|one| self.is_function(one.unit));
+        let functions = functions.flat_map(|one| one.spot.tag.regions());
+        functions.chain(self.frames.values().flat_map(|frame| frame.tag.regions())).collect()
+    }
+
+    /// What a routine of an instance reads and writes, and all that it calls.
+    pub(super) fn effects_of(&mut self, (instance, entry): (usize, Entry)) -> Effects {
+        if let Some(known) = self.effects.get(&(instance, entry)) {
+            return known.clone();
+        }
+        // What calls itself is refused elsewhere.
+        self.effects.insert((instance, entry), Effects::default());
+        let mut found = Effects::default();
+        let unit = self.instances[instance].unit;
+        let routine = match entry {
+            Entry::Routine(id) => Some(id),
+            Entry::Body => self.body_in(unit),
+        };
+        if entry == Entry::Body {
+            let is_temp =
+                |id: &VarId| self.tree.variable(*id).section == scanbound_iec::Section::Temp;
+            let temps: Vec<VarId> = self.tree.members(unit).into_iter().filter(is_temp).collect();
+            self.initial_effects(&Context { instance, frame: None }, &temps, &mut found);
+        }
+        match routine {
+            Some(id) => self.of_routine(instance, id, &mut found),
+            None => self.of_absent(instance, &mut found),
+        }
+        self.effects.insert((instance, entry), found.clone());
+        found
+    }
+
+    fn of_routine(&mut self, instance: usize, id: RoutineId, found: &mut Effects) {
+        let tree = self.tree;
+        let frame = match tree.routine(id).kind {
+            RoutineKind::Method => self.frame(instance, id).ok(),
+            RoutineKind::Body | RoutineKind::Action => None,
+        };
+        let at = Context { instance, frame };
+        match &tree.routine(id).code {
+            Code::Statements(all) if all.is_empty() => self.of_absent(instance, found),
+            Code::Statements(all) => self.of_statements(&at, all, found),
+            Code::Unread(_) => found.anything = true,
+        }
+    }
+
+    /// What stands in for a body that is not there may write all that its instance has.
+    fn of_absent(&mut self, instance: usize, found: &mut Effects) {
+        let unit = self.instances[instance].unit;
+        if self.options.calls.is_empty() {
+            return;
+        }
+        let regions = self.instances[instance].spot.tag.regions();
+        add(&mut found.writes, regions);
+        // What it is stated to write is not looked up here.
+        found.anything |= self.is_stated_with_writes(unit);
+    }
+
+    fn is_stated_with_writes(&self, unit: UnitId) -> bool {
+        let name = scanbound_base::facts::plain(&self.tree.unit(unit).name);
+        self.options.calls.iter().any(|(own, call)| {
+            own.starts_with(&name) && call.writes.as_ref().is_none_or(|all| !all.is_empty())
+        })
+    }
+
+    pub(super) fn of_statements(&mut self, at: &Context, all: &[Statement], found: &mut Effects) {
+        let mut own: Vec<&Statement> = Vec::new();
+        each_all(all, &mut own);
+        for one in own {
+            match &one.kind {
+                StatementKind::Assign(target, value) => {
+                    self.of_expr(at, value, found);
+                    self.written(at, target, found);
+                }
+                StatementKind::Copy(target, from) => {
+                    self.looked_at(at, from, found);
+                    self.written(at, target, found);
+                }
+                StatementKind::Latch(target, _, condition) => {
+                    self.of_expr(at, condition, found);
+                    self.written(at, target, found);
+                }
+                StatementKind::Call(call) => self.of_call(at, call, found),
+                StatementKind::Standard(applied) => self.of_applied(at, applied, found),
+                StatementKind::CallIf(condition, _)
+                | StatementKind::While(condition, _)
+                | StatementKind::Repeat(_, condition)
+                | StatementKind::Return(condition)
+                | StatementKind::Jump(condition, _) => self.of_expr(at, condition, found),
+                StatementKind::If(arms, _) => {
+                    arms.iter().for_each(|(condition, _)| self.of_expr(at, condition, found));
+                }
+                StatementKind::Case(of, arms, _) => {
+                    self.of_expr(at, of, found);
+                    for selector in arms.iter().flat_map(|(selectors, _)| selectors) {
+                        self.of_expr(at, &selector.low, found);
+                        selector.high.iter().for_each(|high| self.of_expr(at, high, found));
+                    }
+                }
+                StatementKind::For(own) => {
+                    self.of_expr(at, &own.from, found);
+                    self.of_expr(at, &own.to, found);
+                    self.written(at, &own.variable, found);
+                }
+                StatementKind::Exit
+                | StatementKind::Continue
+                | StatementKind::Label(_)
+                | StatementKind::Nothing
+                | StatementKind::Fault(_) => {}
+            }
+        }
+    }
+
+    pub(super) fn of_expr(&mut self, at: &Context, one: &Expr, found: &mut Effects) {
+        match &one.kind {
+            ExprKind::Read(place) => self.looked_at(at, place, found),
+            ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
+                self.of_expr(at, inner, found);
+            }
+            ExprKind::Binary(_, left, right) => {
+                self.of_expr(at, left, found);
+                self.of_expr(at, right, found);
+            }
+            ExprKind::Call(call) => self.of_call(at, call, found),
+            ExprKind::Standard(applied) => self.of_applied(at, applied, found),
+            ExprKind::List(all) => all.iter().for_each(|one| self.of_expr(at, one, found)),
+            _ => {}
+        }
+    }
+
+    fn of_applied(&mut self, at: &Context, of: &Applied, found: &mut Effects) {
+        of.inputs.iter().for_each(|one| self.of_expr(at, one, found));
+        of.outputs.iter().for_each(|place| self.written(at, place, found));
+        of.enable.condition.iter().for_each(|one| self.of_expr(at, one, found));
+        of.enable.result.iter().for_each(|(place, _)| self.written(at, place, found));
+    }
+
+    fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {
+        for (_, passed) in &call.passed {
+            match passed {
+                Passed::ByValue(one) => self.of_expr(at, one, found),
+                Passed::InOut(one) => {
+                    self.of_expr(at, one, found);
+                    if let ExprKind::Read(place) = &one.unconverted().kind {
+                        self.written(at, place, found);
+                    }
+                }
+                Passed::Output(place, _) => self.written(at, place, found),
+                Passed::Dropped => {}
+            }
+        }
+        call.enable.condition.iter().for_each(|one| self.of_expr(at, one, found));
+        call.enable.result.iter().for_each(|(place, _)| self.written(at, place, found));
+        let tree = self.tree;
+        let own = match &call.target {
+            Target::Function(unit) => match self.function_instance(*unit) {
+                Ok(instance) => {
+                    let all = tree.unit(*unit).variables.clone();
+                    self.initial_effects(&Context { instance, frame: None }, &all, found);
+                    Some((instance, Entry::Body))
+                }
+                Err(_) => None,
+            },
+            Target::BaseMethod(method) => {
+                self.method_effects(at.instance, *method, found);
+                Some((at.instance, Entry::Routine(*method)))
+            }
+            Target::BaseBody(base) => {
+                self.body_in(*base).map(|id| (at.instance, Entry::Routine(id)))
+            }
+            Target::Standard(place, _) => {
+                self.looked_at(at, place, found);
+                self.written(at, place, found);
+                None
+            }
+            Target::Instance(place, _) | Target::Program(place, _) => {
+                self.passed_to(at, place, &call.passed, found);
+                for instance in self.instances_at(at, place, found) {
+                    let more = self.effects_of((instance, Entry::Body));
+                    found.join(&more);
+                }
+                None
+            }
+            Target::Action(place, routine) | Target::Method(place, routine) => {
+                for instance in self.instances_at(at, place, found) {
+                    let unit = self.instances[instance].unit;
+                    let own = tree.dispatched(unit, *routine);
+                    self.method_effects(instance, own, found);
+                    let more = self.effects_of((instance, Entry::Routine(own)));
+                    found.join(&more);
+                }
+                None
+            }
+        };
+        if let Some(own) = own {
+            let more = self.effects_of(own);
+            found.join(&more);
+        }
+    }
+
+    /// The inputs of an instance are written by its call.
+    fn passed_to(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        passed: &[(Parameter, Passed)],
+        found: &mut Effects,
+    ) {
+        for (parameter, _) in passed {
+            let Parameter::Variable(id) = parameter else { continue };
+            let mut own = place.clone();
+            own.steps.push(Step::Member(*id));
+            self.looked_at(at, &own, found);
+            self.written(at, &own, found);
+        }
+    }
+
+    fn method_effects(&mut self, instance: usize, method: RoutineId, found: &mut Effects) {
+        let tree = self.tree;
+        if tree.routine(method).kind != RoutineKind::Method {
+            return;
+        }
+        let frame = self.frame(instance, method).ok();
+        let all = tree.routine(method).variables.clone();
+        self.initial_effects(&Context { instance, frame }, &all, found);
+    }
+
+    /// What the initial values of variables that begin anew read and call.
+    fn initial_effects(&mut self, at: &Context, all: &[VarId], found: &mut Effects) {
+        let tree = self.tree;
+        for &id in all {
+            if let Some(initial) = &tree.variable(id).initial {
+                self.of_expr(at, initial, found);
+            }
+        }
+    }
+
+    /// The instances that a place may be.
+    fn instances_at(&mut self, at: &Context, place: &Place, found: &mut Effects) -> Vec<usize> {
+        let Ok(mut spots) = self.root(at, place.root, 0).map(|spot| vec![spot]) else {
+            found.anything = true;
+            return Vec::new();
+        };
+        let mut unit = self.root_unit(at, place.root);
+        for step in &place.steps {
+            let mut next = Vec::new();
+            for spot in &spots {
+                if let Some(one) = self.stepped(spot, unit, step) {
+                    next.push(one);
+                    continue;
+                }
+                match (self.tree.types.get(spot.ty), step) {
+                    (Typed::Array(dimensions, of), Step::Element(_)) if matches!(dimensions[..], [(low, high)] if high - low < MOST) =>
+                    {
+                        let (low, high) = dimensions[0];
+                        for number in low..=high {
+                            let Some(tag) = spot.tag.element(number) else { continue };
+                            let name = format!("{}[{number}]", spot.name);
+                            next.push(Spot { name, tag, ty: *of });
+                        }
+                    }
+                    _ => found.anything = true,
+                }
+            }
+            spots = next;
+            unit = spots.first().and_then(|spot| self.unit_of(spot.ty));
+        }
+        let known: Vec<usize> = spots
+            .iter()
+            .filter_map(|spot| match self.by_name.get(&spot.name) {
+                Some(&known) => Some(known),
+                None => self.unit_of(spot.ty).map(|unit| self.instance(spot, unit)),
+            })
+            .collect();
+        known
+    }
+
+    /// What a place reads: the cells that it may be, and what its indices read.
+    fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+        for index in place.indices() {
+            self.of_expr(at, index, found);
+        }
+        match self.cells(at, place) {
+            Some(cells) => found.reads.extend(cells),
+            None => found.anything = true,
+        }
+    }
+
+    /// What writing a place writes; what its indices read.
+    pub(super) fn written(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+        for index in place.indices() {
+            self.of_expr(at, index, found);
+        }
+        match self.cells(at, place) {
+            Some(cells) => found.writes.extend(cells),
+            None => found.anything = true,
+        }
+    }
+
+    /// The cells that a place may be.
+    fn cells(&mut self, at: &Context, place: &Place) -> Option<Cells> {
+        let mut spot = self.root(at, place.root, 0).ok()?;
+        let mut unit = self.root_unit(at, place.root);
+        let mut found = Cells::new();
+        match place.root {
+            Root::Variable(id) => self.add_address(id, &spot, &mut found),
+            Root::Address(id) => {
+                let text = self.tree.address(id).text.clone();
+                add_bits(&text, &spot, &mut found);
+            }
+            Root::This | Root::Program(_) => {}
+        }
+        for step in &place.steps {
+            if let Step::Bit(_) = step {
+                break;
+            }
+            // From an element of unknown number on, the whole array is meant.
+            let Some(next) = self.stepped(&spot, unit, step) else { break };
+            if let Step::Member(id) = step {
+                self.add_address(*id, &next, &mut found);
+            }
+            unit = self.unit_of(next.ty);
+            spot = next;
+        }
+        add(&mut found, spot.tag.regions());
+        Some(found)
+    }
+
+    fn add_address(&self, id: VarId, spot: &Spot, found: &mut Cells) {
+        if let Some(text) = &self.tree.variable(id).at {
+            add_bits(text, spot, found);
+        }
+    }
+
+    /// The body that a unit has, or the nearest that it inherits.
+    pub(super) fn body_in(&self, unit: UnitId) -> Option<RoutineId> {
+        let tree = self.tree;
+        let bodies = tree.lineage(unit).into_iter().map(|unit| tree.unit(unit).body);
+        { bodies }.find(|&id| !tree.routine(id).code.is_empty())
+    }
+
+    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
+    /// the last call handed over is meant.
+    pub(super) fn member_names_handed(
+        &mut self,
+        called: (usize, Entry),
+        line: u32,
+    ) -> Result<(), scanbound_iec::fault::Fault> {
+        let tree = self.tree;
+        let Instance { unit, spot } = self.instances[called.0].clone();
+        let both: Vec<VarId> = tree
+            .members(unit)
+            .into_iter()
+            .filter(|&one| tree.variable(one).section == scanbound_iec::Section::InOut)
+            .collect();
+        if both.is_empty() {
+            return Ok(());
+        }
+        let effects = self.effects_of(called);
+        for id in both {
+            let Some(part) = self.member(&spot, unit, id) else { continue };
+            let mut own = Effects::default();
+            add(&mut own.reads, part.tag.regions());
+            if own.meets(&effects) {
+                let name = &tree.variable(id).name;
+                let message = format!(
+                    "{name} is handed over in and out, and reached while no call of its instance hands it over"
+                );
+                let help = "copy it to a variable of the block in its body, or hand it over where it is needed";
+                let code = scanbound_base::code::Code::NotModelled;
+                let fault = scanbound_iec::fault::Fault::new(line, message);
+                return Err(fault.code(code).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a method is executed when instances in a type begin.
+    pub(super) fn begins_with_method(&self, ty: scanbound_iec_tree::types::TypeId) -> bool {
+        let tree = self.tree;
+        match tree.types.get(ty) {
+            Typed::Array(_, of) => self.begins_with_method(*of),
+            Typed::Struct(id) => {
+                tree.types.parts(*id).iter().any(|(_, of)| self.begins_with_method(*of))
+            }
+            Typed::Block(unit) => {
+                tree.lineage(*unit).into_iter().any(|one| tree.unit(one).begins_with_method)
+                    || tree
+                        .members(*unit)
+                        .into_iter()
+                        .any(|one| self.begins_with_method(tree.variable(one).ty))
+            }
+            _ => false,
+        }
+    }
+}
+
+fn each_all<'s>(all: &'s [Statement], found: &mut Vec<&'s Statement>) {
+    for one in all {
+        found.push(one);
+        match &one.kind {
+            StatementKind::If(arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| each_all(body, found));
+                each_all(otherwise, found);
+            }
+            StatementKind::Case(_, arms, otherwise) => {
+                arms.iter().for_each(|(_, body)| each_all(body, found));
+                each_all(otherwise, found);
+            }
+            StatementKind::For(own) => each_all(&own.body, found),
+            StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
+                each_all(body, found);
+            }
+            StatementKind::CallIf(_, inner) => each_all(std::slice::from_ref(inner), found),
+            _ => {}
+        }
+    }
+}
+
+fn add(found: &mut Cells, regions: Vec<Region>) {
+    for region in regions {
+        if let Region::Range { first, count } = region {
+            found.insert((first, count));
+        }
+    }
+}
+
+/// The bits of an address, counted in both ways.
+fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
+    let Some((area, taken)) = bits(&address.to_ascii_uppercase()) else { return };
+    let number = match area {
+        'I' => 0,
+        'Q' => 2,
+        _ => 4,
+    };
+    let size = spot.tag.of.size().unwrap_or([0, 0]);
+    // Where there are several bits, each may take a byte.
+    let bit = if size[0] > 1 { 8 } else { 1 };
+    let size = bit * u64::from(size[0]) + 16 * u64::from(size[1]);
+    for (side, (from, to)) in (0..).zip(taken) {
+        let count = (to - from).max(size);
+        let index = u32::try_from(from).unwrap_or(u32::MAX / 2);
+        let first = Cell { area: AreaId(BITS + number + side), index };
+        found.insert((first, u32::try_from(count).unwrap_or(u32::MAX / 2)));
+    }
+}

@@ -1,0 +1,165 @@
+//! How large variables are as wholes, and what it is charged to copy or begin them: by their elements.
+
+use super::super::assembler::Assembler;
+use super::super::extent::{characters, counted};
+use super::super::types::{Extent, TEXT};
+use super::super::whole::copy_cells;
+use super::Lower;
+use super::places::{Found, Spot};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_front::builder::always;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::standard::{Function, Simple};
+use scanbound_iec_tree::tree::{Expr, ExprKind};
+use scanbound_iec_tree::types::{Type as Typed, TypeId};
+use scanbound_ir::{Step, TimingKey, Write};
+
+impl Lower<'_> {
+    /// How many elementary variables a type has: a text's characters, what timers remember among them.
+    pub(super) fn elements(&self, ty: TypeId) -> u64 {
+        let tree = self.tree;
+        let all = |mut parts: Box<dyn Iterator<Item = TypeId> + '_>| {
+            let mut sum = 0_u64;
+            for of in &mut parts {
+                sum = sum.saturating_add(self.elements(of));
+            }
+            sum
+        };
+        match tree.types.get(ty) {
+            Typed::Text(characters) => u64::from(*characters).max(1),
+            Typed::Array(dimensions, of) => {
+                let counts = dimensions.iter().map(|(low, high)| high.abs_diff(*low) + 1);
+                counts.fold(self.elements(*of), u64::saturating_mul)
+            }
+            Typed::Struct(id) => all(Box::new(tree.types.parts(*id).iter().map(|part| part.1))),
+            Typed::Standard(block) => u64::try_from(block.pins().count()).unwrap_or(u64::MAX),
+            Typed::Block(unit) => {
+                let members = tree.members(*unit).into_iter();
+                all(Box::new(members.map(|one| tree.variable(one).ty)))
+            }
+            _ => 1,
+        }
+    }
+
+    /// What a whole of this type is charged to be written, and nothing for what one store writes. `most`: the value has no
+    /// more characters.
+    fn stored_whole(&self, ty: TypeId, most: Option<u64>) -> Option<TimingKey> {
+        match self.tree.types.get(ty) {
+            Typed::Text(_) => {
+                let characters = self.elements(ty);
+                Some(counted("COPY_TEXT", "string", most.unwrap_or(characters).min(characters)))
+            }
+            Typed::Array(..) | Typed::Struct(_) | Typed::Standard(_) | Typed::Block(_) => {
+                Some(counted("COPY", "block", self.elements(ty)))
+            }
+            _ => None,
+        }
+    }
+
+    /// What a store is charged: one, or as many as what is written has elements. `of`: the expression whose value it is.
+    pub(super) fn store_key(
+        &self,
+        found: &Found,
+        of: Option<&Expr>,
+        line: u32,
+    ) -> Result<TimingKey, Fault> {
+        let one = || Assembler::key(&["ST"], "move");
+        let spot = match found {
+            Found::Spot(spot) => spot,
+            Found::Element(element) => &element.spot,
+            Found::WordBit(..) => return Ok(one()),
+        };
+        if self.has_charts(spot.ty) {
+            let told = format!(
+                "{} is written as a whole, and has an instance with a chart, whose state is not copied",
+                spot.name
+            );
+            let help =
+                "copy the variables that are needed one by one, and call each instance for itself";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+        }
+        let most = match of.map(|of| &of.unconverted().kind) {
+            Some(ExprKind::Text(text)) => Some(characters(text)),
+            _ => None,
+        };
+        Ok(self.stored_whole(spot.ty, most).unwrap_or_else(one))
+    }
+
+    /// What it is charged that a variable begins anew.
+    pub(super) fn begin_key(&self, ty: TypeId) -> TimingKey {
+        self.stored_whole(ty, None).unwrap_or_else(|| Assembler::key(&["INIT"], "move"))
+    }
+
+    /// Whether a type holds instances with charts, which remember more than their variables.
+    pub(super) fn has_charts(&self, ty: TypeId) -> bool {
+        let tree = self.tree;
+        match tree.types.get(ty) {
+            Typed::Array(_, of) => self.has_charts(*of),
+            Typed::Struct(id) => tree.types.parts(*id).iter().any(|(_, of)| self.has_charts(*of)),
+            Typed::Block(unit) => {
+                let own = |unit: &_| {
+                    !self.project.pous[scanbound_iec_tree::declarations::UnitId::index(*unit)]
+                        .charts()
+                        .is_empty()
+                };
+                tree.lineage(*unit).iter().any(own)
+                    || tree.members(*unit).iter().any(|&one| self.has_charts(tree.variable(one).ty))
+            }
+            _ => false,
+        }
+    }
+
+    /// How much an operand moves as a whole.
+    pub(super) fn extent(&self, one: &Expr) -> Extent {
+        match &one.kind {
+            ExprKind::Text(text) => Extent::Characters(characters(text)),
+            ExprKind::Read(_) | ExprKind::Call(_) => self.extent_as(one.ty),
+            ExprKind::Convert(inner) => self.extent(inner),
+            ExprKind::Standard(applied) => match &applied.function {
+                Function::Convert { to: Simple::Text, .. } => Extent::Characters(u64::from(TEXT)),
+                function if function.gives_one() => Extent::One,
+                _ => {
+                    let inputs = applied.inputs.iter().map(|one| self.extent(one));
+                    inputs.fold(Extent::One, Extent::and)
+                }
+            },
+            _ => Extent::One,
+        }
+    }
+
+    fn extent_as(&self, ty: TypeId) -> Extent {
+        match self.tree.types.get(ty) {
+            Typed::Text(_) => Extent::Characters(self.elements(ty)),
+            Typed::Array(..) | Typed::Struct(_) | Typed::Standard(_) | Typed::Block(_) => {
+                Extent::Elements(self.elements(ty))
+            }
+            _ => Extent::One,
+        }
+    }
+
+    /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out alike, else
+    /// what is written may be anything.
+    pub(super) fn copy(&mut self, from: &Found, to: &Found, key: TimingKey) {
+        self.cost(&["LD"], "contact");
+        let spots: [Option<&Spot>; 2] = [from, to].map(|one| match one {
+            Found::Spot(spot) => Some(spot),
+            _ => None,
+        });
+        if let [Some(from), Some(to)] = spots
+            && let Some(writes) = copy_cells(&from.tag, &to.tag)
+        {
+            self.add_always(key, writes);
+            return;
+        }
+        let regions = match to {
+            Found::Spot(to) => to.tag.regions(),
+            Found::Element(element) => element.whole.tag.regions(),
+            Found::WordBit(..) => Vec::new(),
+        };
+        let choice = self.builder.choice();
+        let effects = regions.into_iter().map(|region| always(Write::Havoc(region, choice)));
+        let at = self.assembler().builder.add(Some(key), effects.collect(), Step::Nothing);
+        let why = "a structure or array as a whole that is not followed: it may hold anything";
+        self.program().approximate(at, why);
+    }
+}

@@ -1,0 +1,142 @@
+//! The new road: from the typed tree to the program, in one walk. It compares no names.
+
+mod calls;
+mod counting;
+mod decode;
+mod effects;
+mod extents;
+mod loops;
+mod places;
+mod standard;
+mod start;
+mod statements;
+mod values;
+
+pub(super) use decode::decode;
+
+use super::assembler::{Assembler, VARIABLES};
+use super::decode::GivenBack;
+use super::tally::{self, Tally};
+use effects::Effects;
+use places::{Instance, Spot};
+use scanbound_base::facts::StatedCall;
+use scanbound_iec::Project;
+use scanbound_iec_tree::declarations::{AddressId, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::tree::Tree;
+use scanbound_ir::{Area, AreaKind, Program, Radix, Role, Type};
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+
+/// What of an instance is executed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Entry {
+    /// Its body: that of its unit, or of one that it extends.
+    Body,
+    /// A routine, and the body of a base, whatever the instance's own unit has.
+    Routine(RoutineId),
+}
+
+/// What is asked of the program.
+struct Options {
+    /// What is stated of units whose bodies are not there.
+    calls: BTreeMap<String, StatedCall>,
+    /// How often loops are stated to go round, by their places.
+    stated_turns: BTreeMap<String, (i64, i64)>,
+    /// Whether a loop of which nothing is known is taken to go round any number of times.
+    is_incomplete: bool,
+}
+
+/// A program while it is lowered.
+struct Lower<'t> {
+    assembler: Assembler,
+    tree: &'t Tree,
+    project: &'t Project,
+    options: Options,
+    /// How types are laid out, by their numbers.
+    layouts: Vec<Option<Type>>,
+    /// Where the variables of a unit lie in its instances.
+    positions: BTreeMap<(UnitId, VarId), usize>,
+    instances: Vec<Instance>,
+    /// Instances by the names of their places.
+    by_name: BTreeMap<String, usize>,
+    globals: BTreeMap<VarId, Spot>,
+    addresses: BTreeMap<AddressId, Spot>,
+    /// The variables of methods, by instance.
+    frames: BTreeMap<(usize, RoutineId), Spot>,
+    routines: Routines,
+    given_back: Vec<GivenBack>,
+    /// What routines read and write, when it has been asked for.
+    effects: BTreeMap<(usize, Entry), Effects>,
+    /// The programs that each task runs: their instances.
+    tasks: Vec<Vec<usize>>,
+}
+
+/// The routines of a program while it is lowered.
+#[derive(Default)]
+struct Routines {
+    /// Where those begin that are lowered.
+    known: BTreeMap<(usize, Entry), usize>,
+    /// Calls whose routines are not lowered yet.
+    open: Vec<(usize, usize, Entry)>,
+    /// The task whose routines are lowered.
+    task: usize,
+}
+
+impl Deref for Lower<'_> {
+    type Target = Assembler;
+
+    fn deref(&self) -> &Assembler {
+        &self.assembler
+    }
+}
+
+impl DerefMut for Lower<'_> {
+    fn deref_mut(&mut self) -> &mut Assembler {
+        &mut self.assembler
+    }
+}
+
+impl<'t> Lower<'t> {
+    fn new(project: &'t Project, tree: &'t Tree, dialect: &str, options: Options) -> Lower<'t> {
+        let area = |name: &str, kind, role| Area { role, ..Area::new(name, kind, Radix::Decimal) };
+        let mut program = Program { dialect: dialect.to_owned(), ..Program::default() };
+        for (name, role) in
+            [("variable ", Role::Memory), ("chart ", Role::Memory), ("value ", Role::Hidden)]
+        {
+            program.areas.push(area(name, AreaKind::Bit, role));
+            program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));
+        }
+        let tally = Tally::of(project, &mut program.statements);
+        Lower {
+            assembler: Assembler::new(program, tally),
+            tree,
+            project,
+            options,
+            layouts: vec![None; tree.types.count()],
+            positions: BTreeMap::new(),
+            instances: Vec::new(),
+            by_name: BTreeMap::new(),
+            globals: BTreeMap::new(),
+            addresses: BTreeMap::new(),
+            frames: BTreeMap::new(),
+            routines: Routines::default(),
+            given_back: Vec::new(),
+            effects: BTreeMap::new(),
+            tasks: Vec::new(),
+        }
+    }
+
+    /// The number of a routine's body among those that are counted.
+    fn counted_body(&self, id: RoutineId) -> Option<usize> {
+        use scanbound_iec_tree::declarations::RoutineKind;
+        let routine = self.tree.routine(id);
+        let (unit, pou) = (self.tree.unit(routine.unit), &self.project.pous[routine.unit.index()]);
+        let at = |all: &[RoutineId]| all.iter().position(|&one| one == id);
+        let body = match routine.kind {
+            RoutineKind::Body => &pou.body,
+            RoutineKind::Action => &pou.actions[at(&unit.actions)?].body,
+            RoutineKind::Method => &pou.methods[at(&unit.methods)?].body,
+        };
+        self.tally.bodies.get(&tally::key(body)).copied()
+    }
+}

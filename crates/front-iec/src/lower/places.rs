@@ -1,0 +1,551 @@
+//! Where variables lie: instances, frames of methods, global variables and parts of them.
+
+use super::super::assembler::Assembler;
+use super::super::types::Ty;
+use super::{Lower, VARIABLES};
+use scanbound_base::code::Code;
+use scanbound_iec::PouKind;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::blocks::Pin;
+use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
+use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
+use scanbound_ir::meaning::{Address, Digits, Term};
+use scanbound_ir::{Cell, Region, Tag, Type, WordSource};
+use std::sync::Arc;
+
+/// The most instances of function blocks in one variable.
+const MOST_INSTANCES: u64 = 100_000;
+
+/// A variable, or a part of one, where it lies.
+#[derive(Debug, Clone)]
+pub(super) struct Spot {
+    pub(super) name: String,
+    pub(super) tag: Tag,
+    pub(super) ty: TypeId,
+}
+
+/// An instance of a unit.
+#[derive(Debug, Clone)]
+pub(super) struct Instance {
+    pub(super) unit: UnitId,
+    pub(super) spot: Spot,
+}
+
+/// Where a statement stands.
+#[derive(Debug, Clone)]
+pub(super) struct Context {
+    pub(super) instance: usize,
+    /// The variables of the method that is executed.
+    pub(super) frame: Option<Spot>,
+}
+
+/// An element of an array whose number is worked out.
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    /// The part that is meant, in the array's first element.
+    pub(super) spot: Spot,
+    /// Indices, and how many bits and words they count in.
+    pub(super) terms: Vec<(Vec<WordSource>, [i64; 2])>,
+    /// What the least indices take off, in bits and in words.
+    base: [i64; 2],
+    /// The array that bounds it all.
+    pub(super) whole: Spot,
+}
+
+/// What a place is.
+#[derive(Debug, Clone)]
+pub(super) enum Found {
+    Spot(Spot),
+    Element(Element),
+    /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
+    WordBit(Cell, u8, u8),
+}
+
+impl Element {
+    /// All cells of the array of the kind that is meant.
+    pub(super) fn region(&self) -> Option<(Cell, u32)> {
+        let own = self.spot.tag.cell()?;
+        self.whole.tag.regions().into_iter().find_map(|region| match region {
+            Region::Range { first, count } if first.area == own.area => Some((first, count)),
+            _ => None,
+        })
+    }
+
+    pub(super) fn address(&self, is_bit: bool) -> Option<Address> {
+        let (first, count) = self.region()?;
+        let offset = i64::from(self.spot.tag.cell()?.index - first.index);
+        let side = usize::from(!is_bit);
+        let term = |(words, sizes): &(Vec<WordSource>, [i64; 2])| Term {
+            words: words.clone(),
+            reading: Digits::Signed,
+            times: sizes[side],
+        };
+        let terms = self.terms.iter().map(term).collect();
+        Some(Address::within(first, count, self.base[side] + offset, terms))
+    }
+}
+
+fn too_large(line: u32, name: &str) -> Fault {
+    Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)
+}
+
+impl<'t> Lower<'t> {
+    /// How a type is laid out.
+    pub(super) fn layout(&mut self, ty: TypeId, line: u32) -> Result<Type, Fault> {
+        if let Some(known) = &self.layouts[ty.index()] {
+            return Ok(known.clone());
+        }
+        let tree = self.tree;
+        let found = match tree.types.get(ty) {
+            Typed::Elementary(of) => match of.kind() {
+                None => Type::Bit,
+                Some(kind) => Type::Words(kind.words()),
+            },
+            // One word stands for what is not followed.
+            Typed::Text(_) | Typed::Reference(..) | Typed::Interface(_) => Type::Words(1),
+            Typed::Array(dimensions, of) => {
+                let of = self.layout(*of, line)?;
+                dimensions.iter().rev().fold(of, |of, (low, high)| {
+                    let count = u32::try_from(high - low + 1).unwrap_or(u32::MAX);
+                    Type::Array { first: *low, count, of: Arc::new(of) }
+                })
+            }
+            Typed::Struct(id) => {
+                let mut parts = Vec::new();
+                for (name, of) in tree.types.parts(*id) {
+                    parts.push((name.clone(), self.layout(*of, line)?));
+                }
+                Type::Parts(Arc::new(parts.into_iter().collect()))
+            }
+            Typed::Standard(block) => {
+                let pin = |pin: Pin| {
+                    let of = pin.of().kind().map_or(Type::Bit, |kind| Type::Words(kind.words()));
+                    (pin.name().to_owned(), of)
+                };
+                Type::Parts(Arc::new(block.pins().map(pin).collect()))
+            }
+            Typed::Block(unit) => {
+                for one in tree.lineage(*unit) {
+                    if let Some(fault) = &tree.unit(one).fault {
+                        return Err(fault.clone());
+                    }
+                }
+                self.layout_of(tree.members(*unit))?
+            }
+            Typed::Faulty(at) => return Err(tree.types.fault(*at)),
+            Typed::Untyped | Typed::Unknown | Typed::Nothing => Type::Words(1),
+        };
+        self.layouts[ty.index()] = Some(found.clone());
+        Ok(found)
+    }
+
+    fn layout_of(&mut self, all: Vec<VarId>) -> Result<Type, Fault> {
+        let tree = self.tree;
+        let mut parts = Vec::new();
+        for id in all {
+            let one = tree.variable(id);
+            parts.push((one.name.clone(), self.layout(one.ty, one.line)?));
+        }
+        Ok(Type::Parts(Arc::new(parts.into_iter().collect())))
+    }
+
+    /// How many instances of units' blocks a variable of this type holds.
+    fn instances_of(&self, ty: TypeId) -> u64 {
+        match self.tree.types.get(ty) {
+            Typed::Block(unit) => {
+                let members = self.tree.members(*unit).into_iter();
+                let inner = members.map(|one| self.instances_of(self.tree.variable(one).ty));
+                inner.fold(1, u64::saturating_add)
+            }
+            Typed::Array(dimensions, of) => {
+                let counts = dimensions.iter().map(|(low, high)| high.abs_diff(low - 1));
+                counts.fold(self.instances_of(*of), u64::saturating_mul)
+            }
+            Typed::Struct(id) => {
+                let parts = self.tree.types.parts(*id).iter();
+                parts.map(|(_, of)| self.instances_of(*of)).fold(0, u64::saturating_add)
+            }
+            _ => 0,
+        }
+    }
+
+    /// A variable of its own.
+    pub(super) fn placed(&mut self, name: &str, ty: TypeId, line: u32) -> Result<Spot, Fault> {
+        let layout = self.layout(ty, line)?;
+        let instances = self.instances_of(ty);
+        if instances > MOST_INSTANCES {
+            let what = format!("{name} holds {instances} instances of function blocks");
+            let help = format!("a variable or a program may hold {MOST_INSTANCES}");
+            return Err(Fault::new(line, what).code(Code::TooLarge).help(help));
+        }
+        let tag = self.program().tags.add(VARIABLES, name, layout);
+        let tag = tag.ok_or_else(|| too_large(line, name))?;
+        Ok(Spot { name: name.to_owned(), tag, ty })
+    }
+
+    /// A global variable's name, with that of its list.
+    pub(super) fn full_name(&self, id: VarId) -> String {
+        let one = self.tree.variable(id);
+        match one.owner {
+            Owner::Global(list) if !self.tree.globals[list].name.is_empty() => {
+                format!("{}.{}", self.tree.globals[list].name, one.name)
+            }
+            _ => one.name.clone(),
+        }
+    }
+
+    pub(super) fn global(&mut self, id: VarId) -> Result<Spot, Fault> {
+        if let Some(known) = self.globals.get(&id) {
+            return Ok(known.clone());
+        }
+        let one = self.tree.variable(id);
+        let (ty, line, name) = (one.ty, one.line, self.full_name(id));
+        let spot = self.placed(&name, ty, line)?;
+        self.globals.insert(id, spot.clone());
+        Ok(spot)
+    }
+
+    fn address(&mut self, id: AddressId, line: u32) -> Result<Spot, Fault> {
+        if let Some(known) = self.addresses.get(&id) {
+            return Ok(known.clone());
+        }
+        let own = self.tree.address(id);
+        let spot = self.placed(&own.text, own.ty, line)?;
+        self.addresses.insert(id, spot.clone());
+        Ok(spot)
+    }
+
+    /// The instance at a spot.
+    pub(super) fn instance(&mut self, spot: &Spot, unit: UnitId) -> usize {
+        if let Some(&known) = self.by_name.get(&spot.name) {
+            return known;
+        }
+        self.instances.push(Instance { unit, spot: spot.clone() });
+        self.by_name.insert(spot.name.clone(), self.instances.len() - 1);
+        self.instances.len() - 1
+    }
+
+    /// The instance of a program, by its number.
+    pub(super) fn program_instance(&mut self, at: usize) -> Result<usize, Fault> {
+        let own = &self.tree.programs[at];
+        let (name, unit) = (own.name.clone(), own.unit);
+        if let Some(&known) = self.by_name.get(&name) {
+            return Ok(known);
+        }
+        let line = self.tree.unit(unit).line;
+        self.unit_instance(&name, unit, line)
+    }
+
+    /// An instance of a unit that is a variable of its own.
+    pub(super) fn unit_instance(
+        &mut self,
+        name: &str,
+        unit: UnitId,
+        line: u32,
+    ) -> Result<usize, Fault> {
+        if let Some(&known) = self.by_name.get(name) {
+            return Ok(known);
+        }
+        let ty = self.tree.types.find(&Typed::Block(unit));
+        let ty = ty.ok_or_else(|| too_large(line, name))?;
+        let spot = self.placed(name, ty, line)?;
+        Ok(self.instance(&spot, unit))
+    }
+
+    /// The instance of a function: each task has its own, since one may interrupt another in the midst of it.
+    pub(super) fn function_instance(&mut self, unit: UnitId) -> Result<usize, Fault> {
+        let own = self.tree.unit(unit);
+        let (line, name) = match self.routines.task {
+            0 => (own.line, format!("function {}", own.name)),
+            task => (own.line, format!("function {} of task {}", own.name, task + 1)),
+        };
+        self.unit_instance(&name, unit, line)
+    }
+
+    /// The variables of a method of an instance.
+    pub(super) fn frame(&mut self, instance: usize, method: RoutineId) -> Result<Spot, Fault> {
+        if let Some(known) = self.frames.get(&(instance, method)) {
+            return Ok(known.clone());
+        }
+        let tree = self.tree;
+        let own = tree.routine(method);
+        let unit = self.instances[instance].unit;
+        let of = match tree.dispatched(unit, method) == method {
+            true => String::new(),
+            false => format!("{}::", tree.unit(own.unit).name),
+        };
+        let name = format!("{}.{of}{}()", self.instances[instance].spot.name, own.name);
+        let layout = self.layout_of(own.variables.clone())?;
+        let tag = self.program().tags.add(VARIABLES, &name, layout);
+        let tag = tag.ok_or_else(|| too_large(own.line, &name))?;
+        let ty = tree.types.elementary(scanbound_iec_tree::types::Elementary::Bool);
+        let spot = Spot { name, tag, ty };
+        self.frames.insert((instance, method), spot.clone());
+        Ok(spot)
+    }
+
+    /// Where a variable of a unit lies in its instances.
+    fn position(&mut self, unit: UnitId, id: VarId) -> Option<usize> {
+        if let Some(&known) = self.positions.get(&(unit, id)) {
+            return Some(known);
+        }
+        for (at, one) in self.tree.members(unit).into_iter().enumerate() {
+            self.positions.insert((unit, one), at);
+        }
+        self.positions.get(&(unit, id)).copied()
+    }
+
+    /// A variable of an instance.
+    pub(super) fn member(&mut self, spot: &Spot, unit: UnitId, id: VarId) -> Option<Spot> {
+        let tag = spot.tag.part_at(self.position(unit, id)?)?;
+        let one = self.tree.variable(id);
+        Some(Spot { name: format!("{}.{}", spot.name, one.name), tag, ty: one.ty })
+    }
+
+    /// A variable of a method.
+    pub(super) fn local(&self, frame: &Spot, method: RoutineId, id: VarId) -> Option<Spot> {
+        let at = self.tree.routine(method).variables.iter().position(|&one| one == id)?;
+        let one = self.tree.variable(id);
+        let tag = frame.tag.part_at(at)?;
+        Some(Spot { name: format!("{}.{}", frame.name, one.name), tag, ty: one.ty })
+    }
+
+    /// A variable where code of a context names it.
+    pub(super) fn variable(&mut self, at: &Context, id: VarId) -> Result<Spot, Fault> {
+        let one = self.tree.variable(id);
+        let missing = || too_large(one.line, &one.name);
+        match one.owner {
+            Owner::Global(_) => self.global(id),
+            Owner::Unit(_) => {
+                let Instance { unit, spot } = self.instances[at.instance].clone();
+                self.member(&spot, unit, id).ok_or_else(missing)
+            }
+            Owner::Routine(method) => {
+                let frame = at.frame.as_ref().ok_or_else(missing)?;
+                self.local(frame, method, id).ok_or_else(missing)
+            }
+        }
+    }
+
+    /// Where a path begins.
+    pub(super) fn root(&mut self, at: &Context, root: Root, line: u32) -> Result<Spot, Fault> {
+        match root {
+            Root::Variable(id) => self.variable(at, id),
+            Root::This => Ok(self.instances[at.instance].spot.clone()),
+            Root::Program(number) => {
+                let instance = self.program_instance(number)?;
+                Ok(self.instances[instance].spot.clone())
+            }
+            Root::Address(id) => self.address(id, line),
+        }
+    }
+
+    /// One step on from a spot, but for elements whose number is worked out.
+    pub(super) fn stepped(
+        &mut self,
+        spot: &Spot,
+        unit: Option<UnitId>,
+        step: &Step,
+    ) -> Option<Spot> {
+        let tree = self.tree;
+        match (tree.types.get(spot.ty), step) {
+            (Typed::Struct(id), Step::Part(number)) => {
+                let (name, ty) = &tree.types.parts(*id)[*number];
+                let tag = spot.tag.part_at(*number)?;
+                Some(Spot { name: format!("{}.{name}", spot.name), tag, ty: *ty })
+            }
+            (_, Step::Member(id)) => self.member(spot, unit?, *id),
+            (Typed::Standard(block), Step::Pin(pin)) => {
+                let tag = spot.tag.part_at(block.position(*pin)?)?;
+                let ty = tree.types.elementary(pin.of());
+                Some(Spot { name: format!("{}.{}", spot.name, pin.name()), tag, ty })
+            }
+            (Typed::Array(_, of), Step::Element(indices)) => {
+                let known: Vec<i64> = indices.iter().map(Expr::whole).collect::<Option<_>>()?;
+                let mut tag = spot.tag.clone();
+                for &number in &known {
+                    tag = tag.element(number)?;
+                }
+                let numbers: Vec<String> = known.iter().map(ToString::to_string).collect();
+                let name = format!("{}[{}]", spot.name, numbers.join(", "));
+                Some(Spot { name, tag, ty: *of })
+            }
+            _ => None,
+        }
+    }
+
+    /// The unit whose instance a place is, where its path begins.
+    pub(super) fn root_unit(&self, at: &Context, root: Root) -> Option<UnitId> {
+        match root {
+            Root::This => Some(self.instances[at.instance].unit),
+            Root::Program(number) => Some(self.tree.programs[number].unit),
+            Root::Variable(id) => self.unit_of(self.tree.variable(id).ty),
+            Root::Address(_) => None,
+        }
+    }
+
+    pub(super) fn unit_of(&self, ty: TypeId) -> Option<UnitId> {
+        match self.tree.types.get(ty) {
+            Typed::Block(unit) => Some(*unit),
+            _ => None,
+        }
+    }
+
+    /// What a place is; its indices are worked out.
+    pub(super) fn find(&mut self, at: &Context, place: &Place, line: u32) -> Result<Found, Fault> {
+        let mut found = Found::Spot(self.root(at, place.root, line)?);
+        let mut unit = self.root_unit(at, place.root);
+        for step in &place.steps {
+            let (spot, outer) = match &found {
+                Found::Spot(spot) => (spot, None),
+                Found::Element(element) => (&element.spot, Some(element)),
+                Found::WordBit(..) => return Err(not_followed(line)),
+            };
+            if let Step::Pin(pin @ (Pin::Cv | Pin::Pv)) = step
+                && let Some(part) = self.stepped(&spot.clone(), None, step)
+            {
+                self.note_count(&spot.clone(), *pin, &part);
+            }
+            let (spot, outer) = (spot.clone(), outer.cloned());
+            if let Step::Bit(bit) = step {
+                found = self.bit_of(&spot, *bit).ok_or_else(|| not_followed(line))?;
+                continue;
+            }
+            if let Some(next) = self.stepped(&spot, unit, step) {
+                unit = self.unit_of(next.ty);
+                found = match outer {
+                    None => Found::Spot(next),
+                    Some(outer) => Found::Element(Element { spot: next, ..outer }),
+                };
+                continue;
+            }
+            let Step::Element(indices) = step else { return Err(not_followed(line)) };
+            let element = self.element_of(at, &spot, indices, outer, line)?;
+            unit = self.unit_of(element.spot.ty);
+            found = Found::Element(element);
+        }
+        Ok(found)
+    }
+
+    fn note_count(&mut self, spot: &Spot, _: Pin, part: &Spot) {
+        if let Typed::Standard(block) = self.tree.types.get(spot.ty)
+            && block.is_counter()
+        {
+            let cell = part.tag.cell();
+            self.counts.extend(cell);
+        }
+    }
+
+    fn bit_of(&self, spot: &Spot, bit: u8) -> Option<Found> {
+        let Kind::Whole { bits, signed } = self.tree.types.kind(spot.ty)? else { return None };
+        let cell = spot.tag.cell()?;
+        let last = if (bits, bit, signed) == (8, 7, true) { 15 } else { bit % 16 };
+        Some(Found::WordBit(cell.plus(u32::from(bit / 16)), bit % 16, last))
+    }
+
+    /// The element of an array whose number is worked out.
+    fn element_of(
+        &mut self,
+        at: &Context,
+        spot: &Spot,
+        indices: &[Expr],
+        outer: Option<Element>,
+        line: u32,
+    ) -> Result<Element, Fault> {
+        let Typed::Array(dimensions, of) = self.tree.types.get(spot.ty) else {
+            return Err(not_followed(line));
+        };
+        let mut first = spot.tag.clone();
+        for (low, _) in dimensions {
+            let empty = || Fault::new(line, format!("{} is too large", spot.name));
+            first = first.element(*low).ok_or_else(empty)?;
+        }
+        let inner = Spot { name: format!("{}[..]", spot.name), tag: first, ty: *of };
+        let (mut terms, mut base, whole) = match outer {
+            Some(outer) => (outer.terms, outer.base, outer.whole),
+            None => (Vec::new(), [0, 0], spot.clone()),
+        };
+        let size = inner.tag.of.size().unwrap_or_default().map(i64::from);
+        let mut step = dimensions.iter().rev().fold(vec![1_i64], |mut steps, (low, high)| {
+            let last = steps.last().copied().unwrap_or(1);
+            steps.push(last * (high - low + 1));
+            steps
+        });
+        step.pop();
+        let all: Vec<&Expr> = indices.iter().collect();
+        let values = self.operands(at, &all, line, &mut |own, which| own.value(at, all[which]))?;
+        for ((value, (low, _)), step) in values.into_iter().zip(dimensions).zip(step.iter().rev()) {
+            let value = self.as_number(value, DINT, line)?;
+            let words = self.words(value, 2);
+            terms.push((words, size.map(|size| size * step)));
+            (0..2).for_each(|side| base[side] -= low * step * size[side]);
+        }
+        Ok(Element { spot: inner, terms, base, whole })
+    }
+
+    /// What was found, whatever indices are written next.
+    pub(super) fn staying(&mut self, found: Found) -> Found {
+        let Found::Element(mut element) = found else { return found };
+        for (words, _) in &mut element.terms {
+            let now = scanbound_ir::Number::Words(std::mem::take(words));
+            *words = self.copied(now, 2);
+        }
+        Found::Element(element)
+    }
+
+    /// A type as the parts have it that both roads share.
+    pub(super) fn old_type(&self, ty: TypeId) -> Ty {
+        let tree = self.tree;
+        match tree.types.get(ty) {
+            Typed::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
+            Typed::Array(dimensions, of) => Ty::Array {
+                dimensions: dimensions.clone().into(),
+                of: Arc::new(self.old_type(*of)),
+            },
+            Typed::Struct(id) => {
+                let parts = tree.types.parts(*id).iter();
+                let parts = parts.map(|(name, ty)| (name.clone(), self.old_type(*ty)));
+                Ty::Parts(Arc::new(parts.collect()))
+            }
+            Typed::Block(unit) => Ty::Parts(Arc::new(self.old_parts(*unit))),
+            Typed::Standard(block) => {
+                let pins = block.pins().map(|pin| {
+                    (pin.name().to_owned(), pin.of().kind().map_or(Ty::Bit, Ty::Number))
+                });
+                Ty::Standard(block.name(), Arc::new(pins.collect()))
+            }
+            _ => Ty::Text(1),
+        }
+    }
+
+    fn old_parts(&self, unit: UnitId) -> super::super::types::Parts {
+        let members = self.tree.members(unit).into_iter().map(|one| self.tree.variable(one));
+        members.map(|one| (one.name.clone(), self.old_type(one.ty))).collect()
+    }
+
+    /// A spot as the parts have it that both roads share.
+    pub(super) fn old_place(&self, spot: &Spot) -> super::super::emit::Place {
+        let ty = self.old_type(spot.ty);
+        super::super::emit::Place { name: spot.name.clone(), tag: spot.tag.clone(), ty }
+    }
+
+    /// An instance as they have it.
+    pub(super) fn old_instance(&self, one: &Instance) -> super::super::emit::Place {
+        let ty = Ty::Parts(Arc::new(self.old_parts(one.unit)));
+        super::super::emit::Place { name: one.spot.name.clone(), tag: one.spot.tag.clone(), ty }
+    }
+
+    /// Whether a unit is a function.
+    pub(super) fn is_function(&self, unit: UnitId) -> bool {
+        self.tree.unit(unit).kind == PouKind::Function
+    }
+
+    pub(super) fn assembler(&mut self) -> &mut Assembler {
+        &mut self.assembler
+    }
+}
+
+fn not_followed(line: u32) -> Fault {
+    Fault::new(line, "a part of a variable is not followed").code(Code::NotModelled)
+}

@@ -1,0 +1,313 @@
+//! The standard's functions.
+
+use super::super::assembler::Assembler;
+use super::super::expr::row;
+use super::super::function::crosses;
+use super::super::open::{beyond, complement, opened, parted};
+use super::super::types::{DINT, Extent, Kind, Ty};
+use super::super::value::{Value, constant, wrapped};
+use super::Lower;
+use super::places::Context;
+use super::values::{is_rounded, shown, works};
+use scanbound_iec::ast::Operator;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::standard::{Function, Shift, Simple};
+use scanbound_iec_tree::tree::{Applied, Expr};
+use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
+
+/// A type that a conversion names.
+fn ty(of: Simple) -> Ty {
+    match of {
+        Simple::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
+        Simple::Text => Ty::Text(1),
+    }
+}
+
+/// The name that prices a function.
+fn name(function: &Function) -> &str {
+    match function {
+        Function::Operator { operator, of_times } => match (operator, of_times) {
+            (Operator::Add, true) => "ADD_TIME",
+            (Operator::Subtract, true) => "SUB_TIME",
+            (Operator::Multiply, true) => "MULTIME",
+            (Operator::Divide, true) => "DIVTIME",
+            (operator, _) => row(*operator, None),
+        },
+        Function::Move => "MOVE",
+        Function::Not => "NOT",
+        Function::Sel => "SEL",
+        Function::Mux => "MUX",
+        Function::Extreme { larger: true } => "MAX",
+        Function::Extreme { larger: false } => "MIN",
+        Function::Limit => "LIMIT",
+        Function::Abs => "ABS",
+        Function::Shift(shift) => match (shift.rotates, shift.left) {
+            (false, true) => "SHL",
+            (false, false) => "SHR",
+            (true, true) => "ROL",
+            (true, false) => "ROR",
+        },
+        Function::Convert { name, .. } | Function::Decimal { name, .. } => name,
+        Function::Measured(_) => "FUNCTION",
+        Function::Unfollowed(name) => name,
+    }
+}
+
+impl Lower<'_> {
+    /// What a function of the standard gives.
+    pub(super) fn applied(
+        &mut self,
+        at: &Context,
+        of: &Applied,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        if !of.enable.is_given() {
+            return self.seen_bits(at, of, line);
+        }
+        let condition = self.condition(at, &of.enable)?;
+        let enabled = condition.map(|condition| self.begin_enabled(condition));
+        let result = self.seen_bits(at, of, line)?;
+        let result = self.frozen(result);
+        let enable = self.end_enabled(at, enabled, &of.enable, line)?;
+        let targets: Vec<_> = of.outputs.iter().collect();
+        self.open_outputs(at, enable.as_ref(), &targets, line)?;
+        self.result_if(enable, result, line)
+    }
+
+    /// What a function works out, or anything where that shows how many bits are kept of its inputs.
+    fn seen_bits(&mut self, at: &Context, of: &Applied, line: u32) -> Result<Value, Fault> {
+        let found = self.worked(at, of, line)?;
+        let shows = of.function.shows_bits();
+        // What was given more bits than 32 shows those of a sum of 32.
+        let is_long = matches!(found, Value::Number(Kind::Whole { bits: 64, .. }, _));
+        if of.function.chooses() && of.inputs.iter().any(is_rounded) {
+            return Ok(self.between(found));
+        }
+        let differs = (shows || is_long) && of.inputs.iter().any(works);
+        Ok(if differs { self.between(found) } else { found })
+    }
+
+    /// What a function works out, each number at the size of its type.
+    fn worked(&mut self, at: &Context, of: &Applied, line: u32) -> Result<Value, Fault> {
+        let inputs: Vec<&Expr> = of.inputs.iter().collect();
+        let is_choice = matches!(of.function, Function::Sel | Function::Mux);
+        let values = self.operands(at, &inputs, line, &mut |own, which| {
+            if !(is_choice && own.calls_own(inputs[which])) {
+                return own.open_value(at, inputs[which]);
+            }
+            let why = "an input that calls something may be left out where another one is chosen";
+            let leaves = own.any_bit(why);
+            let left = own.jump(leaves, None);
+            own.open_value(at, inputs[which])?;
+            own.land(left);
+            own.landing();
+            Ok(Value::Any)
+        })?;
+        for target in &of.outputs {
+            self.assign(at, target, None, Value::Any, line)?;
+        }
+        let Some(order) = &of.order else {
+            let why = format!(
+                "not all inputs of {} are connected: the result may be any value",
+                name(&of.function)
+            );
+            let at = self.builder.add(None, Vec::new(), Step::Nothing);
+            self.program().approximate(at, why);
+            return Ok(Value::Any);
+        };
+        let values = order.iter().map(|&at| values[at].clone()).collect();
+        // Operators know what to do with what does not fit its type. Of all else the result may be any there.
+        if of.function.is_operator() {
+            return self.of_values(of, values, line);
+        }
+        let values: Vec<Value> = values;
+        let (values, open): (Vec<Value>, Vec<_>) = values.into_iter().map(parted).unzip();
+        let open: Vec<Logic> = open.into_iter().flatten().collect();
+        let open = (!open.is_empty()).then(|| self.keep_bit(Logic::Any(open)));
+        let found = self.of_values(of, values, line)?;
+        Ok(self.any_where(found, open))
+    }
+
+    /// What a function makes of values.
+    fn of_values(
+        &mut self,
+        of: &Applied,
+        mut values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let upper = name(&of.function).to_owned();
+        let first = of.inputs.first();
+        let seen = |value: Option<Value>, to: &Ty| match first {
+            Some(input) => value.map(|value| shown(input, value, to)),
+            None => value,
+        };
+        if !matches!(of.function, Function::Measured(_) | Function::Unfollowed("SIZEOF")) {
+            let extents = of.inputs.iter().map(|one| self.extent(one));
+            let whole = extents.fold(Extent::One, Extent::and);
+            self.charge_whole(whole);
+        }
+        match (&of.function, values.len()) {
+            (Function::Decimal { reads, to, .. }, _) => {
+                self.cost(&[&upper, "CONVERT"], "conversion");
+                let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), *reads);
+                match to {
+                    Some(to) => {
+                        self.charged_already(|own| own.conversion(Some(value), &ty(*to), line))
+                    }
+                    // Without a type, compilers differ in how many digits there are.
+                    None => Ok(Value::Any),
+                }
+            }
+            (Function::Convert { from, to, .. }, _) => {
+                let of_text = match from {
+                    Some(from) => from.is_text(),
+                    // What is not followed may be a text.
+                    None => matches!(values.first(), Some(Value::Any)),
+                };
+                match of_text || to.is_text() {
+                    true => self.cost(&[&upper, "FUNCTION"], "special"),
+                    false => self.cost(&[&upper, "CONVERT"], "conversion"),
+                }
+                let of_time = match from {
+                    Some(from) => from.is_time(),
+                    None => matches!(values.first(), Some(Value::Number(Kind::Time, _))),
+                };
+                if of_time != to.is_time() {
+                    return Ok(self.of_any_unit(&ty(*to)));
+                }
+                let value = seen(values.into_iter().next(), &ty(*to));
+                let named = |one: Simple| (one.is_bits(), ty(one));
+                let (from, to) = (from.map(named), named(*to));
+                self.charged_already(|own| own.named_conversion(value, from, to, line))
+            }
+            (Function::Operator { operator, .. }, 2..) => self.folded(*operator, values, line),
+            (Function::Operator { .. }, _) => Ok(Value::Any),
+            (Function::Move, 1) => {
+                self.cost(&["MOVE", "ST"], "move");
+                Ok(values.remove(0))
+            }
+            (Function::Not, 1) => match values.remove(0) {
+                Value::Bit(logic) => {
+                    self.cost(&["NOT"], "logic");
+                    Ok(Value::Bit(logic.not()))
+                }
+                other => {
+                    self.cost(&[row(Operator::Xor, None)], "arithmetic");
+                    Ok(complement(other))
+                }
+            },
+            (Function::Sel, 3) => {
+                self.cost(&["SEL"], "move");
+                let (two, one) = (values.remove(2), values.remove(1));
+                let which = match values.remove(0) {
+                    Value::Bit(logic) => logic,
+                    _ => self.any_bit("a choice that is not followed"),
+                };
+                self.chosen(which, two, one, line)
+            }
+            (Function::Extreme { .. } | Function::Limit, 3..) if crosses(&values) => {
+                self.crossed(&upper, &values, line)
+            }
+            (Function::Extreme { larger }, 2..) => {
+                let larger = *larger;
+                let mut rest = values.into_iter();
+                let mut best = rest.next().unwrap_or(Value::Any);
+                for next in rest {
+                    self.cost(&[&upper], "compare");
+                    best = self.better(best, next, larger, line)?;
+                }
+                Ok(best)
+            }
+            (Function::Limit, 3) => {
+                self.cost(&["LIMIT"], "compare");
+                let (high, value, low) = (values.remove(2), values.remove(1), values.remove(0));
+                self.limited(low, value, high, line)
+            }
+            (Function::Abs, 1) => self.absolute(values.remove(0), line),
+            (Function::Shift(Shift { .. }), 2) => {
+                self.cost(&[&upper, "FUNCTION"], "special");
+                let (places, moved) = (values.remove(1), values.remove(0));
+                let found = self.moved(&upper, moved, places);
+                if matches!(found, Value::Any) {
+                    let at = self.builder.next() - 1;
+                    let why = format!("the result of {upper} may be any value");
+                    self.program().approximate(at, why);
+                }
+                Ok(found)
+            }
+            (Function::Mux, 2..) => {
+                self.cost(&["MUX", "FUNCTION"], "special");
+                self.multiplexed(values, line)
+            }
+            (Function::Measured(value), _) => {
+                self.cost(&["FUNCTION"], "special");
+                Ok(Value::Constant(*value))
+            }
+            (Function::Unfollowed(_) | Function::Abs | Function::Shift(_) | Function::Mux, _) => {
+                self.cost(&[&upper, "FUNCTION"], "special");
+                let extent = of.inputs.first().map_or(Extent::One, |one| self.extent(one));
+                self.any_result(&upper, values.first(), extent, line)
+            }
+            (
+                Function::Move
+                | Function::Not
+                | Function::Sel
+                | Function::Extreme { .. }
+                | Function::Limit,
+                _,
+            ) => {
+                let help = "give it as many inputs as the standard says";
+                Err(Fault::new(line, format!("{upper} has another number of inputs")).help(help))
+            }
+        }
+    }
+}
+
+impl Assembler {
+    pub(in super::super) fn crossed(
+        &mut self,
+        name: &str,
+        values: &[Value],
+        line: u32,
+    ) -> Result<Value, Fault> {
+        self.cost(&[name], "compare");
+        for value in values.windows(2) {
+            self.better(value[0].clone(), value[1].clone(), true, line)?;
+        }
+        let why = "numbers with a sign and without are compared in more than one way";
+        let is_long =
+            |value: &Value| matches!(value, Value::Number(Kind::Whole { bits: 32.., .. }, _));
+        let kind = match values.iter().any(is_long) {
+            true => Kind::Whole { bits: 64, signed: true },
+            false => DINT,
+        };
+        Ok(Value::Number(kind, self.any_number(kind, why)))
+    }
+
+    /// `ABS`
+    pub(in super::super) fn absolute(&mut self, value: Value, line: u32) -> Result<Value, Fault> {
+        let is_whole =
+            matches!(value, Value::Number(Kind::Whole { .. } | Kind::Time, _) | Value::Constant(_));
+        self.cost(&["ABS"], if is_whole { "arithmetic" } else { "real" });
+        let Value::Number(kind @ (Kind::Whole { .. } | Kind::Time), number) = value else {
+            return self.any_result("ABS", Some(&value), Extent::One, line);
+        };
+        let words = self.words(number, kind.words());
+        let number = Number::Words(words);
+        let zero = || constant(0, kind.words());
+        let negative = Logic::Compare(Box::new(Compare {
+            relation: Relation::Less,
+            reading: if kind.is_signed() { Reading::Signed } else { Reading::Unsigned },
+            left: number.clone(),
+            right: zero(),
+        }));
+        let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
+        let flipped = wrapped(kind, flipped);
+        // The least number has no positive one of its type.
+        let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
+        let beyond = beyond.filter(|_| kind.is_signed());
+        let found =
+            self.chosen(negative, Value::Number(kind, flipped), Value::Number(kind, number), line)?;
+        Ok(opened(found, beyond))
+    }
+}

@@ -1,0 +1,313 @@
+//! Statements, and the routines that they stand in.
+
+use super::super::assembler::Assembler;
+use super::super::types::Kind;
+use super::super::value::Value;
+use super::calls::Callee;
+use super::places::{Context, Found, Instance};
+use super::{Entry, Lower};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::Section;
+use scanbound_iec::ast::Operator;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::{Code, RoutineKind, VarId};
+use scanbound_iec_tree::tree::{Expr, Place, Selector, Statement, StatementKind};
+use scanbound_iec_tree::types::DINT;
+use scanbound_ir::{Logic, Number, Step};
+use std::collections::BTreeMap;
+
+/// Where jumps of a body lead: labels, and the ends of loops.
+#[derive(Default)]
+pub(super) struct JumpTargets {
+    /// Jumps to labels further down, by their numbers.
+    labels: BTreeMap<u32, Vec<usize>>,
+    /// For each loop around: jumps to its end of an iteration, and jumps out of it.
+    pub(super) loops: Vec<[Vec<usize>; 2]>,
+}
+
+fn jump_key() -> Option<scanbound_ir::TimingKey> {
+    Some(Assembler::key(&["JMP"], "jump"))
+}
+
+impl Lower<'_> {
+    /// Lowers a routine of an instance; where it begins.
+    pub(super) fn routine(&mut self, instance: usize, entry: Entry) -> usize {
+        let begin = self.builder.next();
+        self.routines.known.insert((instance, entry), begin);
+        if self.stands_in(instance, entry) {
+            return begin;
+        }
+        self.note_bodiless(instance, entry);
+        let tree = self.tree;
+        let own = self.instances[instance].unit;
+        let found = match entry {
+            Entry::Body => self.body_in(own).unwrap_or(tree.unit(own).body),
+            Entry::Routine(id) => id,
+        };
+        let routine = tree.routine(found);
+        let unit = tree.unit(routine.unit);
+        self.file = unit.file;
+        self.at(unit.line, &unit.name);
+        self.landing();
+        let frame = match routine.kind {
+            RoutineKind::Method => self.frame(instance, found).ok(),
+            RoutineKind::Body | RoutineKind::Action => None,
+        };
+        let context = Context { instance, frame };
+        if entry == Entry::Body {
+            self.begin_temporary(&context);
+        }
+        // Whether a block without a body of its own carries out that of its base is not the same on all controllers.
+        let inherits = entry == Entry::Body && routine.unit != own;
+        let inherited = inherits.then(|| {
+            let why = "whether a block without a body carries out that of its base: it may, or not";
+            let carries = self.any_bit(why);
+            self.jump(carries.not(), None)
+        });
+        let around = self.enter_routine(found);
+        match &routine.code {
+            Code::Statements(all) => self.statements(&context, all, &mut JumpTargets::default()),
+            Code::Unread(fault) => {
+                let fault = fault.clone();
+                self.fault(fault);
+            }
+        }
+        self.leave(around);
+        if let Some(inherited) = inherited {
+            self.land(inherited);
+        }
+        self.landing();
+        self.assembler().builder.add(None, Vec::new(), Step::Return);
+        begin
+    }
+
+    /// Variables of VAR_TEMP begin anew whenever a body is executed.
+    fn begin_temporary(&mut self, at: &Context) {
+        let Instance { unit, spot } = self.instances[at.instance].clone();
+        let tree = self.tree;
+        // A function's begin anew with its call.
+        let is_temp = |id: &VarId| tree.variable(*id).section == Section::Temp;
+        let own: Vec<VarId> = tree.members(unit).into_iter().filter(is_temp).collect();
+        let callee = Callee::Unit(spot, unit);
+        let line = tree.unit(unit).line;
+        if let Err(fault) = self.begin_anew(at, &callee, &own, None, line) {
+            self.fault(fault);
+        }
+    }
+
+    pub(super) fn statements(
+        &mut self,
+        at: &Context,
+        all: &[Statement],
+        targets: &mut JumpTargets,
+    ) {
+        for one in all {
+            self.at(one.line, &one.text);
+            let counted = self.begin_counted(one);
+            let done = self.statement(at, one, targets);
+            self.end_counted(counted);
+            if let Err(fault) = done {
+                let fault = if fault.line == 0 { Fault { line: one.line, ..fault } } else { fault };
+                let fault = fault.within(&self.instances[at.instance].spot.name);
+                self.fault(fault);
+            }
+        }
+    }
+
+    fn statement(
+        &mut self,
+        at: &Context,
+        one: &Statement,
+        targets: &mut JumpTargets,
+    ) -> Result<(), Fault> {
+        let line = one.line;
+        match &one.kind {
+            StatementKind::Assign(target, value) => {
+                let value = value.unconverted();
+                if self.moves_element(at, target, value) {
+                    return self.assign_either_way(at, target, value, line);
+                }
+                let found = self.open_value(at, value)?;
+                self.assign(at, target, Some(value), found, line)
+            }
+            StatementKind::Copy(target, from) => {
+                let from = self.find(at, from, line)?;
+                let to = self.find(at, target, line)?;
+                let key = self.store_key(&to, None, line)?;
+                self.copy(&from, &to, key);
+                Ok(())
+            }
+            StatementKind::Latch(target, set, condition) => {
+                self.latched(at, target, *set, condition, line)
+            }
+            StatementKind::Call(call) => self.call_statement(at, call, line),
+            StatementKind::Standard(applied) => self.applied(at, applied, line).map(|_| ()),
+            StatementKind::CallIf(condition, inner) => {
+                let enable = self.bit(at, condition)?;
+                let skip = self.jump(enable.not(), jump_key());
+                let done = self.statement(at, inner, targets);
+                self.land(skip);
+                self.landing();
+                done
+            }
+            StatementKind::If(arms, otherwise) => self.conditional(at, arms, otherwise, targets),
+            StatementKind::Case(of, arms, otherwise) => {
+                self.case(at, of, arms, otherwise, line, targets)
+            }
+            StatementKind::For(own) => self.counted_loop(at, own, line, targets),
+            StatementKind::While(condition, body) => {
+                self.while_true(at, condition, body, line, targets)
+            }
+            StatementKind::Repeat(body, until) => self.repeated(at, body, until, line, targets),
+            StatementKind::Exit | StatementKind::Continue => {
+                let jump = self.jump(Logic::Const(true), jump_key());
+                let side = usize::from(matches!(one.kind, StatementKind::Exit));
+                match targets.loops.last_mut() {
+                    Some(inner) => inner[side].push(jump),
+                    None => return Err(Fault::new(line, "no loop is around EXIT or CONTINUE")),
+                }
+                Ok(())
+            }
+            StatementKind::Return(condition) => {
+                let returns = self.bit(at, condition)?;
+                let stay = self.jump(returns.not(), None);
+                let key = Some(Assembler::key(&["RET"], "jump"));
+                self.assembler().builder.add(key, Vec::new(), Step::Return);
+                self.land(stay);
+                self.landing();
+                Ok(())
+            }
+            StatementKind::Jump(condition, label) => {
+                let fires = self.bit(at, condition)?;
+                let jump = self.jump(fires, jump_key());
+                targets.labels.entry(*label).or_default().push(jump);
+                Ok(())
+            }
+            StatementKind::Label(label) => {
+                for jump in targets.labels.remove(label).unwrap_or_default() {
+                    self.land(jump);
+                }
+                self.landing();
+                Ok(())
+            }
+            StatementKind::Nothing => Ok(()),
+            StatementKind::Fault(fault) => Err((**fault).clone()),
+        }
+    }
+
+    fn latched(
+        &mut self,
+        at: &Context,
+        target: &Place,
+        set: bool,
+        condition: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if self.moves_element(at, target, condition) {
+            let told = "which element is set may change while its value is worked out";
+            let help = "assign the value to a variable of its own before";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+        }
+        let fires = self.bit(at, condition)?;
+        let found = self.find(at, target, line)?;
+        let writes = self.writes(found, Value::Bit(Logic::Const(set)), line)?;
+        let row = if set { "S" } else { "R" };
+        self.write_if(fires, writes, Some(Assembler::key(&[row], "coil")));
+        Ok(())
+    }
+
+    /// The branches of IF: each tests, and jumps to the next one where it is false.
+    fn conditional(
+        &mut self,
+        at: &Context,
+        arms: &[(Expr, Vec<Statement>)],
+        otherwise: &[Statement],
+        targets: &mut JumpTargets,
+    ) -> Result<(), Fault> {
+        let mut ends = Vec::new();
+        for (number, (condition, body)) in arms.iter().enumerate() {
+            let holds = self.bit(at, condition)?;
+            let skip = self.jump(holds.not(), jump_key());
+            self.statements(at, body, targets);
+            if number + 1 < arms.len() || !otherwise.is_empty() {
+                ends.push(self.jump(Logic::Const(true), jump_key()));
+            }
+            self.land(skip);
+            self.landing();
+        }
+        self.statements(at, otherwise, targets);
+        self.leave_loop(ends);
+        Ok(())
+    }
+
+    fn case(
+        &mut self,
+        at: &Context,
+        of: &Expr,
+        arms: &[(Vec<Selector>, Vec<Statement>)],
+        otherwise: &[Statement],
+        line: u32,
+        targets: &mut JumpTargets,
+    ) -> Result<(), Fault> {
+        let value = self.value(at, of)?;
+        let kind = match &value {
+            Value::Number(kind, _) => *kind,
+            _ => DINT,
+        };
+        let number = self.as_number(value, kind, line)?;
+        let words = self.copied(number, kind.words());
+        let mut ends = Vec::new();
+        for (selectors, body) in arms {
+            let mut fits = Vec::new();
+            for selector in selectors {
+                let own = || Value::Number(kind, Number::Words(words.clone()));
+                fits.push(self.fits(at, &own, selector, kind, line)?);
+            }
+            let skip = self.jump(Logic::Any(fits).not(), jump_key());
+            self.statements(at, body, targets);
+            ends.push(self.jump(Logic::Const(true), jump_key()));
+            self.land(skip);
+            self.landing();
+        }
+        self.statements(at, otherwise, targets);
+        self.leave_loop(ends);
+        Ok(())
+    }
+
+    fn fits(
+        &mut self,
+        at: &Context,
+        own: &dyn Fn() -> Value,
+        selector: &Selector,
+        _: Kind,
+        line: u32,
+    ) -> Result<Logic, Fault> {
+        let low = self.value(at, &selector.low)?;
+        let found = match &selector.high {
+            None => self.combined(Operator::Equal, own(), low, line)?,
+            Some(high) => {
+                let high = self.value(at, high)?;
+                let above = self.combined(Operator::GreaterOrEqual, own(), low, line)?;
+                let below = self.combined(Operator::LessOrEqual, own(), high, line)?;
+                self.combined(Operator::And, above, below, line)?
+            }
+        };
+        Ok(match found {
+            Value::Bit(logic) => logic,
+            _ => Logic::Const(false),
+        })
+    }
+
+    /// What a place is, where it is one variable.
+    pub(super) fn spot(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<Option<super::places::Spot>, Fault> {
+        Ok(match self.find(at, place, line)? {
+            Found::Spot(spot) => Some(spot),
+            _ => None,
+        })
+    }
+}

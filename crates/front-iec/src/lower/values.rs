@@ -1,0 +1,662 @@
+//! Expressions, as what the analysis follows.
+
+use super::super::assembler::Assembler;
+use super::super::expr::{ROUNDED, read, row};
+use super::super::open::{complement, opened, parted};
+use super::super::types::{Kind, Ty, holding};
+use super::super::value::{Value, constant, is_real, real, within};
+use super::Lower;
+use super::places::{Context, Element, Found, Spot};
+use scanbound_base::code::Code;
+use scanbound_iec::ast::Operator;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::standard::Function;
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place};
+use scanbound_iec_tree::types::Type as Typed;
+use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
+use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, Write};
+
+/// What works out some values, from right to left where that is asked for.
+type Work<'w, 't> = dyn FnMut(&mut Lower<'t>, bool) -> Result<Vec<Value>, Fault> + 'w;
+
+/// What some controllers do.
+const RIGHT_FIRST: &str = "operands are worked out from right to left";
+/// What some controllers do.
+const TARGET_FIRST: &str = "an element is looked for before the value that it is assigned";
+
+/// With more calls in one expression than this it would be lowered too often.
+const MOST_CALLS: usize = 6;
+
+/// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
+pub(super) fn is_rounded(one: &Expr) -> bool {
+    matches!(&one.unconverted().kind, ExprKind::Real(text) if !is_real(text))
+}
+
+/// `NOT 1` is no truth value beside a whole number.
+fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
+    match (&expr.unconverted().kind, value, beside) {
+        (ExprKind::Not(inner), Value::Any, Value::Number(Kind::Whole { .. }, _)) => {
+            match inner.kind {
+                ExprKind::Whole(number @ (0 | 1)) => {
+                    Value::Constant(if number == 0 { -1 } else { -2 })
+                }
+                _ => Value::Any,
+            }
+        }
+        (_, value, _) => value,
+    }
+}
+
+/// Whether an expression adds, subtracts or negates anything.
+fn sums(one: &Expr) -> bool {
+    let mut found = false;
+    one.each(&mut |one| {
+        found |= match &one.kind {
+            ExprKind::Binary(operator, ..) => {
+                matches!(operator, Operator::Add | Operator::Subtract)
+            }
+            ExprKind::Negate(inner) => !is_literal(inner),
+            ExprKind::Standard(applied) => matches!(
+                applied.function,
+                Function::Operator {
+                    operator: Operator::Add | Operator::Subtract,
+                    of_times: false
+                }
+            ),
+            _ => false,
+        };
+    });
+    found
+}
+
+fn multiplies(one: &Expr) -> bool {
+    let mut found = false;
+    one.each(&mut |one| {
+        found |= match &one.kind {
+            ExprKind::Binary(operator, ..) => *operator == Operator::Multiply,
+            ExprKind::Standard(applied) => matches!(
+                applied.function,
+                Function::Operator { operator: Operator::Multiply, of_times: false }
+            ),
+            _ => false,
+        };
+    });
+    found
+}
+
+/// Whether an expression adds, multiplies, negates or complements anything.
+pub(super) fn works(one: &Expr) -> bool {
+    let mut complements = false;
+    one.each(&mut |one| {
+        complements |= match &one.kind {
+            ExprKind::Not(_) => true,
+            ExprKind::Standard(applied) => match applied.function {
+                Function::Not | Function::Abs => true,
+                Function::Shift(shift) => shift.left && !shift.rotates,
+                _ => false,
+            },
+            _ => false,
+        };
+    });
+    complements || sums(one) || multiplies(one)
+}
+
+fn is_literal(one: &Expr) -> bool {
+    matches!(
+        one.kind,
+        ExprKind::Bool(_)
+            | ExprKind::Whole(_)
+            | ExprKind::Typed(_)
+            | ExprKind::Real(_)
+            | ExprKind::Time(_)
+            | ExprKind::Opaque
+            | ExprKind::Text(_)
+    )
+}
+
+/// An expression's value where it becomes one of a type: any, if the type is longer than that of sums and the like of 32 bits
+/// which a function of the standard was given, as it shows how many bits a compiler keeps of these.
+pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
+    match (value, ty) {
+        (Value::Number(kind @ Kind::Whole { bits: own @ 32.., .. }, number), Ty::Number(to))
+            if !matches!(to, Kind::Whole { bits, .. } if *bits <= own) && works(of) =>
+        {
+            Value::Open(kind, number, Logic::Const(true))
+        }
+        (Value::Number(Kind::Whole { bits: 32.., .. }, _), Ty::Bit) if works(of) => Value::Any,
+        (value, _) => value,
+    }
+}
+
+/// Whether an expression is made of whole numbers without a type alone.
+fn is_untyped(one: &Expr) -> bool {
+    match &one.unconverted().kind {
+        ExprKind::Whole(_) => true,
+        ExprKind::Negate(inner) => is_untyped(inner),
+        ExprKind::Binary(_, left, right) => is_untyped(left) && is_untyped(right),
+        ExprKind::Standard(applied) => {
+            let own = match &applied.function {
+                Function::Extreme { .. } | Function::Limit | Function::Move | Function::Abs => {
+                    Some(0)
+                }
+                Function::Sel | Function::Mux => Some(1),
+                Function::Operator { operator, of_times: false } => matches!(
+                    operator,
+                    Operator::Add
+                        | Operator::Subtract
+                        | Operator::Multiply
+                        | Operator::Divide
+                        | Operator::Modulo
+                )
+                .then_some(0),
+                _ => None,
+            };
+            let order = applied.order.as_deref().unwrap_or_default();
+            own.is_some_and(|from| {
+                order.iter().skip(from).all(|&at| is_untyped(&applied.inputs[at]))
+            })
+        }
+        _ => false,
+    }
+}
+
+/// Whether all that constants make on the way fits.
+fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
+    let one = one.unconverted();
+    match &one.kind {
+        ExprKind::Negate(inner) => all_fit(inner, fits),
+        ExprKind::Binary(_, left, right) => {
+            let own = literal_value(one).is_none_or(fits);
+            own && all_fit(left, fits) && all_fit(right, fits)
+        }
+        ExprKind::Standard(applied) => applied.inputs.iter().all(|one| all_fit(one, fits)),
+        _ => true,
+    }
+}
+
+/// What an expression of literals without types makes.
+fn literal_value(one: &Expr) -> Option<i64> {
+    let one = one.unconverted();
+    match &one.kind {
+        ExprKind::Whole(value) => Some(*value),
+        ExprKind::Negate(inner) => literal_value(inner)?.checked_neg(),
+        ExprKind::Binary(operator, left, right) => {
+            operator.of_constants(literal_value(left)?, literal_value(right)?)
+        }
+        _ => None,
+    }
+}
+
+/// Whether what is made of constants alone, which has the type of what it is used with, may not have fit that.
+pub(super) fn wraps_in(one: &Expr, value: &Value, kind: Kind) -> bool {
+    let one = one.unconverted();
+    let is_written = match &one.kind {
+        ExprKind::Negate(inner) => is_literal(inner),
+        _ => is_literal(one),
+    };
+    if is_written || !matches!(kind, Kind::Whole { .. }) {
+        return false;
+    }
+    let is_longer = |own: &Kind| match (own, kind) {
+        (Kind::Whole { bits: own, .. }, Kind::Whole { bits, .. }) => *own > bits,
+        _ => false,
+    };
+    let fits = |value: i64| holding(kind, value) == kind;
+    match value {
+        Value::Constant(value) => !fits(*value) || !all_fit(one, &fits),
+        Value::Number(own, _) | Value::Open(own, ..) => {
+            is_untyped(one) && (is_longer(own) || !all_fit(one, &fits))
+        }
+        _ => false,
+    }
+}
+
+fn may_have_wrapped(one: &Expr, value: &Value, other: &Value) -> bool {
+    match other {
+        Value::Number(kind, _) | Value::Open(kind, ..) => wraps_in(one, value, *kind),
+        _ => false,
+    }
+}
+
+fn wrong(line: u32, what: &str) -> Fault {
+    Fault::new(line, what).code(Code::Operand)
+}
+
+impl<'t> Lower<'t> {
+    /// The value of an expression; what it takes is charged. Where it does not fit its type, it is any number.
+    pub(super) fn value(&mut self, at: &Context, one: &Expr) -> Result<Value, Fault> {
+        let value = self.open_value(at, one)?;
+        Ok(self.settled(value))
+    }
+
+    /// The same for what takes no more bits of it than its type has, or knows what to do with the others.
+    pub(super) fn open_value(&mut self, at: &Context, one: &Expr) -> Result<Value, Fault> {
+        let line = one.line;
+        Ok(match &one.kind {
+            ExprKind::Bool(value) => Value::Bit(Logic::Const(*value)),
+            ExprKind::Whole(value) | ExprKind::Named(value) => Value::Constant(*value),
+            ExprKind::Typed(value) => match self.tree.types.kind(one.ty) {
+                Some(kind) => Value::Number(kind, within(kind, *value)),
+                None => Value::Constant(*value),
+            },
+            ExprKind::Real(text) => {
+                real(text).map_or(Value::Any, |bits| Value::Number(Kind::Real, bits))
+            }
+            ExprKind::Time(time) => Value::Number(Kind::Time, self.time(*time)),
+            ExprKind::Opaque => {
+                let why = "a long real or a date is not followed: it may be any";
+                Value::Number(Kind::Opaque(4), self.any_number(Kind::Opaque(4), why))
+            }
+            ExprKind::Text(_) | ExprKind::List(_) => Value::Any,
+            ExprKind::Read(place) => self.read(at, place, line)?,
+            ExprKind::Not(inner) => {
+                let value = self.open_value(at, inner)?;
+                self.cost(&["NOT"], "logic");
+                complement(value)
+            }
+            ExprKind::Negate(inner) => {
+                let value = self.open_value(at, inner)?;
+                self.negated(value)?
+            }
+            ExprKind::Binary(operator, left, right) => {
+                self.binary(at, *operator, left.unconverted(), right.unconverted(), line)?
+            }
+            ExprKind::Convert(inner) => {
+                let value = self.open_value(at, inner)?;
+                match self.tree.types.kind(one.ty) {
+                    Some(kind) => Value::Number(kind, self.as_number(value, kind, line)?),
+                    None => value,
+                }
+            }
+            ExprKind::Call(call) => self.called(at, call, line)?,
+            ExprKind::Standard(applied) => self.applied(at, applied, line)?,
+            ExprKind::Fault(fault) => return Err((**fault).clone()),
+        })
+    }
+
+    fn read(&mut self, at: &Context, place: &Place, line: u32) -> Result<Value, Fault> {
+        let found = self.find(at, place, line)?;
+        if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
+            let message = "an instance is not followed as a value";
+            let help = "name one of its outputs, or call it with CAL or its name and brackets";
+            return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
+        }
+        self.cost(&["LD"], "contact");
+        Ok(match found {
+            Found::WordBit(cell, bit, _) => Value::Bit(Logic::Bit(BitSource::WordBit(cell, bit))),
+            Found::Spot(spot) => self.read_spot(&spot),
+            Found::Element(element) => self.element(&element),
+        })
+    }
+
+    /// What lies at a spot.
+    pub(super) fn read_spot(&mut self, spot: &Spot) -> Value {
+        let Some(cell) = spot.tag.cell() else { return Value::Any };
+        match self.simple(spot) {
+            Ty::Bit => Value::Bit(Logic::cell(cell)),
+            ty @ Ty::Number(_) => self.as_count(Some(cell), read(cell, &ty)),
+            _ => Value::Any,
+        }
+    }
+
+    /// The type of a spot that is one value; text for what is not followed.
+    pub(super) fn simple(&self, spot: &Spot) -> Ty {
+        match self.tree.types.get(spot.ty) {
+            Typed::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
+            _ => Ty::Text(1),
+        }
+    }
+
+    /// The value of an element whose number is worked out.
+    fn element(&mut self, element: &Element) -> Value {
+        let simple = self.simple(&element.spot);
+        let is_bit = matches!(simple, Ty::Bit);
+        let Some(address) = element.address(is_bit) else { return Value::Any };
+        let words = match simple {
+            Ty::Number(kind) => kind.words(),
+            Ty::Bit => 1,
+            _ => return Value::Any,
+        };
+        let run = Input::Run(address, Shape::Cells, Count::Exactly(words));
+        if let Ty::Number(kind) = simple {
+            let number = self.worked_out(words, Some((Operation::Copy, vec![run], words)));
+            let cell = element.spot.tag.cell();
+            return self.as_count(cell, Value::Number(kind, number));
+        }
+        let (cell, choice) = (self.bit_between(), self.builder.choice());
+        let outputs = vec![Target::Bits(vec![BitTarget::Cell(cell)])];
+        let meaning = Meaning { operation: Operation::Copy, inputs: vec![run], outputs };
+        self.builder.followed(choice, meaning);
+        self.write(vec![Write::Havoc(Region::Range { first: cell, count: 1 }, choice)]);
+        Value::Bit(Logic::cell(cell))
+    }
+
+    fn binary(
+        &mut self,
+        at: &Context,
+        operator: Operator,
+        left: &Expr,
+        right: &Expr,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        if matches!(operator, Operator::And | Operator::Or) {
+            let mut found = self.both_ways(at, &[left, right], line, &mut |own, turned| {
+                let (first, second) = if turned { (right, left) } else { (left, right) };
+                let mut one = own.open_value(at, first)?;
+                if own.calls_own(second) {
+                    one = own.frozen(one);
+                    if let Value::Bit(first) = &one {
+                        let first = first.clone();
+                        return own.may_skip(at, operator, first, second).map(|one| vec![one]);
+                    }
+                }
+                let two = own.open_value(at, second)?;
+                let (one, two) = (masked(first, one, &two), two);
+                let (one, two) = (one.clone(), masked(second, two, &one));
+                let (one, two) = if turned { (two, one) } else { (one, two) };
+                own.combined(operator, one, two, line).map(|one| vec![one])
+            })?;
+            return Ok(found.pop().unwrap_or(Value::Any));
+        }
+        let both = [left, right];
+        let mut values = self
+            .operands(at, &both, line, &mut |own, which| own.open_value(at, both[which]))?
+            .into_iter();
+        let (one, two) = (values.next(), values.next());
+        if let (Some(Value::Any), _) | (_, Some(Value::Any)) = (&one, &two) {
+            let (left, right) = (self.extent(left), self.extent(right));
+            self.charge_comparison(left, right);
+        }
+        let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
+        let wraps = may_have_wrapped(left, &one, &two) || may_have_wrapped(right, &two, &one);
+        let found = self.combined(operator, one, two, line)?;
+        Ok(match found {
+            found if wraps => self.between(found),
+            Value::Bit(_) if both.iter().any(|one| is_rounded(one)) => {
+                Value::Bit(self.any_bit(ROUNDED))
+            }
+            found => found,
+        })
+    }
+
+    /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
+    /// the second.
+    fn may_skip(
+        &mut self,
+        at: &Context,
+        operator: Operator,
+        first: Logic,
+        right: &Expr,
+    ) -> Result<Value, Fault> {
+        let line = right.line;
+        let is_and = operator == Operator::And;
+        let settles = if is_and { first.clone().not() } else { first.clone() };
+        let cell = self.bit_between();
+        self.write(vec![Write::Bit(BitTarget::Cell(cell), first)]);
+        let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
+        let skip = self.jump(Logic::All(vec![settles, skips]), None);
+        let two = self.value(at, right)?;
+        let both = self.combined(operator, Value::Bit(Logic::cell(cell)), two, line)?;
+        let both = self.as_bit(both, line)?;
+        self.write(vec![Write::Bit(BitTarget::Cell(cell), both)]);
+        self.land(skip);
+        self.landing();
+        Ok(Value::Bit(Logic::cell(cell)))
+    }
+
+    /// The values of some expressions in their order, or, where this makes a difference, in the other one, too.
+    pub(super) fn operands(
+        &mut self,
+        at: &Context,
+        exprs: &[&Expr],
+        line: u32,
+        eval: &mut dyn FnMut(&mut Lower<'t>, usize) -> Result<Value, Fault>,
+    ) -> Result<Vec<Value>, Fault> {
+        self.both_ways(at, exprs, line, &mut |own, turned| {
+            let mut values: Vec<Value> = exprs.iter().map(|_| Value::Any).collect();
+            for number in 0..exprs.len() {
+                let which = if turned { exprs.len() - 1 - number } else { number };
+                // What is there already is not changed by what is called next.
+                if own.calls_own(exprs[which]) {
+                    for value in &mut values {
+                        let earlier = std::mem::replace(value, Value::Any);
+                        *value = own.frozen(earlier);
+                    }
+                }
+                values[which] = eval(own, which)?;
+            }
+            Ok(values)
+        })
+    }
+
+    fn both_ways(
+        &mut self,
+        at: &Context,
+        exprs: &[&Expr],
+        line: u32,
+        work: &mut Work<'_, 't>,
+    ) -> Result<Vec<Value>, Fault> {
+        // Only what is called changes what others read.
+        if !exprs.iter().any(|one| self.calls_own(one)) {
+            return work(self, false);
+        }
+        let pairs = (1..exprs.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
+        let pairs: Vec<(usize, usize)> = pairs.collect();
+        if !pairs.iter().any(|&(one, other)| self.order_matters(at, exprs[one], exprs[other])) {
+            return work(self, false);
+        }
+        let calls: usize = exprs.iter().map(|one| self.acting_calls(at, one)).sum();
+        if calls > MOST_CALLS {
+            let told = "so many calls in one expression, of which one changes what others read: \
+                their order is not followed";
+            let help = "assign what they give to variables of their own before";
+            return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
+        }
+        let other = self.differs(RIGHT_FIRST);
+        let turned = self.jump(other, None);
+        let mut found: Vec<Value> = work(self, false)?
+            .into_iter()
+            .map(|value| match value {
+                Value::Constant(_) => value,
+                value => self.stored(value, true),
+            })
+            .collect();
+        let end = self.jump(Logic::Const(true), None);
+        self.land(turned);
+        self.landing();
+        for (own, value) in found.iter_mut().zip(work(self, true)?) {
+            let known = std::mem::replace(own, Value::Any);
+            *own = match (&known, &value) {
+                (Value::Constant(one), Value::Constant(two)) if one == two => known,
+                _ => self.merged(known, value),
+            };
+        }
+        self.land(end);
+        self.landing();
+        Ok(found)
+    }
+
+    /// An expression as a bit.
+    pub(super) fn bit(&mut self, at: &Context, one: &Expr) -> Result<Logic, Fault> {
+        match self.value(at, one)? {
+            Value::Bit(logic) => Ok(logic),
+            Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
+            Value::Any | Value::Address(..) => {
+                Ok(self.any_bit("a condition that is not followed: it may be true or false"))
+            }
+            Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
+                Err(wrong(one.line, "a number stands where a truth value is asked for"))
+            }
+        }
+    }
+
+    /// Writes a value where a path leads; charged as a store.
+    pub(super) fn assign(
+        &mut self,
+        at: &Context,
+        target: &Place,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let found = self.find(at, target, line)?;
+        self.assign_found(found, of, value, line)
+    }
+
+    /// Writes a value to what was found.
+    pub(super) fn assign_found(
+        &mut self,
+        found: Found,
+        of: Option<&Expr>,
+        value: Value,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let ty = match &found {
+            Found::Spot(spot) => Some(self.simple(spot)),
+            Found::Element(element) => Some(self.simple(&element.spot)),
+            Found::WordBit(..) => None,
+        };
+        let value = match (&ty, of) {
+            (Some(Ty::Number(kind)), Some(of)) if wraps_in(of, &value, *kind) => {
+                self.between(Value::Number(*kind, constant(0, kind.words())))
+            }
+            (Some(ty), Some(of)) => shown(of, value, ty),
+            _ => value,
+        };
+        let key = self.store_key(&found, of, line)?;
+        let writes = self.writes(found, value, line)?;
+        self.add_always(key, writes);
+        Ok(())
+    }
+
+    /// Assigns an element, which is looked for behind its value, or before that.
+    pub(super) fn assign_either_way(
+        &mut self,
+        at: &Context,
+        target: &Place,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let other = self.differs(TARGET_FIRST);
+        let first = self.jump(other, None);
+        let found = self.open_value(at, value)?;
+        self.assign(at, target, Some(value), found, line)?;
+        let end = self.jump(Logic::Const(true), None);
+        self.land(first);
+        self.landing();
+        let place = self.find(at, target, line)?;
+        let place = self.staying(place);
+        let found = self.open_value(at, value)?;
+        self.assign_found(place, Some(value), found, line)?;
+        self.land(end);
+        self.landing();
+        Ok(())
+    }
+
+    /// Whether working out a value may change which element a path means, or the other way round.
+    pub(super) fn moves_element(&mut self, at: &Context, target: &Place, value: &Expr) -> bool {
+        let indices: Vec<&Expr> = target.indices().collect();
+        indices.into_iter().any(|index| self.order_matters(at, index, value))
+    }
+
+    /// What writes a value to what was found.
+    pub(super) fn writes(
+        &mut self,
+        found: Found,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let spot = match found {
+            Found::WordBit(cell, bit, last) => {
+                let logic = self.as_bit(value, line)?;
+                let bits = (bit..=last).map(|bit| BitTarget::WordBit(cell, bit));
+                return Ok(bits.map(|bit| Write::Bit(bit, logic.clone())).collect());
+            }
+            Found::Element(element) => return self.element_writes(&element, value, line),
+            Found::Spot(spot) => spot,
+        };
+        Ok(match (self.simple(&spot), spot.tag.cell()) {
+            (Ty::Bit, Some(cell)) => {
+                vec![Write::Bit(BitTarget::Cell(cell), self.as_bit(value, line)?)]
+            }
+            (Ty::Number(kind), Some(cell)) => {
+                let number = self.as_number(value, kind, line)?;
+                vec![Write::Words(targets(cell, kind.words()), number)]
+            }
+            (_, Some(_)) => Vec::new(),
+            _ => {
+                let choice = self.builder.choice();
+                let at = self.builder.next();
+                let why =
+                    "a structure or array as a whole that is not followed: it may hold anything";
+                self.program().approximate(at, why);
+                spot.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
+            }
+        })
+    }
+
+    fn element_writes(
+        &mut self,
+        element: &Element,
+        value: Value,
+        line: u32,
+    ) -> Result<Vec<Write>, Fault> {
+        let simple = self.simple(&element.spot);
+        let is_bit = matches!(simple, Ty::Bit);
+        let region = element.region();
+        let Some(((first, count), address)) = region.zip(element.address(is_bit)) else {
+            let message =
+                format!("{}: a whole element of unknown number is not followed", element.spot.name);
+            return Err(Fault::new(line, message).code(Code::NotModelled));
+        };
+        let choice = self.builder.choice();
+        let outputs = vec![Target::Run(address, Shape::Cells)];
+        let input = match simple {
+            Ty::Bit => Input::Truth(self.as_bit(value, line)?),
+            Ty::Number(kind) => Input::Number(self.as_number(value, kind, line)?),
+            _ => return Ok(Vec::new()),
+        };
+        let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
+        self.builder.followed(choice, meaning);
+        Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
+    }
+}
+
+impl Assembler {
+    /// A duration in milliseconds.
+    pub(in super::super) fn time(&mut self, nanoseconds: i64) -> Number {
+        match i32::try_from(nanoseconds / 1_000_000) {
+            Ok(ms) if nanoseconds % 1_000_000 == 0 => constant(ms.into(), 2),
+            // What is finer than a millisecond or beyond 24 days is any time.
+            _ => self.any_number(
+                Kind::Time,
+                "a time that is finer than 1 ms or beyond 24 days may be any",
+            ),
+        }
+    }
+
+    /// `-`
+    pub(in super::super) fn negated(&mut self, value: Value) -> Result<Value, Fault> {
+        if let Value::Constant(value) = value {
+            return Ok(Value::Constant(value.wrapping_neg()));
+        }
+        let (value, beyond) = parted(value);
+        let kind = match value {
+            Value::Number(kind, _) => Some(kind),
+            _ => None,
+        };
+        let is_real = kind.is_none_or(|kind| matches!(kind, Kind::Real | Kind::Opaque(_)));
+        let class = if is_real { "real" } else { "arithmetic" };
+        let names = [row(Operator::Subtract, kind), row(Operator::Subtract, None)];
+        self.cost(&names, class);
+        let Value::Number(kind, number) = value else { return Ok(Value::Any) };
+        let zero = constant(0, kind.words());
+        let negated = self.arithmetic(Operator::Subtract, kind, zero, number)?;
+        Ok(opened(negated, beyond))
+    }
+}
+
+/// The words from a cell on.
+pub(super) fn targets(first: Cell, words: u32) -> Vec<scanbound_ir::WordTarget> {
+    (0..words).map(|at| scanbound_ir::WordTarget::Cell(first.plus(at))).collect()
+}
