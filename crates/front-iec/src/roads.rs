@@ -188,3 +188,101 @@ impl<'p> Shown<'p> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_base::facts::Facts;
+
+    fn both(text: &str) -> [Lowered; 2] {
+        let mut project = scanbound_iec::read("main.st", text).expect("a project");
+        project.inherit_parts();
+        project.unqualify();
+        let facts = Facts::default();
+        let asked = scanbound_front::Options::new(&facts);
+        let charts = names::Options::default();
+        [
+            names::decode(&project, super::super::TEXT, charts, &asked),
+            lower::decode(&project, super::super::TEXT, charts, &asked),
+        ]
+    }
+
+    fn compared(text: &str) -> String {
+        let [names, tree] = both(text);
+        outcome(&names, &tree)
+    }
+
+    /// What a program of each kind of construct becomes on both roads.
+    #[test]
+    fn both_roads_make_the_same_program() {
+        let units = "TYPE S : STRUCT b : BOOL; n : INT; END_STRUCT; Colour : (red := 2, green, blue := 5); END_TYPE
+            FUNCTION F : INT VAR_INPUT a : INT; k : INT := 3; END_VAR VAR_IN_OUT c : INT; END_VAR
+                c := c + a; F := k; END_FUNCTION
+            FUNCTION_BLOCK Base VAR_INPUT p : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR n : INT; t : TON; END_VAR
+                METHOD M : INT VAR_INPUT a : INT; END_VAR M := a + n; END_METHOD
+                t(IN := p > 3, PT := T#20ms, Q => );
+                IF t.Q THEN o := M(p); ELSE n := n + 1; END_IF END_FUNCTION_BLOCK
+            FUNCTION_BLOCK Derived EXTENDS Base
+                METHOD M : INT VAR_INPUT a : INT; END_VAR M := SUPER^.M(a) * 2; END_METHOD
+                SUPER^(); o := o + 1; END_FUNCTION_BLOCK";
+        let variables = "in AT %IX0.0 : BOOL; w AT %IW2 : INT; x, y, i : INT; u : UINT; d : DINT; r : REAL; c : Colour; \
+            s, z : S; a : ARRAY[0..3] OF INT; m : ARRAY[1..2, 0..1] OF S; fb : Derived; all : ARRAY[0..1] OF Base; \
+            cu : CTU; text : STRING(20); e : R_TRIG; on : BOOL := TRUE; k : INT := 7;";
+        for body in [
+            "x := y + 3 * w;",
+            "r := x; d := x - u; x := REAL_TO_INT(r / 2.5);",
+            "s := z; m[1, 0].n := s.n; a[w] := a[x + 1];",
+            "c := green; IF c = blue OR in THEN x.3 := on; END_IF",
+            "CASE w OF 1, 3..5: x := 1; 7: x := 2; ELSE x := 3; END_CASE",
+            "FOR i := 1 TO w BY 2 DO IF a[i] > 3 THEN EXIT; END_IF y := y + a[i]; END_FOR",
+            "WHILE i < 10 DO i := i + 1; END_WHILE REPEAT y := y - 1; UNTIL y <= 0 END_REPEAT",
+            "x := F(w, c := y) + F(1, 2, y);",
+            "fb(p := w, o => x); y := fb.M(3) + all[1].o; all[w](p := 2); x := all[0].M(x);",
+            "cu(CU := in, PV := 5); x := cu.CV; e(CLK := in, Q => on);",
+            "x := LIMIT(0, w, 10) + MAX(x, y, 3); d := SHL(u, 3); x := SEL(in, x, y); y := MUX(x, 1, 2, w);",
+            "text := CONCAT(text, 'abc'); x := LEN(text); on := text = 'x';",
+            "y := ADD(EN := in, IN1 := w, IN2 := 1, ENO => on);",
+            "x := %IW4; %QX1.0 := in; u := WORD#16#FF AND u; on := NOT in XOR on;",
+        ] {
+            let text = format!("{units} PROGRAM main VAR {variables} END_VAR {body} END_PROGRAM");
+            assert_eq!(compared(&text), "same", "{body}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_alike_where_it_is_executed() {
+        for (body, outcome) in [
+            ("x := q;", "same fault"),
+            ("x := LOWER(3);", "same fault"),
+            ("FOR x := 1 TO 3 DO x := 2; END_FOR", "same fault"),
+            ("p^ := 1;", "not yet: references and pointers"),
+        ] {
+            let text = format!(
+                "FUNCTION never : INT never := nobody; END_FUNCTION \
+                 PROGRAM main VAR x : INT; a : ARRAY[0..3] OF INT; p : POINTER TO INT; END_VAR {body} END_PROGRAM"
+            );
+            assert_eq!(compared(&text), outcome, "{body}");
+        }
+    }
+
+    /// `SCANBOUND_IEC_FILE=a.st cargo test -p scanbound-front-iec -- --ignored --nocapture roads` shows both programs.
+    #[test]
+    #[ignore = "shows a file"]
+    fn show_both() {
+        let path = std::env::var("SCANBOUND_IEC_FILE").expect("a file");
+        let text = std::fs::read_to_string(path).expect("text");
+        let [one, two] = both(&text);
+        println!("{}", outcome(&one, &two));
+        for lowered in [one, two] {
+            match lowered {
+                Ok(program) => Shown::of(&program)
+                    .lines
+                    .iter()
+                    .enumerate()
+                    .for_each(|(at, line)| println!("{at}: {line}")),
+                Err(faults) => println!("{faults:#?}"),
+            }
+            println!("----");
+        }
+    }
+}

@@ -66,6 +66,8 @@ pub enum First {
 pub struct Variable {
     /// Its name, for messages.
     pub name: String,
+    /// Variables of one name have one number: a method that takes another one's place is passed what that one is.
+    pub symbol: u32,
     /// Its section.
     pub section: Section,
     /// Its type.
@@ -158,6 +160,8 @@ pub struct Routine {
     pub unit: UnitId,
     /// What of the unit it is.
     pub kind: RoutineKind,
+    /// Routines of one kind and name have one number: what extends a unit may put its own in the place of the unit's.
+    pub slot: u32,
     /// The variables of a method; its result is the last.
     pub variables: Vec<VarId>,
     /// The result of a method.

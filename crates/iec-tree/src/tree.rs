@@ -79,16 +79,23 @@ impl Tree {
     /// What a call of a routine means for an instance of a unit: a method of the same name nearer to it takes its place.
     #[must_use]
     pub fn dispatched(&self, unit: UnitId, routine: RoutineId) -> RoutineId {
-        let own = self.routine(routine);
-        let slot = |other: &&RoutineId| {
-            let other = self.routine(**other);
-            other.kind == own.kind && scanbound_iec::same(&other.name, &own.name)
-        };
+        let own = self.routine(routine).slot;
+        let slot = |other: &&RoutineId| self.routine(**other).slot == own;
         let find = |unit: UnitId| {
             let unit = self.unit(unit);
             unit.methods.iter().chain(&unit.actions).find(slot).copied()
         };
         self.lineage(unit).into_iter().find_map(find).unwrap_or(routine)
+    }
+}
+
+impl Tree {
+    /// The variable of a method that takes the place of another one's.
+    #[must_use]
+    pub fn counterpart(&self, method: RoutineId, of: VarId) -> Option<VarId> {
+        let own = self.variable(of).symbol;
+        let mut all = self.routine(method).variables.iter();
+        all.find(|one| self.variable(**one).symbol == own).copied()
     }
 }
 
@@ -162,6 +169,8 @@ pub struct Place {
     pub steps: Vec<Step>,
     /// The type of what lies there.
     pub ty: TypeId,
+    /// As it is written, for messages.
+    pub text: Arc<str>,
 }
 
 /// An expression.

@@ -86,6 +86,8 @@ impl Lower<'_> {
     ) -> Result<Value, Fault> {
         let tree = self.tree;
         let entry = Entry::Routine(method);
+        let call = &self.passed_to_own(method, call, line)?;
+        self.is_one_method(instance, method, line)?;
         if instance != at.instance {
             self.member_names_handed((instance, entry), line)?;
         }
@@ -100,6 +102,50 @@ impl Lower<'_> {
         self.call(instance, entry);
         self.take_back(at, &callee, call, line)?;
         self.end_call(at, &callee, enabled, call, tree.routine(method).result, line)
+    }
+
+    /// A call with the parameters of the method that takes the place of the one that it names.
+    fn passed_to_own(&self, method: RoutineId, call: &Call, line: u32) -> Result<Call, Fault> {
+        let tree = self.tree;
+        let mut call = call.clone();
+        for (parameter, _) in &mut call.passed {
+            let Parameter::Variable(id) = parameter else { continue };
+            let Some(own) = tree.counterpart(method, *id) else {
+                let told =
+                    format!("{} takes no {}", tree.routine(method).name, tree.variable(*id).name);
+                return Err(Fault::new(line, told).code(FaultCode::UnknownName));
+            };
+            *id = own;
+        }
+        let is_given =
+            |id: &VarId| call.passed.iter().any(|(own, _)| *own == Parameter::Variable(*id));
+        let mut all = tree.routine(method).variables.iter();
+        match all.find(|id| tree.variable(**id).section == Section::InOut && !is_given(id)) {
+            None => Ok(call),
+            Some(id) => {
+                let name = &tree.variable(*id).name;
+                let told = format!("{name} is handed over in and out, and this call leaves it out");
+                let help = "hand it over in every call: what a call without it means differs";
+                Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
+            }
+        }
+    }
+
+    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that one, and
+    /// not all controllers do so.
+    fn is_one_method(&self, instance: usize, method: RoutineId, line: u32) -> Result<(), Fault> {
+        let tree = self.tree;
+        let own = tree.routine(method);
+        let units = tree.lineage(self.instances[instance].unit).into_iter();
+        let methods = units.flat_map(|unit| &tree.unit(unit).methods);
+        let methods = methods.map(|&one| tree.routine(one)).filter(|one| one.slot == own.slot);
+        if !{ methods }.skip(1).any(|one| one.is_private) {
+            return Ok(());
+        }
+        let told =
+            format!("{} is a PRIVATE method of a base, too: which one is meant differs", own.name);
+        let help = "give one of the two another name";
+        Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
     /// Ends a call of a function or a method; its result.
@@ -717,7 +763,7 @@ impl Lower<'_> {
                     self.calls_own(index) || within.changes(&looked) || changed.changes(&looked);
             }
             if moved {
-                let message = "what is handed over may mean another element while the call runs";
+                let message = format!("what {} means may change while the call runs", place.text);
                 let help = "assign the index or the address to a variable that nothing else writes";
                 return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
             }
@@ -729,7 +775,7 @@ impl Lower<'_> {
             if own.meets(&before) || own.meets(&within) {
                 let message = format!(
                     "{} is handed over in and out, and what is called may reach it by another name",
-                    self.shown(at, place)
+                    place.text
                 );
                 let help = "hand over a variable of its own, and assign it before and after";
                 return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
@@ -737,11 +783,6 @@ impl Lower<'_> {
             before.join(&own);
         }
         Ok(())
-    }
-
-    /// A place as messages name it.
-    pub(super) fn shown(&mut self, at: &Context, place: &Place) -> String {
-        self.root(at, place.root, 0).map_or_else(|_| "a variable".to_owned(), |spot| spot.name)
     }
 
     /// What EN is, if it is given.

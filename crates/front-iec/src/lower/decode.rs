@@ -306,7 +306,11 @@ impl Lower<'_> {
     }
 
     /// The unit, or the method, whose body is to be executed and is not there, and what is stated of it.
-    fn stated_of(&self, instance: usize, entry: Entry) -> Option<(usize, u32, StatedCall)> {
+    pub(super) fn stated_of(
+        &self,
+        instance: usize,
+        entry: Entry,
+    ) -> Option<(usize, u32, StatedCall)> {
         let tree = self.tree;
         let stated = |name: &str| self.options.calls.get(&plain(name)).cloned();
         let own = self.instances[instance].unit;
@@ -340,7 +344,7 @@ impl Lower<'_> {
         None
     }
 
-    fn all_it_writes(
+    pub(super) fn all_it_writes(
         &mut self,
         instance: usize,
         entry: Entry,

@@ -182,12 +182,23 @@ impl Lower<'_> {
         let mut own = Effects::default();
         self.looked_at(at, place, &mut own);
         let here = self.routines.task;
-        let tasks = self.tasks.clone().into_iter().enumerate();
-        let others = tasks.filter(|(task, _)| *task != here).flat_map(|(_, all)| all);
-        others.into_iter().any(|instance| {
-            let effects = self.effects_of((instance, Entry::Body));
-            effects.changes(&own)
-        })
+        if !self.routines.others.contains_key(&here) {
+            // Each task has functions of its own.
+            let around = std::mem::take(&mut self.effects);
+            let mut found = Effects::default();
+            for (task, all) in self.tasks.clone().into_iter().enumerate() {
+                self.routines.task = task;
+                self.effects.clear();
+                for instance in all.into_iter().filter(|_| task != here) {
+                    let more = self.effects_of((instance, Entry::Body));
+                    found.join(&more);
+                }
+            }
+            self.routines.task = here;
+            self.effects = around;
+            self.routines.others.insert(here, found);
+        }
+        self.routines.others[&here].changes(&own)
     }
 
     /// The variables of functions and methods, which begin anew with every call, but for those of the code itself.
@@ -227,7 +238,7 @@ impl Lower<'_> {
         }
         match routine {
             Some(id) => self.of_routine(instance, id, &mut found),
-            None => self.of_absent(instance, &mut found),
+            None => self.of_absent((instance, entry), &mut found),
         }
         self.effects.insert((instance, entry), found.clone());
         found
@@ -241,29 +252,21 @@ impl Lower<'_> {
         };
         let at = Context { instance, frame };
         match &tree.routine(id).code {
-            Code::Statements(all) if all.is_empty() => self.of_absent(instance, found),
+            Code::Statements(all) if all.is_empty() => {
+                self.of_absent((instance, Entry::Routine(id)), found);
+            }
             Code::Statements(all) => self.of_statements(&at, all, found),
             Code::Unread(_) => found.anything = true,
         }
     }
 
-    /// What stands in for a body that is not there may write all that its instance has.
-    fn of_absent(&mut self, instance: usize, found: &mut Effects) {
-        let unit = self.instances[instance].unit;
-        if self.options.calls.is_empty() {
-            return;
+    /// What stands in for a body that is not there may write all that its instance has, and what it is stated to write.
+    fn of_absent(&mut self, called: (usize, Entry), found: &mut Effects) {
+        let Some((_, line, stated)) = self.stated_of(called.0, called.1) else { return };
+        match self.all_it_writes(called.0, called.1, line, &stated) {
+            Ok(regions) => add(&mut found.writes, regions),
+            Err(_) => found.anything = true,
         }
-        let regions = self.instances[instance].spot.tag.regions();
-        add(&mut found.writes, regions);
-        // What it is stated to write is not looked up here.
-        found.anything |= self.is_stated_with_writes(unit);
-    }
-
-    fn is_stated_with_writes(&self, unit: UnitId) -> bool {
-        let name = scanbound_base::facts::plain(&self.tree.unit(unit).name);
-        self.options.calls.iter().any(|(own, call)| {
-            own.starts_with(&name) && call.writes.as_ref().is_none_or(|all| !all.is_empty())
-        })
     }
 
     pub(super) fn of_statements(&mut self, at: &Context, all: &[Statement], found: &mut Effects) {
@@ -556,7 +559,7 @@ impl Lower<'_> {
             .into_iter()
             .filter(|&one| tree.variable(one).section == scanbound_iec::Section::InOut)
             .collect();
-        if both.is_empty() {
+        if both.is_empty() || self.stated_of(called.0, called.1).is_some() {
             return Ok(());
         }
         let effects = self.effects_of(called);

@@ -62,7 +62,7 @@ impl Lower<'_> {
                 .code(FaultCode::LoopCount)
                 .help("write a number"));
         };
-        let shown = self.shown(at, variable);
+        let shown = &variable.text;
         if self.may_write(at, body, variable) {
             let message = format!("the loop writes to its own variable {shown}");
             let help = "use EXIT to leave a loop, and a variable that nothing called in it writes";
@@ -313,10 +313,11 @@ impl Lower<'_> {
         let (held, range) = self.range_of(at, variable, line)?;
         let end = to.whole();
         if !held.is_signed() && end.is_some_and(|end| end < 0) {
-            return endless(
-                line,
-                "the variable of the loop has no sign and its end is below 0: some controllers take that as a very large number",
+            let told = format!(
+                "{} has no sign and the end of the loop is below 0: some controllers take that as a very large number",
+                variable.text
             );
+            return endless(line, &told);
         }
         let end = end.and_then(|to| to.checked_add(far));
         if let (First::Known(from), Some(to)) = (&from, end) {
@@ -327,7 +328,7 @@ impl Lower<'_> {
             if turns > 0 && !(i128::from(range.0)..=i128::from(range.1)).contains(&last) {
                 let told = format!(
                     "{} cannot go beyond {to}, the end of the loop: it would go round for ever",
-                    self.shown(at, variable)
+                    variable.text
                 );
                 return endless(line, &told);
             }
@@ -390,7 +391,7 @@ impl Lower<'_> {
             Found::WordBit(..) => None,
         };
         found.ok_or_else(|| {
-            let name = self.shown(at, variable);
+            let name = &variable.text;
             let message = format!("{name} counts a loop and is no whole number");
             Fault::new(line, message).code(FaultCode::LoopCount).help("declare it as INT or DINT")
         })
@@ -404,10 +405,21 @@ impl Lower<'_> {
         body: &[Statement],
         line: u32,
     ) -> Result<(), Fault> {
-        if end.whole().is_some() || !(self.calls_own(end) || self.may_change(at, body, end)) {
+        if end.whole().is_some() {
             return Ok(());
         }
-        let message = "the loop may move its own end: it writes or calls what the end is made of";
+        let mut read = Vec::new();
+        end.each(&mut |one| match &one.kind {
+            ExprKind::Read(place) => read.push((one.clone(), place.text.clone())),
+            ExprKind::Call(_) => read.push((one.clone(), "a function".into())),
+            _ => {}
+        });
+        let moved = match self.calls_own(end) {
+            true => read.pop(),
+            false => read.into_iter().find(|(one, _)| self.may_change(at, body, one)),
+        };
+        let Some((_, what)) = moved else { return Ok(()) };
+        let message = format!("the loop may move its own end: it writes or calls {what}");
         let help = "put the end into a variable that nothing in the loop writes";
         Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help))
     }

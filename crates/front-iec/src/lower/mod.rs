@@ -80,6 +80,8 @@ struct Routines {
     open: Vec<(usize, usize, Entry)>,
     /// The task whose routines are lowered.
     task: usize,
+    /// What the programs of the other tasks read and write, by task, when it has been asked for.
+    others: BTreeMap<usize, Effects>,
 }
 
 impl Deref for Lower<'_> {

@@ -156,7 +156,8 @@ impl<'t> Lower<'t> {
             Typed::Block(unit) => {
                 let members = self.tree.members(*unit).into_iter();
                 let inner = members.map(|one| self.instances_of(self.tree.variable(one).ty));
-                inner.fold(1, u64::saturating_add)
+                let is_block = self.tree.unit(*unit).kind == PouKind::FunctionBlock;
+                inner.fold(u64::from(is_block), u64::saturating_add)
             }
             Typed::Array(dimensions, of) => {
                 let counts = dimensions.iter().map(|(low, high)| high.abs_diff(low - 1));

@@ -157,7 +157,8 @@ impl Lower<'_> {
         if tree.unit(self.instances[instance].unit).retain {
             return true;
         }
-        self.retained_regions().iter().any(|kept| own.iter().any(|own| flow::meet(*own, *kept)))
+        let kept = super::super::decode::merged(self.retained_regions());
+        !own.is_empty() && own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
     }
 
     /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of instances.
@@ -190,6 +191,18 @@ impl Lower<'_> {
         let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
         let own = own.filter(|own| regions.iter().any(|one| flow::meet(**own, *one)));
         known.latched.extend(own.copied().collect::<Vec<_>>());
+    }
+}
+
+/// Whether a region has all cells of another one.
+fn holds(kept: Region, own: Region) -> bool {
+    match (kept, own) {
+        (Region::Range { first, count }, Region::Range { first: inner, count: many }) => {
+            first.area == inner.area
+                && first.index <= inner.index
+                && inner.index + many <= first.index + count
+        }
+        _ => false,
     }
 }
 

@@ -277,7 +277,7 @@ impl<'t> Lower<'t> {
     fn read(&mut self, at: &Context, place: &Place, line: u32) -> Result<Value, Fault> {
         let found = self.find(at, place, line)?;
         if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
-            let message = "an instance is not followed as a value";
+            let message = format!("{} is an instance: as a value it is not followed", place.text);
             let help = "name one of its outputs, or call it with CAL or its name and brackets";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }

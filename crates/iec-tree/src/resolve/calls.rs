@@ -1,6 +1,6 @@
 //! Calls: what is called, and what is passed for which parameter.
 
-use super::paths::Found;
+use super::paths::{Found, start};
 use super::types::declare;
 use super::{NOT_YET, Resolver, Scope, not_yet, unknown_name};
 use crate::blocks::StandardBlock;
@@ -20,6 +20,8 @@ use scanbound_iec::{Pou, PouKind, Section, same, show};
 enum Callee {
     /// An instance of a unit, or a function.
     Unit(UnitId),
+    /// The own instance, whose base's body is executed.
+    Base(UnitId),
     /// A method.
     Method(RoutineId),
     /// What takes values by the names of a unit's variables alone: a program, an action, the body of a base.
@@ -107,7 +109,7 @@ impl Resolver<'_> {
 
     fn own_instance(&mut self, unit: UnitId) -> Place {
         let ty = self.block(unit);
-        Place { root: Root::This, steps: Vec::new(), ty }
+        start(Root::This, ty)
     }
 
     /// The unit that the one whose code this is extends.
@@ -152,29 +154,12 @@ impl Resolver<'_> {
         given: &[Argument],
         line: u32,
     ) -> Result<Expr, Fault> {
-        self.is_one_method(unit, method, line)?;
         self.has_one_default(unit, method, given, line)?;
         let (passed, enable) = self.passed(scope, Callee::Method(method), given, line)?;
         let result = self.tree.routine(method).result;
         let ty = self.result_type(result);
         let call = Call { target, passed, enable };
         Ok(Expr { kind: ExprKind::Call(Box::new(call)), ty, line })
-    }
-
-    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that one, and
-    /// not all controllers do so.
-    fn is_one_method(&self, unit: UnitId, method: RoutineId, line: u32) -> Result<(), Fault> {
-        let name = &self.tree.routine(method).name;
-        let all = self.tree.lineage(unit).into_iter();
-        let methods = all.flat_map(|unit| &self.tree.unit(unit).methods);
-        let methods = methods.map(|&one| self.tree.routine(one));
-        let mut methods = methods.filter(|one| same(&one.name, name)).skip(1);
-        if !methods.any(|one| one.is_private) {
-            return Ok(());
-        }
-        let told = format!("{name} is a PRIVATE method of a base, too: which one is meant differs");
-        let help = "give one of the two another name";
-        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
     /// Refuses a call that leaves out an input which another declaration of the method gives another value: which declaration
@@ -188,7 +173,11 @@ impl Resolver<'_> {
     ) -> Result<(), Fault> {
         let name = &self.tree.routine(method).name;
         let of = |pou: &'_ Pou| pou.kind == PouKind::Interface;
-        let family = self.tree.lineage(unit).into_iter();
+        // Through what extends the unit, another declaration may be meant.
+        let is_related = |one: &UnitId| {
+            self.tree.lineage(*one).contains(&unit) || self.tree.lineage(unit).contains(one)
+        };
+        let family = (0..self.tree.units.len()).map(UnitId::at).filter(is_related);
         let family = family.map(|one| &self.project.pous[one.index()]);
         let all = family.chain(self.project.pous.iter().filter(|one| of(one)));
         let others: Vec<&Pou> =
@@ -224,7 +213,7 @@ impl Resolver<'_> {
     /// The inputs that arguments without names stand for.
     fn parameters(&self, callee: Callee) -> Vec<VarId> {
         let all = match callee {
-            Callee::Unit(unit) => self.tree.members(unit),
+            Callee::Unit(unit) | Callee::Base(unit) => self.tree.members(unit),
             Callee::Method(method) => self.tree.routine(method).variables.clone(),
             Callee::Named(_) | Callee::Standard(_) => Vec::new(),
         };
@@ -235,7 +224,9 @@ impl Resolver<'_> {
 
     fn parameter(&self, callee: Callee, name: &str) -> Option<Parameter> {
         let variable = match callee {
-            Callee::Unit(unit) | Callee::Named(unit) => self.index.member(unit, name),
+            Callee::Unit(unit) | Callee::Base(unit) | Callee::Named(unit) => {
+                self.index.member(unit, name)
+            }
             Callee::Method(method) => self.index.local(method, name),
             Callee::Standard(block) => return block.pin(name).map(Parameter::Pin),
         };
@@ -244,7 +235,9 @@ impl Resolver<'_> {
 
     fn callee_name(&self, callee: Callee) -> &str {
         match callee {
-            Callee::Unit(unit) | Callee::Named(unit) => &self.tree.unit(unit).name,
+            Callee::Unit(unit) | Callee::Base(unit) | Callee::Named(unit) => {
+                &self.tree.unit(unit).name
+            }
             Callee::Method(method) => &self.tree.routine(method).name,
             Callee::Standard(block) => block.name(),
         }
@@ -523,7 +516,7 @@ impl Resolver<'_> {
                 return self.called(scope, target, given, line).map(as_statement);
             }
             let base = self.base(scope, line)?;
-            let (passed, enable) = self.passed(scope, Callee::Unit(base), given, line)?;
+            let (passed, enable) = self.passed(scope, Callee::Base(base), given, line)?;
             return Ok(StatementKind::Call(Call {
                 target: Target::BaseBody(base),
                 passed,

@@ -1,7 +1,7 @@
 //! What names mean, by the scope that declares them.
 
 use super::ByName;
-use crate::declarations::{RoutineId, UnitId, VarId};
+use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::tree::Tree;
 use scanbound_iec::{PouKind, Project};
 use std::collections::BTreeMap;
@@ -26,6 +26,10 @@ pub(super) struct Index {
     /// For each unit, its actions and methods with those that it inherits.
     actions: Vec<ByName<RoutineId>>,
     methods: Vec<ByName<RoutineId>>,
+    /// The numbers of variables' names.
+    symbols: ByName<u32>,
+    /// The numbers of actions and methods by their names; each body has one of its own.
+    slots: BTreeMap<(RoutineKind, String), u32>,
     /// The properties of each unit, and those that it inherits.
     properties: Vec<ByName<()>>,
 }
@@ -92,6 +96,18 @@ impl Index {
             })
             .collect();
         self.members = all;
+    }
+
+    /// The number of a variable's name.
+    pub(super) fn symbol(&mut self, name: &str) -> u32 {
+        let next = u32::try_from(self.symbols.len()).unwrap_or(u32::MAX);
+        *self.symbols.entry(key(name)).or_insert(next)
+    }
+
+    /// The number of a routine's kind and name.
+    pub(super) fn slot(&mut self, kind: RoutineKind, name: &str) -> u32 {
+        let next = u32::try_from(self.slots.len()).unwrap_or(u32::MAX);
+        *self.slots.entry((kind, key(name))).or_insert(next)
     }
 
     pub(super) fn add_member(&mut self, unit: UnitId, name: &str, id: VarId) {

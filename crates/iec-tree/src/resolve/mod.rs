@@ -152,6 +152,7 @@ impl<'p> Resolver<'p> {
             name: name.to_owned(),
             unit,
             kind,
+            slot: self.index.slot(kind, name),
             variables: Vec::new(),
             result: None,
             language: body.language(),
@@ -223,6 +224,7 @@ impl<'p> Resolver<'p> {
         let value = one.initial.as_ref().and_then(|one| self.constants.number(one, around));
         self.tree.variables.push(Variable {
             name: one.name.clone(),
+            symbol: self.index.symbol(&one.name),
             section: one.section,
             ty,
             owner,

@@ -63,7 +63,7 @@ impl Resolver<'_> {
         if let Some(at) = self.program_instance(&path.first) {
             let unit = self.tree.programs[at].unit;
             let ty = self.block(unit);
-            let start = Place { root: Root::Program(at), steps: Vec::new(), ty };
+            let start = start(Root::Program(at), ty);
             return self.follow(scope, start, rest, path, line);
         }
         let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
@@ -89,12 +89,12 @@ impl Resolver<'_> {
 
     fn this(&mut self, unit: UnitId) -> Place {
         let ty = self.block(unit);
-        Place { root: Root::This, steps: Vec::new(), ty }
+        start(Root::This, ty)
     }
 
     fn start(&self, variable: VarId) -> Place {
         let ty = self.tree.variable(variable).ty;
-        Place { root: Root::Variable(variable), steps: Vec::new(), ty }
+        start(Root::Variable(variable), ty)
     }
 
     /// The variable of a method, or of the unit, by its name.
@@ -142,7 +142,7 @@ impl Resolver<'_> {
             self.tree.addresses.push(Address { text, ty });
             self.tree.addresses.len() - 1
         });
-        Place { root: Root::Address(AddressId::at(at)), steps: Vec::new(), ty }
+        start(Root::Address(AddressId::at(at)), ty)
     }
 
     /// The value of a constant of the unit, or of a global one.
@@ -230,10 +230,12 @@ impl Resolver<'_> {
         path: &Path,
         line: u32,
     ) -> Result<Found, Fault> {
-        let mut place = start;
+        let mut place = Place { text: show::path(path).into(), ..start };
         self.is_followed(&place, line)?;
         for (number, part) in rest.iter().enumerate() {
-            let (step, ty) = self.step(scope, &place, part, path, line)?;
+            let used = path.rest.len() - rest.len() + number;
+            let before = Path { first: path.first.clone(), rest: path.rest[..used].to_vec() };
+            let (step, ty) = self.step(scope, &place, part, (path, &before), line)?;
             // Its own code means what is handed over while it runs.
             let is_own = place.root == Root::This && number == 0;
             if let (Step::Member(variable), false) = (&step, is_own) {
@@ -276,7 +278,7 @@ impl Resolver<'_> {
         scope: Scope,
         place: &Place,
         part: &Part,
-        path: &Path,
+        (path, before): (&Path, &Path),
         line: u32,
     ) -> Result<(Step, TypeId), Fault> {
         let shown = || show::path(path);
@@ -308,7 +310,8 @@ impl Resolver<'_> {
                 let known: Option<Vec<i64>> = all.iter().map(Expr::whole).collect();
                 for (number, (low, high)) in known.iter().flatten().zip(&dimensions) {
                     if !(low..=high).contains(&number) {
-                        let told = format!("{}[{number}] lies outside {low}..{high}", shown());
+                        let before = show::path(before);
+                        let told = format!("{before}[{number}] lies outside {low}..{high}");
                         return Err(Fault::new(line, told));
                     }
                 }
@@ -355,6 +358,11 @@ impl Resolver<'_> {
     pub(super) fn is_program(&self, unit: UnitId) -> bool {
         self.project.pous[unit.index()].kind == PouKind::Program
     }
+}
+
+/// A path that only begins.
+pub(super) fn start(root: Root, ty: TypeId) -> Place {
+    Place { root, steps: Vec::new(), ty, text: "THIS^".into() }
 }
 
 /// The paths in a constant's value.
