@@ -265,24 +265,19 @@ mod tests {
         }
     }
 
-    /// `SCANBOUND_IEC_FILE=a.st cargo test -p scanbound-front-iec -- --ignored --nocapture roads` shows both programs.
+    /// `SCANBOUND_IEC_FILE=a.st cargo test -p scanbound-front-iec -- --ignored roads` writes both programs beside the file.
     #[test]
     #[ignore = "shows a file"]
     fn show_both() {
         let path = std::env::var("SCANBOUND_IEC_FILE").expect("a file");
-        let text = std::fs::read_to_string(path).expect("text");
-        let [one, two] = both(&text);
-        println!("{}", outcome(&one, &two));
-        for lowered in [one, two] {
-            match lowered {
-                Ok(program) => Shown::of(&program)
-                    .lines
-                    .iter()
-                    .enumerate()
-                    .for_each(|(at, line)| println!("{at}: {line}")),
-                Err(faults) => println!("{faults:#?}"),
-            }
-            println!("----");
+        let text = std::fs::read_to_string(&path).expect("text");
+        for (lowered, road) in both(&text).into_iter().zip(["names", "tree"]) {
+            let lines = match lowered {
+                Ok(program) => Shown::of(&program).lines,
+                Err(faults) => faults.iter().map(|one| one.message.clone()).collect(),
+            };
+            let written = std::fs::write(format!("{path}.{road}"), lines.join("\n") + "\n");
+            assert!(written.is_ok(), "{written:?}");
         }
     }
 }

@@ -37,6 +37,8 @@ ids! {
     RoutineId,
     /// A direct address that code names (`%IX0.1`).
     AddressId,
+    /// A value that a list or a drawing keeps from one statement to others of its body.
+    TempId,
 }
 
 /// Whose a variable is.
@@ -88,6 +90,8 @@ pub struct Variable {
     pub constant: bool,
     /// Whether it keeps its value when the power fails.
     pub retain: bool,
+    /// Whether a reader made it: the memory of an edge, or of what a drawing reads before it is worked out.
+    pub is_internal: bool,
     /// Its line.
     pub line: u32,
 }
@@ -183,6 +187,30 @@ pub struct GlobalList {
     pub name: String,
     /// Its variables.
     pub variables: Vec<VarId>,
+}
+
+/// What a value is kept for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Purpose {
+    /// It leads on from one statement to others, as the processor's result does.
+    Between,
+    /// It is the result of a drawn function: generators store it, and load it again.
+    Result,
+    /// It is stored as part of something else, and only loaded again.
+    Loaded,
+    /// It is the result of each of the ways that meet at a label.
+    Merged,
+}
+
+/// A value that a list or a drawing keeps.
+#[derive(Debug, Clone)]
+pub struct Temporary {
+    /// What for.
+    pub purpose: Purpose,
+    /// Its type.
+    pub ty: TypeId,
+    /// Where it comes from, for messages.
+    pub text: String,
 }
 
 /// A direct address.

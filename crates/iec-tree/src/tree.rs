@@ -2,7 +2,8 @@
 
 use crate::blocks::{Pin, StandardBlock};
 use crate::declarations::{
-    Address, AddressId, GlobalList, Routine, RoutineId, Unit, UnitId, VarId, Variable,
+    Address, AddressId, GlobalList, Routine, RoutineId, TempId, Temporary, Unit, UnitId, VarId,
+    Variable,
 };
 use crate::standard::Function;
 use crate::types::{TypeId, Types};
@@ -27,6 +28,8 @@ pub struct Tree {
     pub programs: Vec<ProgramInstance>,
     /// Direct addresses that code names.
     pub addresses: Vec<Address>,
+    /// Values that lists and drawings keep.
+    pub temporaries: Vec<Temporary>,
     /// What is known of each program instance's inputs and outputs, in the order of the project's.
     pub connected: Vec<Connected>,
 }
@@ -143,6 +146,8 @@ pub enum Root {
     Program(usize),
     /// A direct address.
     Address(AddressId),
+    /// A value that is kept.
+    Temporary(TempId),
 }
 
 /// A step of a path.
@@ -219,6 +224,8 @@ pub enum ExprKind {
     Standard(Box<Applied>),
     /// What a value is made of that a declaration lists: elements, or parts by their numbers. It is not worked out.
     List(Vec<Expr>),
+    /// One of two values: controllers differ; of none, any value.
+    Either(Option<Box<(Expr, Expr)>>),
     /// What is wrong with it.
     Fault(Box<Fault>),
 }
@@ -353,6 +360,8 @@ pub struct ForLoop {
 pub enum StatementKind {
     /// A value goes to a variable.
     Assign(Place, Expr),
+    /// A value is kept for other statements of the body.
+    Keep(TempId, Expr),
     /// A structure, an array or an instance is copied.
     Copy(Place, Place),
     /// A variable is set (true) or reset where a condition holds.
@@ -383,6 +392,8 @@ pub enum StatementKind {
     Jump(Expr, u32),
     /// A label of the body, by its number.
     Label(u32),
+    /// One or the other: controllers differ, and this says how the first one is special.
+    Either(&'static str, Vec<Statement>, Vec<Statement>),
     /// A name alone, which does nothing.
     Nothing,
     /// What is wrong with it.
@@ -445,6 +456,10 @@ impl Expr {
                 }
             }
             ExprKind::List(all) => all.iter().for_each(|one| one.each(see)),
+            ExprKind::Either(Some(both)) => {
+                both.0.each(see);
+                both.1.each(see);
+            }
             _ => {}
         }
     }
@@ -466,6 +481,10 @@ pub fn each_statement(all: &[Statement], see: &mut dyn FnMut(&Statement)) {
             StatementKind::For(own) => each_statement(&own.body, see),
             StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
                 each_statement(body, see);
+            }
+            StatementKind::Either(_, one, other) => {
+                each_statement(one, see);
+                each_statement(other, see);
             }
             StatementKind::CallIf(_, inner) => each_statement(std::slice::from_ref(inner), see),
             _ => {}

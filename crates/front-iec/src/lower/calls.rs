@@ -3,7 +3,7 @@
 use super::super::assembler::Assembler;
 use super::super::types::Ty;
 use super::super::value::{Value, constant};
-use super::effects::Effects;
+use super::enable::Enabled;
 use super::places::{Context, Found, Spot};
 use super::values::shown;
 use super::{Entry, Lower};
@@ -13,7 +13,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_iec_tree::declarations::{First, RoutineId, UnitId, VarId};
 use scanbound_iec_tree::tree::{
-    Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
+    Call, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
 };
 use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
@@ -21,12 +21,6 @@ use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
-
-/// A call under a condition, while it is lowered.
-pub(super) struct Enabled {
-    condition: Logic,
-    skip: usize,
-}
 
 /// Whose parameters are passed, and where they lie.
 #[derive(Clone)]
@@ -352,6 +346,7 @@ impl Lower<'_> {
         match place.root {
             scanbound_iec_tree::tree::Root::Variable(id) => Some(self.tree.variable(id).ty),
             scanbound_iec_tree::tree::Root::Address(id) => Some(self.tree.address(id).ty),
+            scanbound_iec_tree::tree::Root::Temporary(_) => None,
             _ => self.tree.types.find(&Typed::Block(unit?)),
         }
     }
@@ -543,6 +538,9 @@ impl Lower<'_> {
     /// The structure or array that an expression is, if it is one.
     fn whole(&mut self, at: &Context, one: &Expr, line: u32) -> Result<Option<Found>, Fault> {
         let ExprKind::Read(place) = &one.kind else { return Ok(None) };
+        if let scanbound_iec_tree::tree::Root::Temporary(_) = place.root {
+            return Ok(None);
+        }
         let is_whole = matches!(
             self.tree.types.get(place.ty),
             Typed::Array(..) | Typed::Struct(_) | Typed::Standard(_) | Typed::Block(_)
@@ -708,192 +706,6 @@ impl Lower<'_> {
         let help = "assign the value in the body";
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
-
-    /// Refuses a call that hands over a variable which what is called also reaches by another name.
-    fn has_one_name(
-        &mut self,
-        at: &Context,
-        called: (usize, Entry),
-        call: &Call,
-        line: u32,
-    ) -> Result<(), Fault> {
-        let tree = self.tree;
-        for (parameter, _) in &call.passed {
-            if let Parameter::Variable(id) = parameter
-                && tree.variable(*id).section == Section::InOut
-                && self.has_charts(tree.variable(*id).ty)
-            {
-                let message = format!(
-                    "{} is handed over in and out, and has a chart, whose state is not followed there",
-                    tree.variable(*id).name
-                );
-                let help = "call the instance where it is declared";
-                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
-            }
-        }
-        let mut handed: Vec<&Place> = Vec::new();
-        let mut taken: Vec<&Place> = Vec::new();
-        for (_, passed) in &call.passed {
-            match passed {
-                Passed::InOut(one) => match &one.unconverted().kind {
-                    ExprKind::Read(place) => handed.push(place),
-                    _ => {}
-                },
-                Passed::Output(place, _) => taken.push(place),
-                _ => {}
-            }
-        }
-        if handed.is_empty() && taken.iter().all(|place| place.indices().next().is_none()) {
-            return Ok(());
-        }
-        let within = self.effects_of(called);
-        for place in handed.iter().chain(&taken) {
-            // Where an element is looked for may be settled before the call or behind it.
-            let indices: Vec<&Expr> =
-                place.indices().filter(|index| index.whole().is_none()).collect();
-            let mut moved = false;
-            for index in indices {
-                let mut looked = Effects::default();
-                self.of_expr(at, index, &mut looked);
-                let mut changed = Effects::default();
-                for other in handed.iter().chain(&taken) {
-                    self.written(at, other, &mut changed);
-                }
-                moved |=
-                    self.calls_own(index) || within.changes(&looked) || changed.changes(&looked);
-            }
-            if moved {
-                let message = format!("what {} means may change while the call runs", place.text);
-                let help = "assign the index or the address to a variable that nothing else writes";
-                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
-            }
-        }
-        let mut before = Effects::default();
-        for place in handed {
-            let mut own = Effects::default();
-            self.written(at, place, &mut own);
-            if own.meets(&before) || own.meets(&within) {
-                let message = format!(
-                    "{} is handed over in and out, and what is called may reach it by another name",
-                    place.text
-                );
-                let help = "hand over a variable of its own, and assign it before and after";
-                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
-            }
-            before.join(&own);
-        }
-        Ok(())
-    }
-
-    /// What EN is, if it is given.
-    pub(super) fn condition(
-        &mut self,
-        at: &Context,
-        enable: &Enable,
-    ) -> Result<Option<Logic>, Fault> {
-        let Some(one) = &enable.condition else { return Ok(None) };
-        let mut condition = self.bit(at, one)?;
-        if enable.is_input {
-            let why = "an input EN that is declared: whether the body is carried out without it";
-            condition = Logic::Any(vec![condition, self.any_bit(why)]);
-        }
-        Ok(Some(self.keep_bit(condition)))
-    }
-
-    fn enabled(&mut self, at: &Context, enable: &Enable) -> Result<Option<Enabled>, Fault> {
-        let condition = self.condition(at, enable)?;
-        Ok(condition.map(|condition| self.begin_enabled(condition)))
-    }
-
-    /// Begins a call: what follows is skipped where EN is false.
-    pub(super) fn begin_enabled(&mut self, condition: Logic) -> Enabled {
-        let key = Some(Assembler::key(&["JMP"], "jump"));
-        let skip = self.jump(condition.clone().not(), key);
-        Enabled { condition, skip }
-    }
-
-    /// Begins to hand inputs over to an instance. Where EN is false, some controllers do, and leave the body out.
-    fn begin_inputs(&mut self, at: &Context, enable: &Enable) -> Result<Option<Enabled>, Fault> {
-        let Some(condition) = self.condition(at, enable)? else { return Ok(None) };
-        let why = "inputs may or may not be handed over where EN is false";
-        let leaves = vec![condition.clone().not(), self.any_bit(why)];
-        let skip = self.jump(Logic::All(leaves), None);
-        Ok(Some(Enabled { condition, skip }))
-    }
-
-    /// Begins the call itself behind its inputs.
-    fn begin_body(&mut self, inputs: Option<Enabled>) -> Option<Enabled> {
-        let Enabled { condition, skip } = inputs?;
-        self.land(skip);
-        self.landing();
-        Some(self.begin_enabled(condition))
-    }
-
-    /// Ends a call, and hands ENO out; the condition, if there was one.
-    pub(super) fn end_enabled(
-        &mut self,
-        at: &Context,
-        enabled: Option<Enabled>,
-        enable: &Enable,
-        line: u32,
-    ) -> Result<Option<Logic>, Fault> {
-        let condition = enabled.map(|enabled| {
-            self.land(enabled.skip);
-            self.landing();
-            enabled.condition
-        });
-        if let Some((target, negated)) = &enable.result {
-            // What is called may tell a fault by itself.
-            let runs = condition.clone().unwrap_or(Logic::Const(true));
-            let told = match enable.is_output {
-                true => {
-                    let why = "an output ENO that is declared: it may be true or false";
-                    Logic::All(vec![runs, self.any_bit(why)])
-                }
-                false => runs,
-            };
-            let told = if *negated { told.not() } else { told };
-            self.assign(at, target, None, Value::Bit(told), line)?;
-        }
-        Ok(condition)
-    }
-
-    fn open_results(
-        &mut self,
-        at: &Context,
-        condition: Option<&Logic>,
-        call: &Call,
-        line: u32,
-    ) -> Result<(), Fault> {
-        let eno = call.enable.result.as_ref().filter(|_| call.enable.is_output);
-        let targets = call.passed.iter().filter_map(|(_, passed)| match passed {
-            // Where ENO is declared, it is among them, and has its value already.
-            Passed::Output(place, _) => Some(place),
-            _ => None,
-        });
-        let targets: Vec<&Place> = targets
-            .filter(|place| eno.is_none_or(|(own, _)| !super::effects::is_same(own, place)))
-            .collect();
-        self.open_outputs(at, condition, &targets, line)
-    }
-
-    /// What outputs are handed to may hold anything where EN is false: controllers differ.
-    pub(super) fn open_outputs(
-        &mut self,
-        at: &Context,
-        condition: Option<&Logic>,
-        targets: &[&Place],
-        line: u32,
-    ) -> Result<(), Fault> {
-        let Some(condition) = condition.filter(|_| !targets.is_empty()) else { return Ok(()) };
-        let skip = self.jump(condition.clone(), None);
-        for target in targets {
-            self.assign(at, target, None, Value::Any, line)?;
-        }
-        self.land(skip);
-        self.landing();
-        Ok(())
-    }
 }
 
 /// Whether an initial value takes time: it is more than a number, a list of such, or one that is not read.
@@ -907,6 +719,7 @@ fn is_worked_out(initial: &Expr) -> bool {
         | ExprKind::Call(_)
         | ExprKind::Standard(_)
         | ExprKind::Named(_)
+        | ExprKind::Either(_)
         | ExprKind::Fault(_) => true,
         _ => false,
     }

@@ -1,34 +1,58 @@
 //! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
 
-use super::super::assembler::Assembler;
+use super::super::counted::Counted;
 use super::super::tally::Current;
 use super::Lower;
+use scanbound_iec::Language;
 use scanbound_iec_tree::declarations::RoutineId;
-use scanbound_iec_tree::tree::{Statement, StatementKind};
+use scanbound_iec_tree::tree::{ExprKind, Root, Statement, StatementKind, Target};
 
 impl Lower<'_> {
     /// What is lowered from here on is this routine; gives what to go back to.
     pub(super) fn enter_routine(&mut self, id: RoutineId) -> Option<Current> {
         let known = self.counted_body(id);
-        self.assembler().enter_body(known, false)
+        let keeps = self.tree.routine(id).language != Language::St;
+        self.assembler().enter_body(known, keeps)
     }
-}
 
-impl Assembler {
-    /// A statement begins; gives its place among the ranges, if it counts.
-    pub(super) fn begin_counted(&mut self, one: &Statement) -> Option<usize> {
-        let is_part = self.tally.current.is_none_or(|current| current.is_within);
-        if is_part || matches!(one.kind, StatementKind::Label(_)) {
-            return None;
-        }
+    /// A statement begins; `end_statement` ends it.
+    pub(super) fn begin_counted(&mut self, one: &Statement) -> Counted {
         let here = self.builder.next();
-        Some(self.range(here, one.line, &one.text, 1))
+        let is_kept = self.keeps_a_value(one);
+        let Some(current) = self.tally.current.as_mut() else { return Counted::Part };
+        let is_part = matches!(one.kind, StatementKind::Label(_) | StatementKind::Either(..));
+        if current.is_within || is_part {
+            return Counted::Part;
+        }
+        if is_kept {
+            current.kept_from.get_or_insert((here, one.line));
+            return Counted::Kept;
+        }
+        let from = current.kept_from.take().map_or(here, |(from, _)| from);
+        // A drawn block with EN is an IF around its call.
+        let covers = current.keeps && matches!(one.kind, StatementKind::If(..));
+        current.is_within |= covers;
+        let at = self.range(from, one.line, &one.text, 1);
+        Counted::Begun { at, covers }
     }
 
-    /// It ends here.
-    pub(super) fn end_counted(&mut self, counted: Option<usize>) {
-        let Some(at) = counted else { return };
-        let end = self.builder.next();
-        self.program().statements.ranges[at].0.end = end;
+    /// Whether a statement only keeps what leads to the next one: not a block that is drawn, whose result is kept, too.
+    fn keeps_a_value(&self, one: &Statement) -> bool {
+        match &one.kind {
+            StatementKind::Keep(_, value) => !matches!(
+                value.kind,
+                ExprKind::Call(_) | ExprKind::Standard(_) | ExprKind::Either(_)
+            ),
+            // The memory of an edge that is drawn.
+            StatementKind::Call(call) => match &call.target {
+                Target::Standard(place, _) | Target::Instance(place, _) => match place.root {
+                    Root::Variable(id) => self.tree.variable(id).is_internal,
+                    _ => false,
+                },
+                _ => false,
+            },
+            StatementKind::CallIf(_, inner) => self.keeps_a_value(inner),
+            _ => false,
+        }
     }
 }

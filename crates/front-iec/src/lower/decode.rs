@@ -132,7 +132,7 @@ impl Lower<'_> {
                 let placed = at.map(|at| self.program_instance(at));
                 own.extend(placed.and_then(Result::ok));
             }
-            self.tasks.push(own);
+            self.routines.tasks.push(own);
         }
     }
 

@@ -2,7 +2,7 @@
 //! Variables with addresses have the bits of these, too, in both ways in which controllers count them.
 
 use super::super::address::bits;
-use super::places::{Context, Instance, Spot};
+use super::places::{Context, Spot};
 use super::{Entry, Lower};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
 use scanbound_iec_tree::tree::{
@@ -20,12 +20,12 @@ const BITS: u16 = u16::MAX - 6;
 const MOST: i64 = 64;
 
 /// Cells, as stretches.
-type Cells = BTreeSet<(Cell, u32)>;
+pub(super) type Cells = BTreeSet<(Cell, u32)>;
 
 /// What code reads and writes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Effects {
-    reads: Cells,
+    pub(super) reads: Cells,
     writes: Cells,
     /// Whether it may do anything.
     anything: bool,
@@ -186,7 +186,7 @@ impl Lower<'_> {
             // Each task has functions of its own.
             let around = std::mem::take(&mut self.effects);
             let mut found = Effects::default();
-            for (task, all) in self.tasks.clone().into_iter().enumerate() {
+            for (task, all) in self.routines.tasks.clone().into_iter().enumerate() {
                 self.routines.task = task;
                 self.effects.clear();
                 for instance in all.into_iter().filter(|_| task != here) {
@@ -278,6 +278,7 @@ impl Lower<'_> {
                     self.of_expr(at, value, found);
                     self.written(at, target, found);
                 }
+                StatementKind::Keep(_, value) => self.of_expr(at, value, found),
                 StatementKind::Copy(target, from) => {
                     self.looked_at(at, from, found);
                     self.written(at, target, found);
@@ -311,6 +312,7 @@ impl Lower<'_> {
                 StatementKind::Exit
                 | StatementKind::Continue
                 | StatementKind::Label(_)
+                | StatementKind::Either(..)
                 | StatementKind::Nothing
                 | StatementKind::Fault(_) => {}
             }
@@ -330,6 +332,10 @@ impl Lower<'_> {
             ExprKind::Call(call) => self.of_call(at, call, found),
             ExprKind::Standard(applied) => self.of_applied(at, applied, found),
             ExprKind::List(all) => all.iter().for_each(|one| self.of_expr(at, one, found)),
+            ExprKind::Either(Some(both)) => {
+                self.of_expr(at, &both.0, found);
+                self.of_expr(at, &both.1, found);
+            }
             _ => {}
         }
     }
@@ -482,7 +488,7 @@ impl Lower<'_> {
     }
 
     /// What a place reads: the cells that it may be, and what its indices read.
-    fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+    pub(super) fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         for index in place.indices() {
             self.of_expr(at, index, found);
         }
@@ -505,6 +511,9 @@ impl Lower<'_> {
 
     /// The cells that a place may be.
     fn cells(&mut self, at: &Context, place: &Place) -> Option<Cells> {
+        if let Root::Temporary(_) = place.root {
+            return Some(Cells::new());
+        }
         let mut spot = self.root(at, place.root, 0).ok()?;
         let mut unit = self.root_unit(at, place.root);
         let mut found = Cells::new();
@@ -514,7 +523,7 @@ impl Lower<'_> {
                 let text = self.tree.address(id).text.clone();
                 add_bits(&text, &spot, &mut found);
             }
-            Root::This | Root::Program(_) => {}
+            Root::This | Root::Program(_) | Root::Temporary(_) => {}
         }
         for step in &place.steps {
             if let Step::Bit(_) = step {
@@ -543,42 +552,6 @@ impl Lower<'_> {
         let tree = self.tree;
         let bodies = tree.lineage(unit).into_iter().map(|unit| tree.unit(unit).body);
         { bodies }.find(|&id| !tree.routine(id).code.is_empty())
-    }
-
-    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
-    /// the last call handed over is meant.
-    pub(super) fn member_names_handed(
-        &mut self,
-        called: (usize, Entry),
-        line: u32,
-    ) -> Result<(), scanbound_iec::fault::Fault> {
-        let tree = self.tree;
-        let Instance { unit, spot } = self.instances[called.0].clone();
-        let both: Vec<VarId> = tree
-            .members(unit)
-            .into_iter()
-            .filter(|&one| tree.variable(one).section == scanbound_iec::Section::InOut)
-            .collect();
-        if both.is_empty() || self.stated_of(called.0, called.1).is_some() {
-            return Ok(());
-        }
-        let effects = self.effects_of(called);
-        for id in both {
-            let Some(part) = self.member(&spot, unit, id) else { continue };
-            let mut own = Effects::default();
-            add(&mut own.reads, part.tag.regions());
-            if own.meets(&effects) {
-                let name = &tree.variable(id).name;
-                let message = format!(
-                    "{name} is handed over in and out, and reached while no call of its instance hands it over"
-                );
-                let help = "copy it to a variable of the block in its body, or hand it over where it is needed";
-                let code = scanbound_base::code::Code::NotModelled;
-                let fault = scanbound_iec::fault::Fault::new(line, message);
-                return Err(fault.code(code).help(help));
-            }
-        }
-        Ok(())
     }
 
     /// Whether a method is executed when instances in a type begin.
@@ -617,13 +590,17 @@ fn each_all<'s>(all: &'s [Statement], found: &mut Vec<&'s Statement>) {
             StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
                 each_all(body, found);
             }
+            StatementKind::Either(_, one, other) => {
+                each_all(one, found);
+                each_all(other, found);
+            }
             StatementKind::CallIf(_, inner) => each_all(std::slice::from_ref(inner), found),
             _ => {}
         }
     }
 }
 
-fn add(found: &mut Cells, regions: Vec<Region>) {
+pub(super) fn add(found: &mut Cells, regions: Vec<Region>) {
     for region in regions {
         if let Region::Range { first, count } = region {
             found.insert((first, count));

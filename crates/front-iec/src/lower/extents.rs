@@ -10,7 +10,7 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::standard::{Function, Simple};
-use scanbound_iec_tree::tree::{Expr, ExprKind};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Root};
 use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::{Step, TimingKey, Write};
 
@@ -113,7 +113,11 @@ impl Lower<'_> {
     pub(super) fn extent(&self, one: &Expr) -> Extent {
         match &one.kind {
             ExprKind::Text(text) => Extent::Characters(characters(text)),
-            ExprKind::Read(_) | ExprKind::Call(_) => self.extent_as(one.ty),
+            ExprKind::Read(place) => match place.root {
+                Root::Temporary(id) => self.kept.extents.get(&id).copied().unwrap_or(Extent::One),
+                _ => self.extent_as(one.ty),
+            },
+            ExprKind::Call(_) => self.extent_as(one.ty),
             ExprKind::Convert(inner) => self.extent(inner),
             ExprKind::Standard(applied) => match &applied.function {
                 Function::Convert { to: Simple::Text, .. } => Extent::Characters(u64::from(TEXT)),

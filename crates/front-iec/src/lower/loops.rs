@@ -124,7 +124,7 @@ impl Lower<'_> {
             _ => false,
         };
         self.assign(at, variable, None, value.clone(), line)?;
-        if self.tasks.len() > 1 && self.others_write(at, variable) {
+        if self.routines.tasks.len() > 1 && self.others_write(at, variable) {
             return Ok(First::Held);
         }
         let known = from.whole().filter(|from| (range.0..=range.1).contains(from));

@@ -1,9 +1,11 @@
 //! The new road: from the typed tree to the program, in one walk. It compares no names.
 
+mod aliases;
 mod calls;
 mod counting;
 mod decode;
 mod effects;
+mod enable;
 mod extents;
 mod loops;
 mod places;
@@ -17,11 +19,13 @@ pub(super) use decode::decode;
 use super::assembler::{Assembler, VARIABLES};
 use super::decode::GivenBack;
 use super::tally::{self, Tally};
+use super::types::Extent;
+use super::value::Value;
 use effects::Effects;
 use places::{Instance, Spot};
 use scanbound_base::facts::StatedCall;
 use scanbound_iec::Project;
-use scanbound_iec_tree::declarations::{AddressId, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
 use scanbound_ir::{Area, AreaKind, Program, Radix, Role, Type};
 use std::collections::BTreeMap;
@@ -67,8 +71,15 @@ struct Lower<'t> {
     given_back: Vec<GivenBack>,
     /// What routines read and write, when it has been asked for.
     effects: BTreeMap<(usize, Entry), Effects>,
-    /// The programs that each task runs: their instances.
-    tasks: Vec<Vec<usize>>,
+    kept: Kept,
+}
+
+/// What the body that is lowered keeps.
+#[derive(Default)]
+struct Kept {
+    values: BTreeMap<TempId, Value>,
+    /// How large they are, of those that are not followed.
+    extents: BTreeMap<TempId, Extent>,
 }
 
 /// The routines of a program while it is lowered.
@@ -80,6 +91,8 @@ struct Routines {
     open: Vec<(usize, usize, Entry)>,
     /// The task whose routines are lowered.
     task: usize,
+    /// The programs that each task runs: their instances.
+    tasks: Vec<Vec<usize>>,
     /// What the programs of the other tasks read and write, by task, when it has been asked for.
     others: BTreeMap<usize, Effects>,
 }
@@ -124,7 +137,7 @@ impl<'t> Lower<'t> {
             routines: Routines::default(),
             given_back: Vec::new(),
             effects: BTreeMap::new(),
-            tasks: Vec::new(),
+            kept: Kept::default(),
         }
     }
 

@@ -7,7 +7,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::PouKind;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::Pin;
-use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
 use scanbound_ir::meaning::{Address, Digits, Term};
@@ -339,6 +339,7 @@ impl<'t> Lower<'t> {
                 Ok(self.instances[instance].spot.clone())
             }
             Root::Address(id) => self.address(id, line),
+            Root::Temporary(id) => Err(self.nothing_kept(id, line)),
         }
     }
 
@@ -382,8 +383,15 @@ impl<'t> Lower<'t> {
             Root::This => Some(self.instances[at.instance].unit),
             Root::Program(number) => Some(self.tree.programs[number].unit),
             Root::Variable(id) => self.unit_of(self.tree.variable(id).ty),
-            Root::Address(_) => None,
+            Root::Address(_) | Root::Temporary(_) => None,
         }
+    }
+
+    /// The fault of a value that no way has kept.
+    pub(super) fn nothing_kept(&self, id: TempId, line: u32) -> Fault {
+        let text = &self.tree.temporaries[id.index()].text;
+        let help = "give all files of the project, or declare it";
+        Fault::new(line, format!("there is no {text}")).code(Code::UnknownName).help(help)
     }
 
     pub(super) fn unit_of(&self, ty: TypeId) -> Option<UnitId> {

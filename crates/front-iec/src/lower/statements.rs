@@ -64,6 +64,8 @@ impl Lower<'_> {
             let carries = self.any_bit(why);
             self.jump(carries.not(), None)
         });
+        self.kept.values.clear();
+        self.kept.extents.clear();
         let around = self.enter_routine(found);
         match &routine.code {
             Code::Statements(all) => self.statements(&context, all, &mut JumpTargets::default()),
@@ -105,7 +107,7 @@ impl Lower<'_> {
             self.at(one.line, &one.text);
             let counted = self.begin_counted(one);
             let done = self.statement(at, one, targets);
-            self.end_counted(counted);
+            self.end_statement(counted);
             if let Err(fault) = done {
                 let fault = if fault.line == 0 { Fault { line: one.line, ..fault } } else { fault };
                 let fault = fault.within(&self.instances[at.instance].spot.name);
@@ -129,6 +131,11 @@ impl Lower<'_> {
                 }
                 let found = self.open_value(at, value)?;
                 self.assign(at, target, Some(value), found, line)
+            }
+            StatementKind::Keep(id, value) => {
+                let found = self.open_value(at, value)?;
+                self.keep(*id, Some(value), found);
+                Ok(())
             }
             StatementKind::Copy(target, from) => {
                 let from = self.find(at, from, line)?;
@@ -190,9 +197,36 @@ impl Lower<'_> {
                 self.landing();
                 Ok(())
             }
+            StatementKind::Either(what, first, second) => {
+                self.either_of(at, what, (first, second), targets);
+                Ok(())
+            }
             StatementKind::Nothing => Ok(()),
             StatementKind::Fault(fault) => Err((**fault).clone()),
         }
+    }
+
+    /// One of two bodies, which have the same statements in different orders: they are counted once.
+    fn either_of(
+        &mut self,
+        at: &Context,
+        what: &'static str,
+        (first, second): (&[Statement], &[Statement]),
+        targets: &mut JumpTargets,
+    ) {
+        let which = self.differs(what);
+        let number = self.tally.current.map(|current| current.next);
+        let skip = self.jump(which.not(), None);
+        self.statements(at, first, targets);
+        let end = self.jump(Logic::Const(true), None);
+        self.land(skip);
+        self.landing();
+        if let (Some(current), Some(number)) = (self.tally.current.as_mut(), number) {
+            current.next = number;
+        }
+        self.statements(at, second, targets);
+        self.land(end);
+        self.landing();
     }
 
     fn latched(
@@ -208,6 +242,8 @@ impl Lower<'_> {
             let help = "assign the value to a variable of its own before";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
+        // The element is looked for before the condition, too, as its type is asked for: it costs as much as that.
+        self.find(at, target, line)?;
         let fires = self.bit(at, condition)?;
         let found = self.find(at, target, line)?;
         let writes = self.writes(found, Value::Bit(Logic::Const(set)), line)?;
@@ -228,7 +264,10 @@ impl Lower<'_> {
         for (number, (condition, body)) in arms.iter().enumerate() {
             let holds = self.bit(at, condition)?;
             let skip = self.jump(holds.not(), jump_key());
+            let before = self.kept.values.clone();
             self.statements(at, body, targets);
+            // What is kept on one way only holds what it held, or nothing, on the other.
+            self.kept.values.extend(before);
             if number + 1 < arms.len() || !otherwise.is_empty() {
                 ends.push(self.jump(Logic::Const(true), jump_key()));
             }

@@ -3,15 +3,16 @@
 use super::super::assembler::Assembler;
 use super::super::expr::{ROUNDED, read, row};
 use super::super::open::{complement, opened, parted};
-use super::super::types::{Kind, Ty, holding};
+use super::super::types::{Extent, Kind, Ty, holding};
 use super::super::value::{Value, constant, is_real, real, within};
 use super::Lower;
 use super::places::{Context, Element, Found, Spot};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::{Purpose, TempId};
 use scanbound_iec_tree::standard::Function;
-use scanbound_iec_tree::tree::{Expr, ExprKind, Place};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root};
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
 use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, Write};
@@ -270,11 +271,27 @@ impl<'t> Lower<'t> {
             }
             ExprKind::Call(call) => self.called(at, call, line)?,
             ExprKind::Standard(applied) => self.applied(at, applied, line)?,
+            ExprKind::Either(None) => Value::Any,
+            ExprKind::Either(Some(both)) => {
+                let one = self.value(at, &both.0)?;
+                let other = self.value(at, &both.1)?;
+                let which = self.differs("a way that forks is not looked at again");
+                self.chosen(which, one, other, line)?
+            }
             ExprKind::Fault(fault) => return Err((**fault).clone()),
         })
     }
 
     fn read(&mut self, at: &Context, place: &Place, line: u32) -> Result<Value, Fault> {
+        if let Root::Temporary(id) = place.root {
+            let known = self.kept.values.get(&id).cloned();
+            let found = known.ok_or_else(|| self.nothing_kept(id, line))?;
+            let purpose = self.tree.temporaries[id.index()].purpose;
+            if matches!(purpose, Purpose::Result | Purpose::Loaded) {
+                self.cost(&["LD"], "contact");
+            }
+            return Ok(found);
+        }
         let found = self.find(at, place, line)?;
         if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
             let message = format!("{} is an instance: as a value it is not followed", place.text);
@@ -490,6 +507,28 @@ impl<'t> Lower<'t> {
         }
     }
 
+    /// Keeps a value for other statements of the body.
+    pub(super) fn keep(&mut self, id: TempId, of: Option<&Expr>, value: Value) {
+        if let (Value::Any, Some(of)) = (&value, of) {
+            let own = self.extent(of);
+            let known = self.kept.extents.get(&id).copied().unwrap_or(Extent::One);
+            self.kept.extents.insert(id, known.larger(own));
+        }
+        let purpose = self.tree.temporaries[id.index()].purpose;
+        if purpose == Purpose::Merged
+            && let Some(known) = self.kept.values.get(&id).cloned()
+        {
+            let merged = self.merged(known, value);
+            self.kept.values.insert(id, merged);
+            return;
+        }
+        if purpose == Purpose::Result {
+            self.cost(&["ST"], "move");
+        }
+        let kept = self.stored(value, purpose == Purpose::Merged);
+        self.kept.values.insert(id, kept);
+    }
+
     /// Writes a value where a path leads; charged as a store.
     pub(super) fn assign(
         &mut self,
@@ -499,6 +538,10 @@ impl<'t> Lower<'t> {
         value: Value,
         line: u32,
     ) -> Result<(), Fault> {
+        if let Root::Temporary(id) = target.root {
+            self.keep(id, of, value);
+            return Ok(());
+        }
         let found = self.find(at, target, line)?;
         self.assign_found(found, of, value, line)
     }

@@ -233,6 +233,13 @@ impl Resolver<'_> {
         variable.map(Parameter::Variable)
     }
 
+    fn parameter_type(&self, parameter: Parameter) -> TypeId {
+        match parameter {
+            Parameter::Pin(pin) => self.tree.types.elementary(pin.of()),
+            Parameter::Variable(id) => self.tree.variable(id).ty,
+        }
+    }
+
     fn callee_name(&self, callee: Callee) -> &str {
         match callee {
             Callee::Unit(unit) | Callee::Base(unit) | Callee::Named(unit) => {
@@ -275,7 +282,8 @@ impl Resolver<'_> {
                 let Some(parameter) = parameter else { continue };
                 let passed = match taken(&one.value) {
                     Some((path, negated)) => {
-                        Passed::Output(self.place(scope, path, line)?, negated)
+                        let ty = self.parameter_type(parameter);
+                        Passed::Output(self.target(scope, path, ty, line)?, negated)
                     }
                     None => Passed::Dropped,
                 };
@@ -308,7 +316,9 @@ impl Resolver<'_> {
             Parameter::Variable(id) => self.tree.variable(id),
         };
         let (ty, section, name) = (variable.ty, variable.section, variable.name.clone());
-        if let ExprKind::Read(place) = &value.kind {
+        if let ExprKind::Read(place) = &value.kind
+            && !matches!(place.root, Root::Temporary(_))
+        {
             self.has_own_type(&name, ty, place.ty, line)?;
         }
         Ok(match section {
@@ -373,7 +383,8 @@ impl Resolver<'_> {
         if let Some(one) = given.iter().find(|one| one.is_output && is_named(one, "ENO"))
             && let Some((path, negated)) = taken(&one.value)
         {
-            found.result = Some((self.place(scope, path, line)?, negated));
+            let bool = self.bool();
+            found.result = Some((self.target(scope, path, bool, line)?, negated));
         }
         Ok(found)
     }
@@ -484,7 +495,8 @@ impl Resolver<'_> {
             if let ast::Expr::Variable(path) = &one.value
                 && !path.first.is_empty()
             {
-                outputs.push(self.place(scope, path, line)?);
+                let unknown = self.unknown();
+                outputs.push(self.target(scope, path, unknown, line)?);
             }
         }
         let types: Vec<TypeId> = match &order {

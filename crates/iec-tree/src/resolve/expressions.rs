@@ -1,7 +1,7 @@
 //! Expressions with their types.
 
 use super::paths::Found;
-use super::{Resolver, Scope, not_yet};
+use super::{Resolver, Scope};
 use crate::standard::{beside, operated};
 use crate::tree::{Expr, ExprKind, Place};
 use crate::types::{Elementary, Kind, Type, TypeId};
@@ -49,8 +49,21 @@ impl Resolver<'_> {
                 let right = self.expression(scope, right, line);
                 return Ok(self.operation(*operator, left, right));
             }
-            ast::Expr::Call(path, _) if path.first == EITHER || path.first.starts_with('~') => {
-                return Err(not_yet(line, "alternatives of drawings"));
+            ast::Expr::Call(path, given) if path.first == EITHER => {
+                let [one, other] = &given[..] else {
+                    let ty = self.unknown();
+                    return Ok(Expr { kind: ExprKind::Either(None), ty, line });
+                };
+                let one = self.expression(scope, &one.value, line);
+                let other = self.expression(scope, &other.value, line);
+                let ty = crate::standard::meeting(&mut self.tree.types, one.ty, other.ty);
+                (ExprKind::Either(Some(Box::new((one, other)))), ty)
+            }
+            // What a drawing says and cannot be read: it may be anything, and take any time.
+            ast::Expr::Call(path, given) if path.first.starts_with('~') => {
+                let why = given.first().map_or_else(String::new, |why| show::expr(&why.value));
+                let told = format!("a condition cannot be read: {why}");
+                return Err(Fault::new(line, told).code(Code::NotModelled));
             }
             ast::Expr::Call(path, given) => return self.called(scope, path, given, line),
         };

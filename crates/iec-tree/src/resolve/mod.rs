@@ -9,7 +9,7 @@ mod types;
 
 use crate::constants::Constants;
 use crate::declarations::{
-    Code, First, Owner, Routine, RoutineId, RoutineKind, Unit, UnitId, VarId, Variable,
+    Code, First, Owner, Routine, RoutineId, RoutineKind, TempId, Unit, UnitId, VarId, Variable,
 };
 use crate::tree::{Connected, Expr, ExprKind, Pair, ProgramInstance, Tree};
 use crate::types::{Type, TypeId};
@@ -17,9 +17,7 @@ use index::Index;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{
-    Body, Language, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same,
-};
+use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
 use std::collections::BTreeMap;
 
 /// What the new road does not know yet.
@@ -40,6 +38,7 @@ pub fn tree(project: &Project) -> Tree {
         tree: Tree::default(),
         index: Index::new(project),
         gives_parts: gives_parts(project),
+        kept: ByName::new(),
     };
     own.declare();
     own.initial_values();
@@ -65,6 +64,8 @@ struct Resolver<'p> {
     tree: Tree,
     index: Index,
     gives_parts: bool,
+    /// The values that the body keeps, by the names that its reader gave them.
+    kept: ByName<TempId>,
 }
 
 /// Where names are looked for.
@@ -235,6 +236,7 @@ impl<'p> Resolver<'p> {
             at: one.at.clone(),
             constant: one.constant,
             retain: one.retain,
+            is_internal: one.name.starts_with('~'),
             line: one.line,
         });
         let id = VarId::at(self.tree.variables.len() - 1);
@@ -330,11 +332,7 @@ impl<'p> Resolver<'p> {
     fn code(&mut self, scope: Scope, id: RoutineId, body: &Body) {
         let line = self.tree.routine(id).line;
         let code = match body {
-            Body::Code(Language::St, statements) => {
-                Code::Statements(self.body(scope, statements, line))
-            }
-            Body::Code(_, statements) if statements.is_empty() => Code::Statements(Vec::new()),
-            Body::Code(language, _) => Code::Unread(not_yet(line, language.name())),
+            Body::Code(_, statements) => Code::Statements(self.body(scope, statements, line)),
             Body::Chart(_) => Code::Unread(not_yet(line, "charts")),
             Body::Unread(language, fault) => {
                 let mut fault = fault.clone();

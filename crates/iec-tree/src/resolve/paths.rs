@@ -1,7 +1,7 @@
 //! What paths mean: variables and parts of them, or constants.
 
 use super::{Declared, Resolver, Scope, not_yet, unknown_name};
-use crate::declarations::{Address, AddressId, Owner, UnitId, VarId};
+use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
 use crate::tree::{Expr, ExprKind, Place, Root, Step};
 use crate::types::{Elementary, Kind, Type, TypeId, holding};
 use scanbound_base::code::Code;
@@ -25,7 +25,13 @@ impl Resolver<'_> {
     /// What a path means.
     pub(super) fn path(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Found, Fault> {
         if path.first.starts_with('~') && self.own_variable(scope, &path.first).is_none() {
-            return Err(not_yet(line, "values that drawings keep"));
+            return match self.kept.get(&path.first) {
+                Some(&id) if path.rest.is_empty() => {
+                    let start = start(Root::Temporary(id), self.tree.temporaries[id.index()].ty);
+                    Ok(Found::Place(Place { text: show::path(path).into(), ..start }))
+                }
+                _ => Err(unknown_name(line, &show::path(path))),
+            };
         }
         let rest = &path.rest[..];
         if is_this(&path.first) {
@@ -79,6 +85,44 @@ impl Resolver<'_> {
             return self.follow(scope, start, rest, path, line);
         }
         Err(self.not_declared(scope, path, line))
+    }
+
+    /// Where a value of a type goes: a variable, or what a list or a drawing keeps.
+    pub(super) fn target(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        ty: TypeId,
+        line: u32,
+    ) -> Result<Place, Fault> {
+        if self.keeps(scope, path) {
+            self.temporary(&path.first, ty);
+        }
+        self.place(scope, path, line)
+    }
+
+    /// Whether a path is the name under which a list or a drawing keeps a value.
+    pub(super) fn keeps(&self, scope: Scope, path: &Path) -> bool {
+        path.first.starts_with('~')
+            && path.rest.is_empty()
+            && self.own_variable(scope, &path.first).is_none()
+    }
+
+    /// The value that is kept under a name.
+    pub(super) fn temporary(&mut self, name: &str, ty: TypeId) -> TempId {
+        if let Some(&known) = self.kept.get(name) {
+            return known;
+        }
+        let purpose = match name {
+            name if name.starts_with(ast::RESULT) => Purpose::Result,
+            name if name.starts_with(ast::LOADED) => Purpose::Loaded,
+            name if name.starts_with(scanbound_iec::parse::MERGED) => Purpose::Merged,
+            _ => Purpose::Between,
+        };
+        self.tree.temporaries.push(Temporary { purpose, ty, text: name.to_owned() });
+        let id = TempId::at(self.tree.temporaries.len() - 1);
+        self.kept.insert(name.to_owned(), id);
+        id
     }
 
     /// A whole number without a type of its own.

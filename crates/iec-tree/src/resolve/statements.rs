@@ -34,6 +34,7 @@ impl Resolver<'_> {
         line: u32,
     ) -> Vec<Statement> {
         let mut labels = Labels::default();
+        self.kept.clear();
         let mut found = self.statements(scope, all, &mut labels);
         for (name, number) in &labels.numbers {
             if !labels.passed.contains(number) {
@@ -73,24 +74,37 @@ impl Resolver<'_> {
     ) -> Result<StatementKind, Fault> {
         let line = one.line;
         Ok(match &one.kind {
+            Kind::Assign(target, value) if self.keeps(scope, target) => {
+                let value = self.expression(scope, value, line);
+                if let ExprKind::Fault(fault) = value.kind {
+                    return Err(*fault);
+                }
+                StatementKind::Keep(self.temporary(&target.first, value.ty), value)
+            }
             Kind::Assign(target, value) => {
                 let target = self.place(scope, target, line)?;
                 let value = self.expression(scope, value, line);
                 self.assigned(target, value, line)?
             }
-            Kind::Latch(target, set, condition) => {
-                let target = self.place(scope, target, line)?;
-                let condition = self.expression(scope, condition, line);
+            Kind::Latch(path, set, condition) => {
+                let target = self.place(scope, path, line)?;
                 match self.tree.types.get(target.ty) {
+                    // S and R of an instruction list call an instance with its input of that name.
                     Type::Block(_) | Type::Standard(_) => {
-                        return Err(not_yet(line, "S and R of instances"));
+                        let name = Some(if *set { "S" } else { "R" }.to_owned());
+                        let value = condition.clone();
+                        let given = ast::Argument { name, is_output: false, value };
+                        return self.call_statement(scope, path, &[given], line);
                     }
                     Type::Elementary(of) if of.kind().is_some() => {
-                        let told = "a number is not set or reset";
+                        let told =
+                            format!("{} is a number, which is not set or reset", target.text);
                         return Err(Fault::new(line, told).code(Code::Operand));
                     }
-                    _ => StatementKind::Latch(target, *set, condition),
+                    _ => {}
                 }
+                let condition = self.expression(scope, condition, line);
+                StatementKind::Latch(target, *set, condition)
             }
             Kind::Call(target, given) => self.call_statement(scope, target, given, line)?,
             Kind::CallIf(condition, target, given) => {
@@ -167,7 +181,10 @@ impl Resolver<'_> {
                 return Err(Fault::new(line, what.clone()).code(Code::NotModelled));
             }
             Kind::Refer(..) => return Err(not_yet(line, "references and pointers")),
-            Kind::Either(..) => return Err(not_yet(line, "alternatives of drawings")),
+            Kind::Either(what, one, other) => {
+                let one = self.statements(scope, one, labels);
+                StatementKind::Either(what, one, self.statements(scope, other, labels))
+            }
             Kind::Foreign(..) => return Err(not_yet(line, "code of other languages")),
         })
     }

@@ -1,0 +1,125 @@
+//! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
+//! They are followed as copies that are given back, so a call in which one variable has two names is refused.
+
+use super::effects::{Effects, add};
+use super::places::{Context, Instance};
+use super::{Entry, Lower};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::Section;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::VarId;
+use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Parameter, Passed, Place};
+
+impl Lower<'_> {
+    /// Refuses a call that hands over a variable which what is called also reaches by another name.
+    pub(super) fn has_one_name(
+        &mut self,
+        at: &Context,
+        called: (usize, Entry),
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        for (parameter, _) in &call.passed {
+            if let Parameter::Variable(id) = parameter
+                && tree.variable(*id).section == Section::InOut
+                && self.has_charts(tree.variable(*id).ty)
+            {
+                let message = format!(
+                    "{} is handed over in and out, and has a chart, whose state is not followed there",
+                    tree.variable(*id).name
+                );
+                let help = "call the instance where it is declared";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+        }
+        let mut handed: Vec<&Place> = Vec::new();
+        let mut taken: Vec<&Place> = Vec::new();
+        for (_, passed) in &call.passed {
+            match passed {
+                Passed::InOut(one) => match &one.unconverted().kind {
+                    ExprKind::Read(place) => handed.push(place),
+                    _ => {}
+                },
+                Passed::Output(place, _) => taken.push(place),
+                _ => {}
+            }
+        }
+        if handed.is_empty() && taken.iter().all(|place| place.indices().next().is_none()) {
+            return Ok(());
+        }
+        let within = self.effects_of(called);
+        for place in handed.iter().chain(&taken) {
+            // Where an element is looked for may be settled before the call or behind it.
+            let indices: Vec<&Expr> =
+                place.indices().filter(|index| index.whole().is_none()).collect();
+            let mut moved = false;
+            for index in indices {
+                let mut looked = Effects::default();
+                self.of_expr(at, index, &mut looked);
+                let mut changed = Effects::default();
+                for other in handed.iter().chain(&taken) {
+                    self.written(at, other, &mut changed);
+                }
+                moved |=
+                    self.calls_own(index) || within.changes(&looked) || changed.changes(&looked);
+            }
+            if moved {
+                let message = format!("what {} means may change while the call runs", place.text);
+                let help = "assign the index or the address to a variable that nothing else writes";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+        }
+        let mut before = Effects::default();
+        for place in handed {
+            let mut own = Effects::default();
+            self.written(at, place, &mut own);
+            if own.meets(&before) || own.meets(&within) {
+                let message = format!(
+                    "{} is handed over in and out, and what is called may reach it by another name",
+                    place.text
+                );
+                let help = "hand over a variable of its own, and assign it before and after";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+            }
+            before.join(&own);
+        }
+        Ok(())
+    }
+
+    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
+    /// the last call handed over is meant.
+    pub(super) fn member_names_handed(
+        &mut self,
+        called: (usize, Entry),
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        let Instance { unit, spot } = self.instances[called.0].clone();
+        let both: Vec<VarId> = tree
+            .members(unit)
+            .into_iter()
+            .filter(|&one| tree.variable(one).section == Section::InOut)
+            .collect();
+        if both.is_empty() || self.stated_of(called.0, called.1).is_some() {
+            return Ok(());
+        }
+        let effects = self.effects_of(called);
+        for id in both {
+            let Some(part) = self.member(&spot, unit, id) else { continue };
+            let mut own = Effects::default();
+            add(&mut own.reads, part.tag.regions());
+            if own.meets(&effects) {
+                let name = &tree.variable(id).name;
+                let message = format!(
+                    "{name} is handed over in and out, and reached while no call of its instance hands it over"
+                );
+                let help = "copy it to a variable of the block in its body, or hand it over where it is needed";
+                let code = FaultCode::NotModelled;
+                let fault = Fault::new(line, message);
+                return Err(fault.code(code).help(help));
+            }
+        }
+        Ok(())
+    }
+}
