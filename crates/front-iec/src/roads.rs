@@ -179,9 +179,9 @@ impl<'p> Shown<'p> {
             let choice = scanbound_ir::ChoiceId(number);
             let own = (
                 self.program.kinds.get(&choice),
-                self.program.followed.contains(&choice),
-                self.program.statements.unsettled.contains(&choice),
-                self.program.timekeeping.uncounted.contains(&choice),
+                self.program.always_followed.contains(&choice),
+                self.program.statements.undefined_by_language.contains(&choice),
+                self.program.timekeeping.untracked.contains(&choice),
             );
             let text = format!("meaning {own:?}");
             self.push(&text);

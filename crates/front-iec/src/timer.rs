@@ -5,12 +5,8 @@ use super::memory::{all, any, set};
 use super::value::constant;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
-<<<<<<< HEAD
-use scanbound_ir::timers::Expiry;
-=======
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
-use scanbound_ir::timed::Expiry;
->>>>>>> f649122 (Lower text programs by the typed tree, beside the old road and switched off)
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, Step,
     WordSource, WordTarget, Write,

@@ -17,7 +17,7 @@ use scanbound_iec_tree::tree::{
 };
 use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
@@ -440,7 +440,7 @@ impl Lower<'_> {
     fn unless(&mut self, words: &[scanbound_ir::WordSource], number: i64) -> usize {
         let own = Compare {
             relation: Relation::Equal,
-            reading: Reading::Signed,
+            format: NumberFormat::Signed,
             left: Number::Words(words.to_vec()),
             right: constant(number, 2),
         };

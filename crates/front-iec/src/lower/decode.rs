@@ -13,7 +13,7 @@ use super::places::{Context, Found, Instance};
 use super::{Entry, Lower, Options};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::{StatedCall, plain};
+use scanbound_base::facts::{StatedCall, normalized};
 use scanbound_base::location::Location;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
@@ -21,7 +21,7 @@ use scanbound_iec::{PouKind, Project, Section, Task, same};
 use scanbound_iec_tree::declarations::RoutineKind;
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter};
-use scanbound_ir::{Absent, Program, Region, Step, Write, flow};
+use scanbound_ir::{MissingRoutine, Program, Region, Step, Write, flow};
 
 /// What a project means.
 ///
@@ -41,7 +41,7 @@ pub(in super::super) fn decode(
     let options = Options {
         calls: asked.facts.calls.clone(),
         stated_turns: asked.facts.counts.clone(),
-        is_incomplete: asked.incomplete,
+        is_incomplete: asked.absent_calls_take_no_time,
     };
     let mut own = Lower::new(project, &tree, dialect, options);
     own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
@@ -113,7 +113,7 @@ impl Lower<'_> {
         let gives = super::super::decode::gives_parts_apart(project);
         let (mut known, values) = self.power_up(gives, begins);
         // What shares memory begins with what either of them declares.
-        known.cleared.retain(|own| !shared.iter().any(|one| flow::meet(*own, *one)));
+        known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));
         known.latched = merged(known.latched);
         self.assembler().note_first_values(first, values, &shared, &mut known);
         known.inputs = merged(known.inputs);
@@ -298,9 +298,9 @@ impl Lower<'_> {
         let begin = self.assembler().builder.add(None, effects, Step::Nothing);
         let why = format!("what {} gives may be any value: only its time is stated", stated.name);
         self.program().approximate(begin, why);
-        let (name, time) = (plain(&stated.name), stated.time);
-        let absent = Absent { name, entry: begin, time, stated: true, declared: true };
-        self.program().absent.push(absent);
+        let (name, time) = (normalized(&stated.name), stated.time);
+        let absent = MissingRoutine { name, entry: begin, time, stated: true, declared: true };
+        self.program().missing_routines.push(absent);
         self.assembler().builder.add(None, Vec::new(), Step::Return);
         true
     }
@@ -312,7 +312,7 @@ impl Lower<'_> {
         entry: Entry,
     ) -> Option<(usize, u32, StatedCall)> {
         let tree = self.tree;
-        let stated = |name: &str| self.options.calls.get(&plain(name)).cloned();
+        let stated = |name: &str| self.options.calls.get(&normalized(name)).cloned();
         let own = self.instances[instance].unit;
         let from = match entry {
             Entry::Body => own,
@@ -415,7 +415,7 @@ impl Lower<'_> {
         }
         let file = u32::try_from(file).unwrap_or(u32::MAX);
         let place = Location { file, line, step: None };
-        let known = &mut self.program().bodiless;
+        let known = &mut self.program().without_body;
         if known.iter().all(|(own, _)| *own != name) {
             known.push((name, place));
         }

@@ -60,7 +60,7 @@ impl Effects {
     fn lasting(mut self, own: &[Region]) -> Effects {
         let lasts = |&(first, count): &(Cell, u32)| {
             let region = Region::Range { first, count };
-            !own.iter().any(|own| scanbound_ir::flow::meet(*own, region))
+            !own.iter().any(|own| scanbound_ir::flow::overlap(*own, region))
         };
         self.reads.retain(lasts);
         self.writes.retain(lasts);

@@ -16,7 +16,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{
     Expr, ExprKind, ForLoop, Place, Statement, StatementKind, each_statement,
 };
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation, WordSource, WordTarget, Write};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource, WordTarget, Write};
 
 /// With which value a loop begins.
 enum First {
@@ -153,7 +153,7 @@ impl Lower<'_> {
         if turns.least == 0 {
             goes_back.push(Logic::Compare(Box::new(Compare {
                 relation: Relation::Greater,
-                reading: Reading::Signed,
+                format: NumberFormat::Signed,
                 left: Number::Words(vec![turns.count]),
                 right: constant(0, 1),
             })));

@@ -116,7 +116,7 @@ impl<'t> Lower<'t> {
         let area = |name: &str, kind, role| Area { role, ..Area::new(name, kind, Radix::Decimal) };
         let mut program = Program { dialect: dialect.to_owned(), ..Program::default() };
         for (name, role) in
-            [("variable ", Role::Memory), ("chart ", Role::Memory), ("value ", Role::Hidden)]
+            [("variable ", Role::Memory), ("chart ", Role::Memory), ("value ", Role::Internal)]
         {
             program.areas.push(area(name, AreaKind::Bit, role));
             program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));

@@ -10,7 +10,7 @@ use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
-use scanbound_ir::meaning::{Address, Digits, Term};
+use scanbound_ir::meaning::{Address, IntegerFormat, Term};
 use scanbound_ir::{Cell, Region, Tag, Type, WordSource};
 use std::sync::Arc;
 
@@ -78,8 +78,8 @@ impl Element {
         let side = usize::from(!is_bit);
         let term = |(words, sizes): &(Vec<WordSource>, [i64; 2])| Term {
             words: words.clone(),
-            reading: Digits::Signed,
-            times: sizes[side],
+            format: IntegerFormat::Signed,
+            factor: sizes[side],
         };
         let terms = self.terms.iter().map(term).collect();
         Some(Address::within(first, count, self.base[side] + offset, terms))

@@ -13,7 +13,7 @@ use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::standard::{Function, Shift, Simple};
 use scanbound_iec_tree::tree::{Applied, Expr};
-use scanbound_ir::{Compare, Logic, Number, Reading, Relation, Step};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
 
 /// A type that a conversion names.
 fn ty(of: Simple) -> Ty {
@@ -297,7 +297,7 @@ impl Assembler {
         let zero = || constant(0, kind.words());
         let negative = Logic::Compare(Box::new(Compare {
             relation: Relation::Less,
-            reading: if kind.is_signed() { Reading::Signed } else { Reading::Unsigned },
+            format: if kind.is_signed() { NumberFormat::Signed } else { NumberFormat::Unsigned },
             left: number.clone(),
             right: zero(),
         }));

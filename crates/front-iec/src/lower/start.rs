@@ -189,7 +189,7 @@ impl Lower<'_> {
     fn latch_within(&self, known: &mut PowerUp) {
         let regions = super::super::decode::merged(self.retained_regions());
         let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
-        let own = own.filter(|own| regions.iter().any(|one| flow::meet(**own, *one)));
+        let own = own.filter(|own| regions.iter().any(|one| flow::overlap(**own, *one)));
         known.latched.extend(own.copied().collect::<Vec<_>>());
     }
 }

@@ -343,7 +343,7 @@ impl<'t> Lower<'t> {
         let (cell, choice) = (self.bit_between(), self.builder.choice());
         let outputs = vec![Target::Bits(vec![BitTarget::Cell(cell)])];
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![run], outputs };
-        self.builder.followed(choice, meaning);
+        self.builder.define_followed(choice, meaning);
         self.write(vec![Write::Havoc(Region::Range { first: cell, count: 1 }, choice)]);
         Value::Bit(Logic::cell(cell))
     }
@@ -660,7 +660,7 @@ impl<'t> Lower<'t> {
             _ => return Ok(Vec::new()),
         };
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
-        self.builder.followed(choice, meaning);
+        self.builder.define_followed(choice, meaning);
         Ok(vec![Write::Havoc(Region::Range { first, count }, choice)])
     }
 }
