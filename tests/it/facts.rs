@@ -118,7 +118,11 @@ fn omrons_subroutines_are_stated_by_their_numbers() {
         Ok::<_, String>((bound.upper.0 - bound.overhead.0) / 1_000_000)
     };
     let program = "LD 00000; SBS(91) 010; LD 01000; Op1; END(01)";
-    assert!(us(program, "").expect_err("refused").contains("subroutine 10 is not in the project"));
+    assert!(
+        us(program, "")
+            .expect_err("refused")
+            .contains("subroutine 10 does not exist in the project")
+    );
     for stated in ["SBN10", "'SBN 010'", "sbn010"] {
         let facts = format!("[calls]\n{stated} = {{ time = '5us', writes = ['01000'] }}");
         assert_eq!(us(program, &facts), Ok(8), "{stated}");

@@ -142,7 +142,7 @@ fn a_range_at_the_start_limits_no_count_that_the_program_writes() {
     for device in ["X0", "M5", "QQ7", "K4M0", "D0Z1"] {
         let facts = Facts { ranges: [(device.to_owned(), (0, 1))].into(), ..Facts::default() };
         let told = decoded(Family::Q, &[("MAIN", "LD X0; Op1; END")], &facts).expect_err("no word");
-        assert!(told.contains("which is no word"), "{told}");
+        assert!(told.contains("but is not a word"), "{told}");
     }
 }
 

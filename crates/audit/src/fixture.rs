@@ -212,8 +212,8 @@ pub fn fixture() -> Audit {
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),
-            (9, "MUL D1 D2 D3", "what MUL writes is taken as any value"),
-            (11, "BCD D1 D2", "what BCD writes is taken as any value"),
+            (9, "MUL D1 D2 D3", "what MUL writes may have any value"),
+            (11, "BCD D1 D2", "what BCD writes may have any value"),
         ]
         .map(|(line, instruction, what)| ApproximationUse {
             at: Location { file: 0, line, step: None },

@@ -1,5 +1,4 @@
-//! The catalog of application instructions: each one's operands, timing class and effect, read from
-//! `catalog.csv`.
+//! The catalog of application instructions in `catalog.csv`: their operands, timing class and effect.
 
 use std::borrow::Cow;
 use std::sync::LazyLock;
@@ -11,8 +10,8 @@ use serde::de::value::{self, StrDeserializer};
 use scanbound_front::catalog::{self, Catalog, Line, Row};
 pub(crate) use scanbound_front::catalog::{Amount, Extent};
 
-/// What the MELSEC catalog adds to the language of catalogs: the role `a`, and the column `pulse`: `P` where the
-/// instruction has a pulse form.
+/// The extensions of the MELSEC catalog: the role `a`, and the column `pulse`, which contains `P` if the instruction has a
+/// pulse form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Vocabulary;
 
@@ -39,14 +38,14 @@ impl catalog::Vocabulary for Vocabulary {
     }
 }
 
-/// An output that pulses are put out to; where it is no bit, an axis whose parameters name outputs: any Y.
+/// The role `a`: an output for pulses. If it is not a bit, it is an axis, whose parameters select an output: any Y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Axis;
 
-/// The columns of its own.
+/// The values of the MELSEC columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Extra {
-    /// Whether a pulse form exists.
+    /// Whether the instruction has a pulse form.
     pub(crate) pulse: bool,
 }
 
@@ -54,93 +53,93 @@ pub(crate) struct Extra {
 pub(crate) type Role = catalog::Role<Axis>;
 /// One operand of an instruction.
 pub(crate) type Operand = catalog::Operand<Axis>;
-/// One form of an instruction; its name is without the pulse suffix.
+/// One form of an instruction, with its name without the pulse suffix.
 pub(crate) type Entry = Row<Vocabulary>;
 
 /// What an instruction does to its destinations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Operation {
-    /// They take any value when it is executed.
+    /// They get any value when it fires.
     Havoc,
-    /// They may take any value whether its condition is true or false.
+    /// They may get any value whether its condition is true or false.
     HavocAlways,
-    /// They may take any value at any moment, even between scans of the instruction: it starts something
-    /// that runs beside the program.
+    /// They may get any value at any moment, even later than this scan: the instruction starts something that runs in parallel
+    /// with the program.
     HavocAnytime,
-    /// It writes no device; it needs a condition.
+    /// It writes no device, and needs a condition.
     Nothing,
     /// It writes no device and needs no condition.
     Free,
-    /// The first operand's words go to the second, all read before any is written.
+    /// Copies the words of the first operand to the second. All are read before any is written.
     Copy,
-    /// The first operand goes to each of the counted units of the second.
+    /// Copies the first operand to each counted unit of the second.
     Fill,
-    /// Sum: of the two sources, or of destination and source.
+    /// Adds the two sources, or destination and source.
     Add,
-    /// Difference: first source minus second, or destination minus source.
+    /// Subtracts: first source minus second, or destination minus source.
     Subtract,
-    /// One more.
+    /// Adds one.
     Increment,
-    /// One less.
+    /// Subtracts one.
     Decrement,
-    /// Bitwise and, as `Add`.
+    /// Bitwise AND; operands as for `Add`.
     WordAnd,
-    /// Bitwise or, as `Add`.
+    /// Bitwise OR; operands as for `Add`.
     WordOr,
-    /// Bitwise exclusive or, as `Add`.
+    /// Bitwise exclusive OR; operands as for `Add`.
     WordXor,
-    /// Bitwise equivalence, as `Add`.
+    /// Bitwise exclusive NOR; operands as for `Add`.
     WordXnr,
-    /// Every bit of the source inverted.
+    /// Inverts every bit of the source.
     WordNot,
-    /// The negative of the operand, two's complement.
+    /// Negates the operand (two's complement).
     Negate,
-    /// The operands change places.
+    /// Exchanges the operands.
     Exchange,
-    /// The bytes of each word change places.
+    /// Exchanges the two bytes of each word.
     Swap,
-    /// Zero, from the first operand on as far as its extent.
+    /// Clears the first operand over its whole extent.
     Clear,
-    /// Zero, from the first operand's device to the second's.
+    /// Clears all devices from the first operand to the second.
     ClearRange,
-    /// Sets the bit of the first operand whose number is the second (its low four bits).
+    /// Sets the bit of the first operand whose number is the second operand (its low four bits).
     SetBit,
-    /// Clears that bit.
+    /// Clears this bit.
     ResetBit,
     /// The bit takes the value of the bit before it, which is cleared.
     ShiftOne,
-    /// The bit is inverted.
+    /// Inverts the bit.
     Alternate,
-    /// Each of the counted units takes the place of the next higher one; the lowest becomes zero.
+    /// Moves each counted unit to the next higher number; the lowest becomes zero.
     SlideUp,
-    /// Each takes the place of the next lower one; the highest becomes zero.
+    /// Moves each counted unit to the next lower number; the highest becomes zero.
     SlideDown,
-    /// Each of the counted units of the third operand is worked out from those of the first two at its place.
+    /// Computes each counted unit of the third operand from those of the first two at the same position.
     Pairwise,
-    /// The second operand takes a text and a closing NUL.
+    /// Stores a text and a closing NUL in the second operand.
     Text,
-    /// Three bits: whether the first operand is larger than the second, equal, smaller.
+    /// Sets three bits: the first operand is larger than the second, equal, smaller.
     Order,
 }
 
-/// An instruction that the catalog holds.
+/// The catalog's answer for a mnemonic.
 #[derive(Debug, Clone)]
-pub struct Found {
-    /// Its entry.
+pub struct CatalogMatch {
+    /// The row.
     pub entry: Cow<'static, Entry>,
-    /// Whether its pulse form was written: it is executed at its condition's rising edge.
+    /// Whether the mnemonic is the pulse form, which executes on the rising edge of its condition.
     pub pulsed: bool,
 }
 
-/// Why no entry was found.
+/// Why the catalog has no row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotFound {
-    /// There is no such mnemonic.
+    /// It does not have the mnemonic.
     Unknown,
-    /// The mnemonic takes other numbers of operands.
+    /// The mnemonic takes another number of operands.
     OperandCount {
-        /// Which, ascending.
+        /// The numbers that it takes, in ascending order.
         expected: Vec<usize>,
     },
 }
@@ -149,14 +148,14 @@ pub enum NotFound {
 static CATALOG: LazyLock<Catalog<Vocabulary>> =
     LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
 
-/// Any area, where an entry lists what may be written besides.
+/// All areas, in the column `also`.
 pub const EVERYWHERE: &str = "*";
-/// What begins the names of instructions that modules and networks bring.
+/// Prefixes of the dedicated instructions of modules and networks.
 const DEDICATED: [&str; 12] =
     ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP.", "M.", "MP."];
-/// What of those, whatever the digits behind, writes no device of its own station but the operands: messages to and
-/// from other stations and modules, sockets, files, positioning, other CPUs, the clock. Sorted.
-const KEPT_TO_OPERANDS: [&str; 75] = [
+/// Dedicated instructions (without a number at the end) that write no device of their own station except their operands:
+/// messages to and from other stations and modules, sockets, files, positioning, other CPUs, the clock. Sorted.
+const WRITES_ONLY_OPERANDS: [&str; 75] = [
     "ABRST", "BBLKRD", "BBLKWR", "BIDIN", "BIDOUT", "BUFRCVS", "CCPASET", "CHGA", "CHGAS", "CHGT",
     "CHGV", "CHGVS", "CSET", "DATE+", "DATE-", "DATERD", "DDRD", "DDWR", "DEVLD", "DEVST", "FREAD",
     "FWRITE", "GETE", "GINT", "MBREQ", "MBRW", "MRECV", "MSEND", "OFFGAN", "OGLOAD", "OGSTOR",
@@ -166,27 +165,27 @@ const KEPT_TO_OPERANDS: [&str; 75] = [
     "SOCRDATA", "SOCRMODE", "SOCSND", "SPBUSY", "SREAD", "SVST", "SWRITE", "TEACH", "TO", "UINI",
     "WRITE", "ZNFR", "ZNRD", "ZNTO", "ZNWR",
 ];
-/// The class of those.
+/// The timing class of dedicated instructions.
 const DEDICATED_CLASS: &str = "dedicated";
-/// Those that have ended when the next instruction begins. What others are asked for is delivered at some later moment.
-const AT_ONCE: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
-/// No dedicated instruction moves more words, but those of files: what MRECV of an Ethernet module receives (QJ71E71
+/// Dedicated instructions that finish before the next instruction. The results of the others arrive later.
+const SYNCHRONOUS: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
+/// The largest number of words that a dedicated instruction moves, except file access: MRECV of an Ethernet module (QJ71E71
 /// manual).
 const DEDICATED_WORDS: u64 = 6517;
-/// Instructions of files, and the words that these move: as many as their control data say.
+/// File access instructions; their control data say how many words they move.
 const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
 const FILE_WORDS: u64 = 65_535;
-/// A mnemonic is worth suggesting if a letter in so many would have to change.
+/// A mnemonic is suggested only if at most one letter in this many would have to change.
 const LETTERS_PER_SLIP: usize = 3;
 
-/// The entry of an instruction with so many operands. A dedicated instruction that is not listed gets an
-/// entry by which each operand is read and written as far as its area reaches, and, where what it does is not
-/// known from its name either, every other device may be written as well.
+/// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up one:
+/// each operand is read and written up to the end of its area, and, unless the name tells what it does, every other device
+/// may be written too.
 ///
 /// # Errors
 ///
-/// The mnemonic is unknown, or known with other numbers of operands only.
-pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
+/// The mnemonic is unknown, or takes another number of operands.
+pub fn find(mnemonic: &str, operands: usize) -> Result<CatalogMatch, NotFound> {
     let named = CATALOG.rows(mnemonic).map(|entries| (entries, false));
     let pulsed = || {
         let entries = CATALOG.rows(&unpulsed(mnemonic)?)?;
@@ -196,7 +195,7 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
         return entries
             .iter()
             .find(|entry| entry.operands.len() == operands && (entry.extra.pulse || !pulsed))
-            .map(|entry| Found { entry: Cow::Borrowed(entry), pulsed })
+            .map(|entry| CatalogMatch { entry: Cow::Borrowed(entry), pulsed })
             .ok_or_else(|| NotFound::OperandCount { expected: counts(entries) });
     }
     if mnemonic.contains('.')
@@ -209,8 +208,8 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<Found, NotFound> {
     Err(NotFound::Unknown)
 }
 
-/// The mnemonic whose pulse form this would be: `MOV` of `MOVP`, `+_U` of `+P_U`, `$MOV_WS` of `$MOVP_WS`, `Z.OPEN`
-/// of `ZP.OPEN`.
+/// The mnemonic without its pulse suffix: `MOV` of `MOVP`, `+_U` of `+P_U`, `$MOV_WS` of `$MOVP_WS`, `Z.OPEN` of `ZP.OPEN`.
+/// `None` if it has none.
 pub fn unpulsed(mnemonic: &str) -> Option<String> {
     if mnemonic.contains('.')
         && let Some((prefix, rest)) = mnemonic.split_once("P.")
@@ -225,17 +224,17 @@ pub fn unpulsed(mnemonic: &str) -> Option<String> {
     mnemonic.strip_suffix('P').map(str::to_owned)
 }
 
-/// The names of all instructions, without their pulse forms.
+/// The names of all instructions, without pulse forms.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     CATALOG.names()
 }
 
-/// The entries of a name as it stands in the catalog.
+/// The rows of a mnemonic as it is written in the catalog.
 pub(super) fn rows(name: &str) -> Option<&'static [Entry]> {
     CATALOG.rows(name)
 }
 
-/// The entries of an instruction, a pulse form too.
+/// The rows of an instruction; its mnemonic may be a pulse form.
 pub(super) fn forms(mnemonic: &str) -> Option<Vec<&'static Entry>> {
     if let Some(rows) = rows(mnemonic) {
         return Some(rows.iter().collect());
@@ -251,16 +250,16 @@ fn counts(entries: &[Entry]) -> Vec<usize> {
     counts
 }
 
-fn dedicated(mnemonic: &str, operands: usize) -> Found {
+fn dedicated(mnemonic: &str, operands: usize) -> CatalogMatch {
     let (prefix, name) = mnemonic.split_once('.').unwrap_or_default();
     let pulsed = prefix.ends_with('P');
-    let also = match KEPT_TO_OPERANDS
+    let also = match WRITES_ONLY_OPERANDS
         .binary_search(&name.trim_end_matches(|c: char| c.is_ascii_digit()))
     {
         Ok(_) => Vec::new(),
         Err(_) => vec![EVERYWHERE],
     };
-    let meaning = match AT_ONCE.contains(&name) {
+    let meaning = match SYNCHRONOUS.contains(&name) {
         true => Operation::Havoc,
         false => Operation::HavocAnytime,
     };
@@ -280,10 +279,10 @@ fn dedicated(mnemonic: &str, operands: usize) -> Found {
         also,
         extra: Extra { pulse: true },
     };
-    Found { entry: Cow::Owned(entry), pulsed }
+    CatalogMatch { entry: Cow::Owned(entry), pulsed }
 }
 
-/// The mnemonic most like an unknown one, if one is near.
+/// The most similar mnemonic to an unknown one, to suggest it.
 pub fn close(mnemonic: &str) -> Option<String> {
     let slips = (mnemonic.chars().count() / LETTERS_PER_SLIP).max(1);
     CATALOG

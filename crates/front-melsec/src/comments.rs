@@ -1,10 +1,10 @@
-//! Reads device comments (COMMENT.csv): the names by which people know devices.
+//! Reads device comments (COMMENT.csv): descriptive names of devices.
 
 use std::collections::BTreeMap;
 
 use ::csv::{ReaderBuilder, StringRecord};
 
-/// Heads of the device column, without blanks and in lower case.
+/// Headings of the device column, without blanks and in lower case.
 const DEVICE_HEADS: [&str; 12] = [
     "devicename",
     "device",
@@ -19,25 +19,25 @@ const DEVICE_HEADS: [&str; 12] = [
     "디바이스이름",
     "디바이스",
 ];
-/// What the head of a comment column contains.
+/// Texts in the heading of a comment column.
 const COMMENT_HEADS: [&str; 6] = ["comment", "コメント", "注释", "註解", "코멘트", "주석"];
-/// Words of the heads that only the right code page yields.
+/// Words of the headings, to recognise the code page.
 pub(super) const MARKS: [&str; 5] = ["コメント", "注释", "軟元件", "코멘트", "주석"];
-/// The heads stand within the first so many rows.
+/// The number of rows in which the headings must be.
 const HEADING_ROWS: usize = 4;
-/// The number of rows behind them that are looked at where the heads are not known.
+/// The number of data rows that are examined if the headings are in an unknown language.
 const LOOKED_AT: usize = 6;
 
-/// How a comment file is laid out.
+/// The layout of a comment file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Layout {
     delimiter: u8,
     heading: usize,
-    /// The columns that hold comments, the first that is not empty counts.
+    /// The columns with comments; the first one that is not empty is used.
     columns: Vec<usize>,
 }
 
-/// Whether the beginning of a file is that of device comments.
+/// Whether a file begins like device comments.
 pub(super) fn sniff(beginning: &str) -> bool {
     layout(beginning).is_some()
 }
@@ -57,7 +57,7 @@ fn layout(beginning: &str) -> Option<Layout> {
     })
 }
 
-/// Heads in a language not known here: behind them each row begins with a device and has a text.
+/// For headings in an unknown language: each data row must begin with a device and have a text.
 fn shape(records: &[StringRecord], delimiter: u8) -> Option<Layout> {
     let is_row = |record: &StringRecord| record.len() >= 2 && is_device(&record[0]);
     let heading = records.iter().take(HEADING_ROWS + 1).position(is_row)?;
@@ -71,7 +71,7 @@ fn shape(records: &[StringRecord], delimiter: u8) -> Option<Layout> {
     })
 }
 
-/// Whether a word is the name of a device, such as `X1F`, `ZR100` or `D0.5`.
+/// Whether a word is a device name such as `X1F`, `ZR100` or `D0.5`.
 fn is_device(word: &str) -> bool {
     let number = word.trim_start_matches(|c: char| c.is_ascii_uppercase());
     (1..=2).contains(&(word.len() - number.len()))
@@ -103,7 +103,7 @@ fn reader(text: &str, delimiter: u8) -> ::csv::Reader<&[u8]> {
         .from_reader(text.as_bytes())
 }
 
-/// Adds a file's comments to those of the project. A device that has one already keeps it.
+/// Adds a file's comments to those of the project. If a device already has one, it is kept.
 pub(super) fn read(text: &str, comments: &mut BTreeMap<String, String>) {
     let Some(layout) = layout(text) else { return };
     for record in reader(text, layout.delimiter).into_records().skip(layout.heading) {

@@ -1,9 +1,9 @@
-//! Reads the CSV that GX Works2, GX Works3 and GX Developer export a program to.
+//! Reads the program CSV of GX Works2, GX Works3 and GX Developer.
 //!
-//! Row 1 is a title, row 2 names the CPU, row 3 has the column heads; then step number, line statement,
-//! instruction, device, blank, PI statement, note, read by position since heads come in every language.
-//! GX Works3's import takes the operands in four ways (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV
-//! file format" of programs): on rows of their own, in the device cell, in the instruction cell, or mixed.
+//! Row 1 is a title, row 2 names the CPU, row 3 has the headings of seven columns: step number, line statement, instruction,
+//! device, blank, PI statement, note. Columns are found by position, because headings exist in every language. GX Works3
+//! imports operands in four forms (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV file format" of programs): on their
+//! own rows, in the device cell, in the instruction cell, or mixed.
 
 use ::csv::{ReaderBuilder, StringRecord};
 use scanbound_base::code::Code;
@@ -13,7 +13,7 @@ use super::words;
 use scanbound_front::WordPositions;
 use scanbound_front::{Faults, shown};
 
-/// Which tool's form a CSV has.
+/// The tool that wrote a CSV.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tool {
     /// GX Works2 and GX Developer.
@@ -22,25 +22,25 @@ pub(super) enum Tool {
     Works3,
 }
 
-/// How a CSV file is laid out.
+/// The layout of a CSV file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Layout {
     pub(super) tool: Tool,
     pub(super) cpu: Option<String>,
     delimiter: u8,
-    /// How many records stand before the first instruction.
+    /// The number of records before the first instruction.
     heading: usize,
     columns: usize,
 }
 
-/// Heads of the instruction column. Korean is known only from imitations of the tools' output.
+/// Headings of the instruction column. The Korean ones are known only from imitations of the tools' output.
 const INSTRUCTION_HEADS: [&str; 5] = ["instruction", "命令", "指令", "명령", "명령어"];
-/// What names the CPU in GX Works2 and GX Developer.
+/// Texts before the CPU name in files of GX Works2 and GX Developer.
 const WORKS2_MARKS: [&str; 7] =
     ["plcinformation", "plctype", "pc情報", "pcタイプ", "plc信息", "plc类型", "plc정보"];
-/// What names the CPU in GX Works3.
+/// Texts before the CPU name in files of GX Works3.
 const WORKS3_MARKS: [&str; 5] = ["moduletype", "機種情報", "机型信息", "기종정보", "모듈타입"];
-/// Words of the heads that only the right code page yields.
+/// Words of the headings, to recognise the code page.
 pub(super) const MARKS: [&str; 12] = [
     "命令",
     "ステップ",
@@ -56,17 +56,17 @@ pub(super) const MARKS: [&str; 12] = [
     "디바이스",
 ];
 
-/// The heads stand within the first so many rows.
+/// The number of rows in which the headings must be.
 const HEADING_ROWS: usize = 6;
-/// Which column is which.
+/// The column numbers.
 const STEP: usize = 0;
 const STATEMENT: usize = 1;
 const INSTRUCTION: usize = 2;
 const DEVICE: usize = 3;
 
-/// The layout of a program's CSV, from the beginning of the file; `None` if it is none.
+/// The layout of a program's CSV from the beginning of the file; `None` if it is not one.
 pub(super) fn layout(beginning: &str) -> Option<Layout> {
-    // The heading is short: a quotation mark that nothing closes must not swallow everything.
+    // The headings are near the start: an unclosed quotation mark must not hide the whole file.
     let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
     let text = &beginning[..end];
     let delimiters = [b'\t', b',', b';'].into_iter();
@@ -84,8 +84,8 @@ fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Op
         let above = index.checked_sub(1).map(|above| &records[above]);
         let known = record.len() > DEVICE
             && INSTRUCTION_HEADS.contains(&plain(&record[INSTRUCTION]).as_str());
-        // Heads in a language not known here: seven words, none a number, under the CPU's row. Structured text has lines with
-        // as many commas.
+        // Headings in an unknown language: seven words, none a number, below the row of the CPU. Lines of Structured Text may have
+        // as many commas, so those are excluded.
         let shaped = record.len() == 7
             && record.iter().take(DEVICE + 1).all(|head| !head.trim().is_empty())
             && !record[STEP].trim().starts_with(|c: char| c.is_ascii_digit())
@@ -101,7 +101,7 @@ fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Op
     None
 }
 
-/// Whether a text is one of units of IEC 61131-3.
+/// Whether a text contains units of IEC 61131-3 (PROGRAM, FUNCTION).
 fn is_code(text: &str) -> bool {
     const ENDS: [&str; 6] =
         ["END_VAR", "END_TYPE", "END_STRUCT", "END_PROGRAM", "END_STEP", "END_CONFIGURATION"];
@@ -111,12 +111,12 @@ fn is_code(text: &str) -> bool {
     text.split_whitespace().any(|own| ENDS.contains(&word(own).as_str()))
 }
 
-/// The tool and the CPU, from the rows above the heads.
+/// The tool and the CPU, from the rows above the headings.
 fn machine(above: &[StringRecord], heads: &StringRecord) -> (Tool, Option<String>) {
     for (index, row) in above.iter().enumerate().rev() {
         let Some((label, inline)) = row[0].split_once([':', '：']) else { continue };
         let label = plain(label);
-        // The first row is the project's title, which may hold anything.
+        // The first row is the project's title, which may be any text.
         let known =
             WORKS2_MARKS.contains(&label.as_str()) || WORKS3_MARKS.contains(&label.as_str());
         if index == 0 && !known {
@@ -135,7 +135,7 @@ fn is_works3_cpu(value: &str) -> bool {
     value.starts_with("RCPU") || value.starts_with("FX5")
 }
 
-/// The CPU's type in `QCPU (Q mode) Q26UDV`: the last word that has a digit, else the first word.
+/// The CPU type in `QCPU (Q mode) Q26UDV`: the last word with a digit, else the first word.
 fn cpu(value: &str) -> Option<String> {
     let of_type = |word: &&str| {
         word.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -149,7 +149,7 @@ fn cpu(value: &str) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// A head as it is compared: no blanks, lower case.
+/// A heading for comparison: without blanks, in lower case.
 fn plain(head: &str) -> String {
     head.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect()
 }
@@ -186,8 +186,8 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
             Code::OpenQuote,
             lines.line,
             first_line(&text[start..]),
-            "a quotation mark that begins here is never closed",
-            "the file may have been cut off: export it again",
+            "the quotation mark that begins here is never closed",
+            "the file may be truncated: export it again",
         );
     }
     let Body { instructions, faults, .. } = body;
@@ -195,13 +195,13 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
     instructions
 }
 
-/// Whether the record that `tail` begins with has a quotation mark that nothing closes.
+/// Whether the record at the start of `tail` has an unclosed quotation mark.
 fn is_open(tail: &str, delimiter: u8) -> bool {
     let tail = tail.trim_end_matches(['\r', '\n']);
     if tail.is_empty() {
         return false;
     }
-    // One more row behind it is a row of its own only if all quotation marks are closed.
+    // A row appended to it becomes a separate row only if all quotation marks are closed.
     let probed = [tail, "\nx"].concat();
     reader(&probed, delimiter).into_records().map_while(Result::ok).count() == 1
 }
@@ -210,7 +210,7 @@ fn first_line(text: &str) -> &str {
     text.lines().next().unwrap_or_default()
 }
 
-/// Physical lines, counted on the way through the text.
+/// Counts physical lines while reading forward through the text.
 struct Lines<'a> {
     text: &'a str,
     counted: usize,
@@ -218,8 +218,8 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Moves on to the record that is told to begin at a byte; its line ends may still be the record's
-    /// before it. Returns where it does begin.
+    /// Moves to the record that the CSV reader reports at a byte offset; line ends there may belong to the record before. Returns
+    /// its true offset.
     fn start_of(&mut self, byte: u64) -> usize {
         let bytes = self.text.as_bytes();
         let mut start =
@@ -234,7 +234,7 @@ impl Lines<'_> {
     }
 }
 
-/// The rows under the heads, on their way to instructions.
+/// The rows below the headings, while they are converted to instructions.
 struct Body<'a, 'f, 'n> {
     text: &'a str,
     instructions: Vec<RawInstruction>,
@@ -242,13 +242,13 @@ struct Body<'a, 'f, 'n> {
     faults: &'f mut Faults<'n>,
 }
 
-/// An instruction whose further operands may still follow.
+/// An instruction whose later operands may be on the next rows.
 struct Pending {
     line: u32,
     step: Option<u32>,
     mnemonic: String,
     operands: Vec<String>,
-    /// The lines of the rows in which they stand.
+    /// The lines of its rows.
     rows: Vec<u32>,
 }
 
@@ -265,8 +265,8 @@ impl Body<'_, '_, '_> {
                 1 => "1 cell".to_owned(),
                 n => format!("{n} cells"),
             };
-            let message = format!("this row has {cells}, the heads have {columns}");
-            let help = "the file may have been cut off or saved by another tool: export it again; a separator within a text must stand in quotation marks";
+            let message = format!("this row has {cells}, but the heading row has {columns}");
+            let help = "the file may be truncated or saved by another tool: export it again; put a text that contains a separator in quotation marks";
             fault(self.faults, Code::Columns, &message, help);
             return;
         }
@@ -280,9 +280,8 @@ impl Body<'_, '_, '_> {
             digits => match digits.parse::<u32>() {
                 Ok(step) => Some(step),
                 Err(_) => {
-                    let message = format!("'{}' is no step number", shown(digits));
-                    let help =
-                        "the first column holds step numbers or nothing: export the file again";
+                    let message = format!("'{}' is not a step number", shown(digits));
+                    let help = "the first column must contain step numbers or be empty: export the file again";
                     fault(self.faults, Code::StepNumber, &message, help);
                     return;
                 }
@@ -301,7 +300,7 @@ impl Body<'_, '_, '_> {
         }
         if cell(INSTRUCTION).is_empty() {
             if found.is_empty() {
-                // A statement ends the instruction before it; a note or a PI statement belongs to it.
+                // A statement ends the instruction before it; notes and PI statements belong to it.
                 if step.is_some() || !cell(STATEMENT).is_empty() {
                     self.close();
                 }
@@ -309,7 +308,7 @@ impl Body<'_, '_, '_> {
             }
             let Some(open) = &mut self.open else {
                 let message = "an operand without an instruction before it";
-                let help = "a row with a device alone continues the instruction above it: rows are missing here, export the file again";
+                let help = "a row with only a device continues the instruction above it: rows are missing here, export the file again";
                 fault(self.faults, Code::StrayOperand, message, help);
                 return;
             };
@@ -320,8 +319,9 @@ impl Body<'_, '_, '_> {
         self.close();
         let (mnemonic, operands) = found.split_first().map_or(("", &[][..]), |(m, o)| (*m, o));
         if !words::can_be_mnemonic(mnemonic) {
-            let message = "the instruction column holds no instruction";
-            let help = "the third column holds mnemonics such as LD or MOV: export the file again";
+            let message = "the instruction column does not contain an instruction";
+            let help =
+                "the third column must contain mnemonics such as LD or MOV: export the file again";
             fault(self.faults, Code::NotAnInstruction, message, help);
             return;
         }
@@ -330,7 +330,7 @@ impl Body<'_, '_, '_> {
         self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands, rows });
     }
 
-    /// The instruction at hand is complete.
+    /// Completes the pending instruction.
     fn close(&mut self) {
         if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
             let places = WordPositions::Rows(rows.into());

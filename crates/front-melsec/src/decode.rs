@@ -1,11 +1,11 @@
-//! From a MELSEC project to a program: every instruction with its exact or widened meaning, all faults at once.
+//! Decodes a MELSEC project to a program of `ir`, and returns all errors at once.
 
-use super::emit::Emitter;
-use super::frame::frame;
+use super::lower::Lowering;
 use super::memory::Family;
 pub use super::resolve::DecodeOptions;
 use super::resolve::resolve;
 use super::source::RawProject;
+use super::structure::structure;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
@@ -14,7 +14,7 @@ use scanbound_ir::Program;
 /// Decodes a project.
 ///
 /// # Errors
-/// All faults of all files.
+/// All errors of all files.
 pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,
@@ -23,23 +23,22 @@ pub fn decode(
     let mut faults: Vec<Faults<'_>> =
         project.files.iter().map(|file| Faults::new(&file.name)).collect();
     let resolved = resolve(project, options, &mut faults);
-    let frame = frame(&resolved, options, &mut faults);
-    let mut emitter = Emitter::new(&resolved, &frame, options, faults);
+    let structure = structure(&resolved, options, &mut faults);
+    let mut emitter = Lowering::new(&resolved, &structure, options, faults);
     for file in 0..project.files.len() {
         emitter.file(file);
     }
     emitter.finish()
 }
 
-/// Refuses a project of more instructions than any CPU of its family holds, at the first that is too many: each takes a
-/// step or more.
+/// Refuses a project with more instructions than the largest CPU of its family can hold (each takes at least one step).
 fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
     let most = family.most_steps();
     let files = project.files.iter();
     let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
     let Some((file, one)) = all.nth(most) else { return Ok(()) };
     let message = format!("the project has more than {most} instructions");
-    let help = format!("no {} holds as many: check the file, and the CPU", family.series());
+    let help = format!("no {} can hold so many: check the file and the CPU", family.series());
     let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
     Err(vec![fault.at_step(one.step)])
 }

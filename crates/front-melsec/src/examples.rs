@@ -1,12 +1,12 @@
-//! Lines that show each instruction of the MELSEC families.
+//! Example lines for each instruction of the MELSEC families.
 
 use super::catalog::{self, names, rows, unpulsed};
 use super::list;
 use super::memory::Family;
-use super::mnemonic::{Sort, compared, contact};
+use super::mnemonic::{OperandType, compared, contact};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
-/// Programs around a line: rungs, then the frames that branches, jumps, loops, calls and master control take.
+/// Programs around an example line: rungs, then structures with branches, jumps, loops, calls and master control.
 const FRAMES: [&str; 16] = [
     "LD X100\n{}\nEND",
     "{}\nOUT Y100\nEND",
@@ -26,7 +26,7 @@ const FRAMES: [&str; 16] = [
     "LD X100\nOUT Y100\n{}",
 ];
 
-/// The instructions that the catalog does not have, and the operands of their forms.
+/// The instructions that are not in the catalog, with the operands of their forms.
 const OWN: [(&str, &[&str]); 47] = [
     ("LD", &["X0"]),
     ("LDI", &["X0"]),
@@ -77,12 +77,12 @@ const OWN: [(&str, &[&str]); 47] = [
     ("STOP", &[""]),
 ];
 
-/// What comparisons begin with, what they compare, and their relations.
+/// The parts of comparison mnemonics: connections, operand types and relations.
 const JOINS: [&str; 3] = ["LD", "AND", "OR"];
 const KINDS: [&str; 4] = ["", "D", "E", "$"];
 const RELATIONS: [&str; 6] = ["=", "<>", "<", "<=", ">", ">="];
 
-/// What stands before and behind the name of a variant.
+/// Prefixes and suffixes of variants of an instruction.
 const BEFORE: [&str; 2] = ["D", "E"];
 const BEHIND: [&str; 4] = ["P", "_U", "P_U", "I"];
 
@@ -101,7 +101,7 @@ pub fn all() -> Vec<String> {
     own.chain(compare).chain(listed).collect()
 }
 
-/// The name of an instruction's pulse form.
+/// The name of the pulse form.
 fn pulsed(name: &str) -> String {
     if let (true, Some((prefix, rest))) = (name.contains('.'), name.split_once('.')) {
         return format!("{prefix}P.{rest}");
@@ -114,7 +114,7 @@ fn pulsed(name: &str) -> String {
     format!("{name}P")
 }
 
-/// Lines of an instruction of a family; `None` if there is none of this name.
+/// The example lines of an instruction; `None` if the family does not have it.
 pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let forms = forms(name, family)?;
     let all = all();
@@ -138,9 +138,9 @@ fn forms(name: &str, family: Family) -> Option<Vec<Form>> {
     }
     if let Some((_, sort, _)) = compared(name) {
         let operands = match sort {
-            Sort::Integer { .. } => "D0 D10",
-            Sort::Real { .. } | Sort::Text => "D0 D10",
-            Sort::Clock => "D0 D10 K1",
+            OperandType::Integer { .. } => "D0 D10",
+            OperandType::Real { .. } | OperandType::Text => "D0 D10",
+            OperandType::Clock => "D0 D10 K1",
         };
         return Some(vec![form(&written(operands), &FRAMES)]);
     }
@@ -157,10 +157,10 @@ fn forms(name: &str, family: Family) -> Option<Vec<Form>> {
     Some(rows.into_iter().map(|row| form(&lines(row), &FRAMES)).collect())
 }
 
-/// So many ways of writing an operand are tried.
+/// The number of operand spellings that are tried.
 const ALTERNATIVES: usize = 4;
 
-/// A sample of the operand at a place.
+/// An example operand; `at` is its position.
 fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
     let place = at * 100;
     match sample {

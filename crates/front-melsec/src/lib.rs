@@ -4,16 +4,16 @@ mod catalog;
 mod comments;
 mod csv;
 pub mod decode;
-mod emit;
 mod examples;
-mod frame;
 mod list;
+mod lower;
 pub mod memory;
 mod mnemonic;
 pub mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
+mod structure;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -27,7 +27,7 @@ use scanbound_front::{
 use scanbound_ir::Program;
 use source::RawProject;
 
-/// The dialects, as they are told from each other.
+/// The dialects, and how each is recognised.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: "melsec-csv",
@@ -45,15 +45,15 @@ static DIALECTS: [Dialect; 3] = [
     },
     Dialect {
         name: list::DIALECT,
-        what: "MELSEC list text (LD X0, one instruction a line)",
+        what: "MELSEC list text (LD X0, one instruction per line)",
         sniff: Sniff::Text(list::sniff),
     },
 ];
 
-/// MELSEC.
+/// The front for MELSEC.
 pub struct Melsec;
 
-/// The registry's entry.
+/// The entry for the list of fronts.
 pub const FRONT: Melsec = Melsec;
 
 impl Front for Melsec {
@@ -61,7 +61,7 @@ impl Front for Melsec {
         &DIALECTS
     }
 
-    /// The tools call device comments COMMENT, also where there are none.
+    /// The tools name the file of device comments COMMENT, and export it even if it is empty.
     fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let is_named = || scanbound_front::stem(name).eq_ignore_ascii_case("COMMENT");
         comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())

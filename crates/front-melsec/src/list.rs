@@ -1,4 +1,4 @@
-//! Reads MELSEC list text: an instruction a line, operands apart by blanks.
+//! Reads MELSEC list text: one instruction a line, operands separated by blanks.
 
 use super::source::RawInstruction;
 use super::words;
@@ -7,13 +7,13 @@ use scanbound_front::Faults;
 use scanbound_front::WordPositions;
 use scanbound_front::text;
 
-/// The dialect's name.
+/// The dialect name of list text.
 pub(super) const DIALECT: &str = "melsec-list";
 
-/// How many instruction lines are looked at to tell what a file is.
+/// The number of instruction lines that are examined to recognise a file.
 const LOOKED_AT: usize = 40;
 
-/// Words by which list text is known: what programs begin with and mostly consist of.
+/// Common mnemonics, by which list text is recognised.
 const COMMON: [&str; 62] = [
     "LD", "LDI", "AND", "ANI", "OR", "ORI", "LDP", "LDF", "ANDP", "ANDF", "ORP", "ORF", "LDPI",
     "LDFI", "ANDPI", "ANDFI", "ORPI", "ORFI", "ANB", "ORB", "MPS", "MRD", "MPP", "INV", "MEP",
@@ -22,14 +22,14 @@ const COMMON: [&str; 62] = [
     "END", "NOP", "NOPLF", "MOV", "MOVP", "DMOV", "DMOVP", "INC", "INCP", "BMOV", "FMOV",
 ];
 
-/// Words that MELSEC does not have, but lists that begin with LD as well do.
-const NOT_OURS: [&str; 13] = [
+/// Mnemonics that MELSEC does not have, but other vendors' lists do.
+const FOREIGN: [&str; 13] = [
     "ST", "STI", "LDNOT", "ANDNOT", "ORNOT", "OUTNOT", "ANDLD", "ORLD", "RSET", "KEEP", "DIFU",
     "DIFD", "NOT",
 ];
 
-/// Whether the beginning of a file is list text: its first instruction is one that a MELSEC program can
-/// begin with, and at least half of the first lines are common ones or mnemonics with devices.
+/// Whether a file begins like list text: its first instruction can begin a MELSEC program, and at least half of the first
+/// lines are common mnemonics or mnemonics with MELSEC devices.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -40,9 +40,9 @@ pub(super) fn sniff(beginning: &str) -> bool {
         let Ok(mut found) = words::split(code(line)) else { continue };
         take_step(&mut found);
         let Some((first, operands)) = found.split_first() else { continue };
-        // Nor are there function numbers, `MOV(21)`.
+        // MELSEC has no function numbers such as `MOV(21)` either.
         let numbered = first.ends_with(')') && first.contains('(');
-        if numbered || NOT_OURS.iter().any(|word| first.eq_ignore_ascii_case(word)) {
+        if numbered || FOREIGN.iter().any(|word| first.eq_ignore_ascii_case(word)) {
             return false;
         }
         seen += 1;
@@ -72,8 +72,8 @@ fn is_common(word: &str) -> bool {
     contact || COMMON.contains(&upper.as_str())
 }
 
-/// Whether a word looks like a device, constant or string of MELSEC. Other makers' lists have LD and OUT
-/// too, but with bare numbers; prose has words without a number.
+/// Whether a word looks like a device, constant or string of MELSEC. Lists of other vendors also have LD and OUT, but with
+/// bare numbers; prose has words without numbers.
 fn is_device(word: &str) -> bool {
     word.starts_with('"')
         || (!word.starts_with(|c: char| c.is_ascii_digit())
@@ -118,12 +118,12 @@ fn read_line(
                 number,
                 line,
                 "a step number without an instruction",
-                "write the instruction behind the step number, or take the line away",
+                "write the instruction after the step number, or remove the line",
             );
         }
         return;
     }
-    // A label may share its line with the instruction it stands before.
+    // A label may be on the same line as the instruction after it.
     let label = rest[0].strip_suffix(':').unwrap_or(rest[0]);
     if words::is_pointer(label) {
         let places = WordPositions::of_slices(text, [label]);
@@ -133,8 +133,8 @@ fn read_line(
     let Some((mnemonic, operands)) = rest.split_first() else { return };
     if !words::can_be_mnemonic(mnemonic) {
         let told = (
-            "this line is no instruction",
-            "an instruction is a mnemonic and its operands apart by blanks, such as LD X0; comments begin with ; or //",
+            "this line is not an instruction",
+            "write a mnemonic and its operands, separated by blanks, such as LD X0; comments begin with ; or //",
         );
         return faults.within(Code::NotAnInstruction, number, line, mnemonic, told);
     }
@@ -143,7 +143,7 @@ fn read_line(
     out.push(words::instruction(number, step, mnemonic, operands, places));
 }
 
-/// The line without its comment; `;` and `//` within a string are part of it.
+/// The line without its comment. A `;` or `//` inside a string does not begin one.
 fn code(line: &str) -> &str {
     if !line.contains([';', '/']) {
         return line;
@@ -162,7 +162,7 @@ fn code(line: &str) -> &str {
     line
 }
 
-/// Takes the step number in front off the words, if there is one (`12`, `0012:`, `12:LD`).
+/// Removes a leading step number (`12`, `0012:`, `12:LD`) from the words, and returns it.
 fn take_step(words: &mut Vec<&str>) -> Option<u32> {
     let first = *words.first()?;
     let digits = first.find(|c: char| !c.is_ascii_digit()).unwrap_or(first.len());

@@ -1,11 +1,11 @@
-//! The memory of MELSEC CPUs: areas, their names and how their indices are written, by CPU family.
+//! The memory of MELSEC CPUs: device names, areas, and the radix of device numbers, by CPU family.
 
 use scanbound_ir::{Area, AreaId, AreaKind, Cell, PowerUp, Radix, Region, Role};
 
-/// CPU families that differ in how they write devices or what instructions mean.
+/// CPU families. They differ in device notation or in what instructions mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Family {
-    /// MELSEC-Q: Q02, QnU and their kin.
+    /// MELSEC-Q: Q02, QnU and others.
     Q,
     /// MELSEC-L.
     L,
@@ -30,7 +30,7 @@ impl Family {
         }
     }
 
-    /// The steps that the largest CPU of the family holds: no program has more instructions.
+    /// The program capacity of the family's largest CPU, in steps; an instruction takes at least one.
     #[must_use]
     pub fn most_steps(self) -> usize {
         const K: usize = 1024;
@@ -43,7 +43,7 @@ impl Family {
         }
     }
 
-    /// The family of a CPU as sources name it (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`).
+    /// The family of a CPU name (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`).
     #[must_use]
     pub fn of_cpu(cpu: &str) -> Option<Family> {
         let cpu = cpu.trim().to_ascii_uppercase();
@@ -62,7 +62,7 @@ impl Family {
         }
     }
 
-    /// The family of that short name, as timing tables give it.
+    /// The family by the short name that timing tables use.
     #[must_use]
     pub fn named(name: &str) -> Option<Family> {
         Some(match name {
@@ -75,25 +75,25 @@ impl Family {
         })
     }
 
-    /// Inputs and outputs are numbered in octal.
+    /// Whether inputs and outputs are numbered in octal.
     #[must_use]
     pub fn octal_inputs(self) -> bool {
         matches!(self, Family::Fx | Family::Fx5)
     }
 }
 
-/// What a device name stands for.
+/// The type of a device name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum DeviceType {
     /// A bit of this area.
     Bit(AreaId),
     /// A word of this area.
     Word(AreaId),
-    /// Timer or counter: contact, coil and present value.
+    /// A timer or counter: contact, coil and current value.
     Timed(Timed),
-    /// A bit that changes without the program: reads are free, writes vanish.
+    /// A bit that changes without the program. Each read may give another value; writes are ignored.
     VolatileBit,
-    /// A word that changes without the program, likewise.
+    /// A word that changes without the program. Each read may give another value; writes are ignored.
     VolatileWord,
 }
 
@@ -102,30 +102,30 @@ pub enum Kind {
 pub struct Timed {
     /// Contacts.
     pub contact: AreaId,
-    /// Coils.
+    /// The area of current values.
     pub coil: AreaId,
     /// Present values.
     pub value: AreaId,
-    /// Contact and value stay while the coil is off: retentive timers and counters.
+    /// Whether contact and value are kept while the coil is off (retentive timers, counters).
     pub retentive: bool,
 }
 
 impl Timed {
-    /// The areas that change where it is not known what becomes of one of these devices.
+    /// The areas that a write to some unknown device of this type may change.
     pub fn areas(self) -> impl Iterator<Item = AreaId> {
         let memory = (self.contact == TIMER.contact).then_some(const { area("T ran ") });
         [self.value, self.contact, self.coil].into_iter().chain(memory)
     }
 
-    /// The bit in which a timer that is not retentive remembers whether its coil was on when it was executed last. Nobody
-    /// but its own instructions writes it.
+    /// The hidden bit that records whether the coil of a non-retentive timer was on at its last execution. Only the timer's own
+    /// instructions write it.
     pub fn ran(self, index: u32) -> Option<Cell> {
         let is_plain = self.contact == TIMER.contact && !self.retentive;
         is_plain.then_some(Cell { area: const { area("T ran ") }, index })
     }
 }
 
-/// Every area a MELSEC program can have, by its place here.
+/// All areas; an area's id is its index here.
 const AREAS: [(&str, AreaKind); 43] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
@@ -172,10 +172,10 @@ const AREAS: [(&str, AreaKind); 43] = [
     ("T ran ", AreaKind::Bit),
 ];
 
-/// Cells that a network refreshes where one is fitted, and what they are.
+/// The regions that a network refreshes, if one is installed, with their descriptions.
 #[must_use]
 pub fn networks(family: Family) -> Vec<(Region, String)> {
-    // The FX series link plain D and M, which no look at a program tells from others.
+    // The FX series links ordinary D and M, which cannot be told from unlinked ones.
     let names: &[&str] = if family == Family::Fx { &[] } else { &["B", "W", "SB", "SW"] };
     let at = |name: &str| AREAS.iter().position(|(own, _)| *own == name);
     let cells = |name: &&str| {
@@ -185,8 +185,8 @@ pub fn networks(family: Family) -> Vec<(Region, String)> {
     names.iter().filter_map(cells).collect()
 }
 
-/// How a CPU comes up whose memory was cleared. Edge relays, what instructions remember, and long timers and counters
-/// are left out: no page settles them.
+/// The state of a CPU after power-up with cleared memory. Edge relays, hidden bits, and long timers and counters are left
+/// out, because no manual page defines them.
 #[must_use]
 pub fn power_up(family: Family) -> PowerUp {
     let cleared = [
@@ -211,7 +211,7 @@ pub fn power_up(family: Family) -> PowerUp {
         "C value ",
         "T ran ",
     ];
-    // By the CPUs' parameters as they come; those of FX have latched ranges in all kinds of device.
+    // The default latched ranges. The FX has latched ranges in all device types.
     let latched: &[&str] = match family {
         Family::Fx => &["M", "L", "S", "D", "T", "T value ", "ST", "ST value ", "C", "C value "],
         _ => &["L", "ZR", "ST", "ST value ", "C", "C value "],
@@ -222,15 +222,15 @@ pub fn power_up(family: Family) -> PowerUp {
         cleared: cleared.map(|name| Region::Area(area(name))).into(),
         latched: latched.iter().map(|name| Region::Area(area(name))).collect(),
         first_scan: vec![Cell { area: area(relays), index: first }],
-        // STOP to RUN clears no relays: no bit says that memory was cleared.
+        // On these, STOP to RUN does not clear relays, so no relay shows that memory was cleared.
         ..PowerUp::default()
     }
 }
 
-/// The area of that name in `AREAS`.
+/// The id of the area with this name in `AREAS`.
 ///
 /// # Panics
-/// If there is none: only names of that list are asked for.
+/// If there is no such area; only names from this list may be used.
 #[must_use]
 pub const fn area(name: &str) -> AreaId {
     let mut at = 0;
@@ -243,7 +243,7 @@ pub const fn area(name: &str) -> AreaId {
     panic!("only names of the list above are asked for")
 }
 
-/// What `==` says, where constants are worked out.
+/// `==` for use in constant expressions.
 const fn is_same(a: &[u8], b: &[u8]) -> bool {
     let mut at = 0;
     while at < a.len() && at < b.len() && a[at] == b[at] {
@@ -259,7 +259,7 @@ pub fn areas(family: Family) -> Vec<Area> {
         .iter()
         .map(|&(name, kind)| Area {
             role: role(name),
-            // File registers have a number in all blocks and one in the block that is set.
+            // A file register has a number over all blocks (ZR) and one in the current block (R).
             aliases: if name == "ZR" { &["R"] } else { &[] },
             ..Area::new(name, kind, radix(name, family))
         })
@@ -275,7 +275,7 @@ fn role(name: &str) -> Role {
     }
 }
 
-/// How indices behind a device name are written.
+/// The radix of the numbers after a device name.
 #[must_use]
 pub fn radix(name: &str, family: Family) -> Radix {
     match name {
@@ -285,7 +285,7 @@ pub fn radix(name: &str, family: Family) -> Radix {
     }
 }
 
-/// The hidden bit in which an instruction remembers an earlier result, numbered apart from those of the others.
+/// The hidden bit with this number, in which an instruction remembers an earlier result.
 #[must_use]
 pub fn edge_memory(index: u32) -> Cell {
     Cell { area: area("edge "), index }
@@ -296,8 +296,8 @@ pub fn edge_memory(index: u32) -> Cell {
 pub struct Name {
     /// Its letters.
     pub letters: &'static str,
-    /// What it means where the family does not say otherwise.
-    kind: Kind,
+    /// Its type, unless the family defines another one.
+    kind: DeviceType,
 }
 
 const TIMER: Timed = timed(["T", "T coil ", "T value "], false);
@@ -307,15 +307,15 @@ const LONG_TIMER: Timed = timed(["LT", "LT coil ", "LT value "], false);
 const LONG_RETENTIVE: Timed = timed(["LST", "LST coil ", "LST value "], true);
 const LONG_COUNTER: Timed = timed(["LC", "LC coil ", "LC value "], true);
 
-/// All device names, in the order of their letters.
+/// All device names in alphabetical order.
 static NAMES: [Name; 55] = [
     name("B", bit("B")),
-    name("C", Kind::Timed(COUNTER)),
-    name("CC", Kind::Bit(COUNTER.coil)),
-    name("CN", Kind::Word(COUNTER.value)),
-    name("CS", Kind::Bit(COUNTER.contact)),
+    name("C", DeviceType::Timed(COUNTER)),
+    name("CC", DeviceType::Bit(COUNTER.coil)),
+    name("CN", DeviceType::Word(COUNTER.value)),
+    name("CS", DeviceType::Bit(COUNTER.contact)),
     name("D", word("D")),
-    name("DX", Kind::VolatileBit),
+    name("DX", DeviceType::VolatileBit),
     name("DY", bit("Y")),
     name("ER", word("ER")),
     name("F", bit("F")),
@@ -323,42 +323,42 @@ static NAMES: [Name; 55] = [
     name("FX", bit("FX")),
     name("FY", bit("FY")),
     name("L", bit("L")),
-    name("LC", Kind::Timed(LONG_COUNTER)),
-    name("LCC", Kind::Bit(LONG_COUNTER.coil)),
-    // Each holds two words of its own: they are not followed.
-    name("LCN", Kind::VolatileWord),
-    name("LCS", Kind::Bit(LONG_COUNTER.contact)),
-    name("LST", Kind::Timed(LONG_RETENTIVE)),
-    name("LSTC", Kind::Bit(LONG_RETENTIVE.coil)),
-    name("LSTN", Kind::VolatileWord),
-    name("LSTS", Kind::Bit(LONG_RETENTIVE.contact)),
-    name("LT", Kind::Timed(LONG_TIMER)),
-    name("LTC", Kind::Bit(LONG_TIMER.coil)),
-    name("LTN", Kind::VolatileWord),
-    name("LTS", Kind::Bit(LONG_TIMER.contact)),
-    name("LZ", Kind::VolatileWord),
+    name("LC", DeviceType::Timed(LONG_COUNTER)),
+    name("LCC", DeviceType::Bit(LONG_COUNTER.coil)),
+    // Each has two words, which are not modelled.
+    name("LCN", DeviceType::VolatileWord),
+    name("LCS", DeviceType::Bit(LONG_COUNTER.contact)),
+    name("LST", DeviceType::Timed(LONG_RETENTIVE)),
+    name("LSTC", DeviceType::Bit(LONG_RETENTIVE.coil)),
+    name("LSTN", DeviceType::VolatileWord),
+    name("LSTS", DeviceType::Bit(LONG_RETENTIVE.contact)),
+    name("LT", DeviceType::Timed(LONG_TIMER)),
+    name("LTC", DeviceType::Bit(LONG_TIMER.coil)),
+    name("LTN", DeviceType::VolatileWord),
+    name("LTS", DeviceType::Bit(LONG_TIMER.contact)),
+    name("LZ", DeviceType::VolatileWord),
     name("M", bit("M")),
     name("R", word("ZR")),
     name("RD", word("RD")),
     name("S", bit("S")),
     name("SB", bit("SB")),
-    name("SC", Kind::Bit(RETENTIVE.coil)),
-    name("SD", Kind::VolatileWord),
-    name("SM", Kind::VolatileBit),
-    name("SN", Kind::Word(RETENTIVE.value)),
-    name("SS", Kind::Bit(RETENTIVE.contact)),
-    name("SSC", Kind::Bit(RETENTIVE.coil)),
-    name("SSN", Kind::Word(RETENTIVE.value)),
-    name("SSS", Kind::Bit(RETENTIVE.contact)),
-    name("ST", Kind::Timed(RETENTIVE)),
-    name("STC", Kind::Bit(RETENTIVE.coil)),
-    name("STN", Kind::Word(RETENTIVE.value)),
-    name("STS", Kind::Bit(RETENTIVE.contact)),
+    name("SC", DeviceType::Bit(RETENTIVE.coil)),
+    name("SD", DeviceType::VolatileWord),
+    name("SM", DeviceType::VolatileBit),
+    name("SN", DeviceType::Word(RETENTIVE.value)),
+    name("SS", DeviceType::Bit(RETENTIVE.contact)),
+    name("SSC", DeviceType::Bit(RETENTIVE.coil)),
+    name("SSN", DeviceType::Word(RETENTIVE.value)),
+    name("SSS", DeviceType::Bit(RETENTIVE.contact)),
+    name("ST", DeviceType::Timed(RETENTIVE)),
+    name("STC", DeviceType::Bit(RETENTIVE.coil)),
+    name("STN", DeviceType::Word(RETENTIVE.value)),
+    name("STS", DeviceType::Bit(RETENTIVE.contact)),
     name("SW", word("SW")),
-    name("T", Kind::Timed(TIMER)),
-    name("TC", Kind::Bit(TIMER.coil)),
-    name("TN", Kind::Word(TIMER.value)),
-    name("TS", Kind::Bit(TIMER.contact)),
+    name("T", DeviceType::Timed(TIMER)),
+    name("TC", DeviceType::Bit(TIMER.coil)),
+    name("TN", DeviceType::Word(TIMER.value)),
+    name("TS", DeviceType::Bit(TIMER.contact)),
     name("V", bit("V")),
     name("W", word("W")),
     name("X", bit("X")),
@@ -367,24 +367,23 @@ static NAMES: [Name; 55] = [
     name("ZR", word("ZR")),
 ];
 
-const fn name(letters: &'static str, kind: Kind) -> Name {
+const fn name(letters: &'static str, kind: DeviceType) -> Name {
     Name { letters, kind }
 }
 
-const fn bit(name: &str) -> Kind {
-    Kind::Bit(area(name))
+const fn bit(name: &str) -> DeviceType {
+    DeviceType::Bit(area(name))
 }
 
-const fn word(name: &str) -> Kind {
-    Kind::Word(area(name))
+const fn word(name: &str) -> DeviceType {
+    DeviceType::Word(area(name))
 }
 
 const fn timed([contact, coil, value]: [&str; 3], retentive: bool) -> Timed {
     Timed { contact: area(contact), coil: area(coil), value: area(value), retentive }
 }
 
-/// The device name that a text begins with, and the radix of the number behind it: the longest name that is
-/// followed by a digit.
+/// The device name at the start of a text, and the radix of its number: the longest name that a digit follows.
 #[must_use]
 pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
     let letters = text.bytes().take(LONGEST_NAME).take_while(u8::is_ascii_uppercase).count();
@@ -396,10 +395,10 @@ pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
     })
 }
 
-/// No device name has more letters.
+/// The length of the longest device name.
 const LONGEST_NAME: usize = 4;
 
-/// Whether a number of this radix may have such a digit: an 8 in an octal one is told of later.
+/// Whether the character may be a digit of this radix. For octal it accepts 8 and 9, which are reported later.
 #[must_use]
 pub fn is_digit(byte: u8, radix: Radix) -> bool {
     match radix {
@@ -408,50 +407,51 @@ pub fn is_digit(byte: u8, radix: Radix) -> bool {
     }
 }
 
-/// Whether an FX timer runs on wherever the scan is: those for subroutines, 1 ms timers, 100 ms retentive ones.
+/// Whether an FX timer counts during the scan: those for subroutines, 1 ms timers, 100 ms retentive timers.
 #[must_use]
 pub fn has_own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
 }
 
-/// Words that each function register has: FD1 lies that far behind FD0.
+/// The words of each function register: FD1 begins this many words after FD0.
 pub const FUNCTION_WORDS: u32 = 4;
 
-/// What the device of these letters means in a family; `None` if there is no such device. `index` is as for
-/// [`Name::kind`].
+/// The device type of these letters in a family; `None` if it has no such device. For `index`, see [`Name::kind`].
 #[must_use]
-pub fn kind(letters: &str, index: u32, family: Family) -> Option<Kind> {
+pub fn kind(letters: &str, index: u32, family: Family) -> Option<DeviceType> {
     let at = NAMES.binary_search_by_key(&letters, |name| name.letters).ok()?;
     NAMES[at].kind(index, family)
 }
 
 impl Name {
-    /// What the name means in a family; `None` if the family has no such device. `index` tells special relays and
-    /// registers of the FX from plain ones.
+    /// The device type in a family; `None` if the family has no such device. `index` separates special relays and registers of
+    /// the FX from ordinary ones.
     #[must_use]
-    pub fn kind(&self, index: u32, family: Family) -> Option<Kind> {
-        // Fast counters of the FX5, as C235 of the FX, and long timers of iQ-R: no page tells when their contacts change.
+    pub fn kind(&self, index: u32, family: Family) -> Option<DeviceType> {
+        // High-speed counters of the FX5 and long timers of iQ-R: no manual page says when their contacts change.
         let by_itself = match (self.letters, family) {
             ("LC" | "LCS" | "LCC", Family::Fx5) => (35..=55).contains(&index),
             ("LT" | "LTS" | "LST" | "LSTS", Family::Iqr) => true,
             _ => false,
         };
         if by_itself {
-            return Some(Kind::VolatileBit);
+            return Some(DeviceType::VolatileBit);
         }
         if family != Family::Fx {
             return Some(self.kind);
         }
         Some(match self.letters {
-            "M" if index >= 8000 => Kind::VolatileBit,
-            "D" if index >= 8000 => Kind::VolatileWord,
-            // 1 ms and 100 ms retentive timers, counted in interrupts.
-            "T" if (246..=255).contains(&index) => Kind::Timed(Timed { retentive: true, ..TIMER }),
-            "TS" | "TC" if has_own_clock(index) => Kind::VolatileBit,
-            "TN" if has_own_clock(index) => Kind::VolatileWord,
+            "M" if index >= 8000 => DeviceType::VolatileBit,
+            "D" if index >= 8000 => DeviceType::VolatileWord,
+            // 1 ms and 100 ms retentive timers count in interrupts.
+            "T" if (246..=255).contains(&index) => {
+                DeviceType::Timed(Timed { retentive: true, ..TIMER })
+            }
+            "TS" | "TC" if has_own_clock(index) => DeviceType::VolatileBit,
+            "TN" if has_own_clock(index) => DeviceType::VolatileWord,
             // High-speed counters count in interrupts.
-            "C" | "CS" | "CC" if index >= 235 => Kind::VolatileBit,
-            "CN" if index >= 200 => Kind::VolatileWord,
+            "C" | "CS" | "CC" if index >= 235 => DeviceType::VolatileBit,
+            "CN" if index >= 200 => DeviceType::VolatileWord,
             "V" => word("V index "),
             "FX" | "FY" => return None,
             _ => self.kind,

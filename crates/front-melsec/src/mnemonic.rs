@@ -1,29 +1,29 @@
-//! What the names of contacts say: how they join, what they look for or compare.
+//! Parses the mnemonics of contacts: how they are connected, which edge they detect, what they compare.
 
 use scanbound_ir::{Join, Relation};
 
-/// As what a comparison contact reads its operands.
+/// The type of the operands of a comparison contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sort {
-    /// Whole numbers.
+pub(super) enum OperandType {
+    /// Integers.
     Integer {
-        /// How many words each has.
+        /// Words of each operand.
         words: usize,
-        /// Whether they have a sign.
+        /// Whether they are signed.
         signed: bool,
     },
     /// Real numbers.
     Real {
-        /// How many words each has.
+        /// Words of each operand.
         words: usize,
     },
     /// Strings.
     Text,
-    /// Dates or times of day, three words each, and which parts of them.
+    /// Dates or times of day, three words each.
     Clock,
 }
 
-/// How a contact joins, whether it looks for an edge (rising or falling), whether it is negated.
+/// How a contact is connected, which edge it detects (rising: true), and whether it is negated.
 pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
         (Join::Load, rest)
@@ -47,7 +47,7 @@ pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     })
 }
 
-/// The relation of a symbol.
+/// The relation of a comparison symbol such as `>=`.
 pub(super) fn relation(symbol: &str) -> Option<Relation> {
     Some(match symbol {
         "=" => Relation::Equal,
@@ -60,8 +60,8 @@ pub(super) fn relation(symbol: &str) -> Option<Relation> {
     })
 }
 
-/// Splits a comparison contact into how it joins, what it compares, and the relation.
-pub(super) fn compared(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
+/// Splits the mnemonic of a comparison contact into its connection, operand type and relation.
+pub(super) fn compared(mnemonic: &str) -> Option<(Join, OperandType, Relation)> {
     let at = mnemonic.find(['=', '<', '>'])?;
     let (head, rest) = mnemonic.split_at(at);
     let (symbol, unsigned) = match rest.strip_suffix("_U") {
@@ -77,12 +77,12 @@ pub(super) fn compared(mnemonic: &str) -> Option<(Join, Sort, Relation)> {
         (Join::Or, head.strip_prefix("OR")?)
     };
     let sort = match (kind, unsigned) {
-        ("", _) => Sort::Integer { words: 1, signed: !unsigned },
-        ("D", _) => Sort::Integer { words: 2, signed: !unsigned },
-        ("E", false) => Sort::Real { words: 2 },
-        ("ED", false) => Sort::Real { words: 4 },
-        ("$", false) => Sort::Text,
-        ("DT" | "TM", false) => Sort::Clock,
+        ("", _) => OperandType::Integer { words: 1, signed: !unsigned },
+        ("D", _) => OperandType::Integer { words: 2, signed: !unsigned },
+        ("E", false) => OperandType::Real { words: 2 },
+        ("ED", false) => OperandType::Real { words: 4 },
+        ("$", false) => OperandType::Text,
+        ("DT" | "TM", false) => OperandType::Clock,
         _ => return None,
     };
     Some((join, sort, relation))

@@ -1,24 +1,24 @@
-//! Reads one MELSEC operand: constants, devices with bit, digit, index and indirect forms, module access, strings.
+//! Parses one MELSEC operand: constants, devices with bit, digit, index and indirect forms, module access, strings.
 
 use std::borrow::Cow;
 
-use super::memory::{FUNCTION_WORDS, Family, Kind, Name, is_digit, name_of};
+use super::memory::{DeviceType, FUNCTION_WORDS, Family, Name, is_digit, name_of};
 use scanbound_ir::{Cell, Radix};
 
-/// What helps where an operand is not understood.
+/// The help text for an invalid operand.
 pub const HOW_TO_WRITE: &str =
-    "write it as the vendor's tool does, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF";
+    "write it as in the vendor's tool, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF";
 
-/// An operand, understood.
+/// A parsed operand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operand {
-    /// `K` or `H`, within 32 bits either signed or unsigned.
+    /// `K` or `H`: a constant of 32 bits, signed or unsigned.
     Constant(i64),
-    /// `E`, its IEEE 754 single.
+    /// `E`: a real constant as the bits of an IEEE 754 single.
     Real(u32),
-    /// `E`, past what a single can hold: of double precision.
+    /// `E`: a real constant that needs double precision.
     Double,
-    /// `U3`: a module by the head of its inputs and outputs.
+    /// `U3`: a module, by the upper digits of its start I/O number.
     Module,
     /// A string without its quotes.
     Text(String),
@@ -35,34 +35,33 @@ pub enum Operand {
 /// A device operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Device {
-    /// The device's letters (`D`, `ZR`), those of an indexed constant (`K`, `H`), or empty for module and indirect
-    /// access.
+    /// The device's letters (`D`, `ZR`); for an indexed constant `K` or `H`; empty for module and indirect access.
     pub name: &'static str,
-    /// Where it is.
+    /// The location.
     pub place: Place,
-    /// What an index register is added to, where one is.
+    /// The index that is added to the device, if any.
     pub index: Option<Index>,
-    /// What its spelling has besides the device.
+    /// What the operand has besides the device.
     pub modifiers: Modifiers,
-    /// For indirect access, where the address stands.
-    pub pointer: Option<Pointer>,
+    /// For indirect access, the words that hold the address.
+    pub address: Option<AddressWords>,
 }
 
-/// What an operand's spelling has besides its device. Each may be beside each other one.
+/// What an operand has besides its device. All combinations are possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Modifiers {
-    /// `U0\\G5`, `J1\\W5`: the memory of a module or of another station.
+    /// Memory of a module or another station (`U0\\G5`, `J1\\W5`).
     pub module: bool,
     /// An index register, or indirect access.
     pub indexed: bool,
-    /// `K4M0`: digits.
+    /// A digit designation (`K4M0`).
     pub digits: bool,
-    /// `D0.3`: a bit of a word.
+    /// A bit of a word (`D0.3`).
     pub word_bit: bool,
 }
 
 impl Modifiers {
-    /// What one of the two has.
+    /// The modifiers that at least one of the two has.
     #[must_use]
     pub fn or(self, other: Modifiers) -> Modifiers {
         Modifiers {
@@ -74,70 +73,70 @@ impl Modifiers {
     }
 }
 
-/// The two words that hold the address of indirect access.
+/// The two words that hold the address for indirect access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pointer {
-    /// Of which kind they are.
-    pub kind: Kind,
-    /// The first one's number, if no index is added to it.
+pub struct AddressWords {
+    /// The device type of the words.
+    pub kind: DeviceType,
+    /// The number of the first word; `None` if it has an index.
     pub first: Option<u32>,
 }
 
-/// An indexed device: where it is if the index is 0, and the register.
+/// An index: the device without it, and the index register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Index {
-    /// The device's number.
+    /// The number of the device that the index is added to.
     pub number: u32,
-    /// The bit of that word.
+    /// For a bit of a word, the bit number.
     pub bit: Option<u8>,
-    /// The register's letters: `Z`, `ZZ`, `LZ` or `V`.
+    /// The letters of the index register: `Z`, `ZZ`, `LZ` or `V`.
     pub letters: &'static str,
-    /// The register's number.
+    /// The number of the index register.
     pub register: u32,
 }
 
-/// Where a device operand points.
+/// The location of a device operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// One device, by its index.
-    At(Kind, u32),
-    /// A bit of a word device: the word's index, and the bit, 0 to 15.
-    BitOf(Kind, u32, u8),
-    /// `K4M0`: from the bit device of this index on, so many digits (1 to 8) of four bits.
-    Digits(Kind, u32, u8),
-    /// Some device of this kind: an index register is added. True for a bit of one of its words.
-    Indexed(Kind, bool),
-    /// So many digits from some device of this kind on.
-    IndexedDigits(Kind, u8),
-    /// `@D0`: any word device.
+    /// One device, by its number.
+    At(DeviceType, u32),
+    /// A bit of a word device: the word's number, and the bit from 0 to 15.
+    BitOf(DeviceType, u32, u8),
+    /// A digit designation (`K4M0`): the number of the first bit, and the number of digits (1 to 8) of four bits.
+    Digits(DeviceType, u32, u8),
+    /// An indexed device of this type; true: a bit of an indexed word.
+    Indexed(DeviceType, bool),
+    /// A digit designation with an index, and its number of digits.
+    IndexedDigits(DeviceType, u8),
+    /// Indirect access (`@D0`): any word device.
     Indirect,
-    /// A module's or another station's memory; true for a bit of it.
+    /// Memory of a module or another station; true: a bit of it.
     Foreign(bool),
-    /// Always this value (`SM400`, `M8000`).
+    /// A relay with a constant value (`SM400`, `M8000`).
     Fixed(bool),
-    /// The first scan's relay (`SM402`, `M8002`) or, negated, its opposite.
+    /// The relay for the first scan (`SM402`, `M8002`): true in the first scan, or, with `false`, only after it.
     FirstScan(bool),
 }
 
-impl Kind {
-    /// The cell of a plain bit or word device; a timer's or counter's contact.
+impl DeviceType {
+    /// The cell of an ordinary bit or word device; for a timer or counter that of its contact.
     #[must_use]
     pub fn cell(self, index: u32) -> Option<Cell> {
         match self {
-            Kind::Bit(area) | Kind::Word(area) => Some(Cell { area, index }),
-            Kind::Timed(timed) => Some(Cell { area: timed.contact, index }),
-            Kind::VolatileBit | Kind::VolatileWord => None,
+            DeviceType::Bit(area) | DeviceType::Word(area) => Some(Cell { area, index }),
+            DeviceType::Timed(timed) => Some(Cell { area: timed.contact, index }),
+            DeviceType::VolatileBit | DeviceType::VolatileWord => None,
         }
     }
 }
 
-/// Reads an operand.
+/// Parses an operand.
 ///
 /// # Errors
-/// What is wrong with it, a sentence for the user without a full stop.
+/// What is wrong with it, for a message (without a full stop).
 pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     if let Some(inner) = text.strip_prefix('"') {
-        let inner = inner.strip_suffix('"').ok_or("the string is not closed")?;
+        let inner = inner.strip_suffix('"').ok_or("the string has no closing quotation mark")?;
         return Ok(Operand::Text(inner.to_owned()));
     }
     let upper = upper(text.trim());
@@ -162,15 +161,15 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
                 return self::digits(&rest[1..], digits as u8 - b'0', family);
             }
             let value: i64 =
-                rest.parse().map_err(|_| format!("`{text}` is no decimal constant"))?;
+                rest.parse().map_err(|_| format!("`{text}` is not a decimal constant"))?;
             constant(value, text)
         }
         'H' => {
             let value = u64::from_str_radix(rest, 16)
-                .map_err(|_| format!("`{text}` is no hexadecimal constant"))?;
+                .map_err(|_| format!("`{text}` is not a hexadecimal constant"))?;
             match i64::try_from(value) {
                 Ok(value) if value <= 0xFFFF_FFFF => Ok(Operand::Constant(value)),
-                _ => Err(format!("`{text}` does not fit 32 bits")),
+                _ => Err(format!("`{text}` does not fit in 32 bits")),
             }
         }
         'E' if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
@@ -181,7 +180,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
         'I' if numeric(rest) => number(rest, Radix::Decimal, text).map(Operand::Interrupt),
         'N' if numeric(rest) => match number(rest, Radix::Decimal, text)? {
             level @ 0..=14 => Ok(Operand::Nesting(level)),
-            _ => Err(format!("`{text}`: nesting goes from N0 to N14")),
+            _ => Err(format!("`{text}`: nesting levels are N0 to N14")),
         },
         _ => device(&upper, family).map(Operand::Device),
     }
@@ -200,11 +199,11 @@ fn constant(value: i64, text: &str) -> Result<Operand, String> {
     if (-0x8000_0000..=0xFFFF_FFFF).contains(&value) {
         Ok(Operand::Constant(value))
     } else {
-        Err(format!("`{text}` does not fit 32 bits"))
+        Err(format!("`{text}` does not fit in 32 bits"))
     }
 }
 
-/// `E1.5`, and `E1.5+3` or `E1.5E+3` for a power of ten.
+/// Parses a real constant: `E1.5`, or `E1.5+3` and `E1.5E+3` with a power of ten.
 fn real(rest: &str, text: &str) -> Result<Operand, String> {
     let mut number = rest.to_owned();
     if !rest.contains('E')
@@ -215,13 +214,13 @@ fn real(rest: &str, text: &str) -> Result<Operand, String> {
     let is_plain = number.bytes().all(|b| b.is_ascii_digit() || b"+-.E".contains(&b));
     match number.parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(Operand::Real(value.to_bits())),
-        // More than a single can hold.
+        // It exceeds the range of a single.
         Ok(_) if is_plain => Ok(Operand::Double),
-        _ => Err(format!("`{text}` is no real constant")),
+        _ => Err(format!("`{text}` is not a real constant")),
     }
 }
 
-/// Whether behind `U` a module's head follows, `3E0` at most, perhaps with an index register.
+/// Whether the text after `U` is a module number (at most `3E0`), possibly with an index register.
 fn is_module(rest: &str) -> bool {
     let (head, index) = rest.split_once('Z').unwrap_or((rest, "0"));
     (1..=3).contains(&head.len())
@@ -237,14 +236,14 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
         Radix::Octal => (8, "octal"),
     };
     match u32::from_str_radix(digits, base) {
-        // Beyond this no CPU has devices, and cells' indices keep clear of overflow.
+        // No CPU has device numbers above this; it also keeps cell indices far from overflow.
         Ok(value) if value < 0x4000_0000 => Ok(value),
         Ok(_) => Err(format!("`{text}`: no CPU has a device of that number")),
         Err(_) => Err(format!("`{text}`: `{digits}` is not {what}")),
     }
 }
 
-/// A device's name, its number, and what follows (`.A`, `Z3`).
+/// Splits a device into its name, its number, and the rest (`.A`, `Z3`).
 fn split(text: &str, family: Family) -> Result<(&'static Name, u32, &str), String> {
     let (name, radix) = name_of(text, family).ok_or_else(|| unknown(text))?;
     let rest = &text[name.letters.len()..];
@@ -253,7 +252,7 @@ fn split(text: &str, family: Family) -> Result<(&'static Name, u32, &str), Strin
 }
 
 fn unknown(text: &str) -> String {
-    format!("`{text}` is no device that this CPU family knows")
+    format!("`{text}` is not a device of this CPU family")
 }
 
 fn device(text: &str, family: Family) -> Result<Device, String> {
@@ -265,14 +264,16 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         "FD" => return Err(unknown(text)),
         _ => index,
     };
-    // Whether an index behind the bit is added to the word's number is not told.
+    // Whether an index after the bit is added to the word number is not documented.
     let is_behind_bit = suffix.starts_with('.');
     let (bit, suffix) = bit_and_index(text, suffix)?;
     let suffix = &*suffix;
     let modifiers =
         Modifiers { indexed: !suffix.is_empty(), word_bit: bit.is_some(), ..Modifiers::default() };
     let place = match (suffix.is_empty() || is_index(suffix, family), suffix.is_empty(), bit) {
-        (false, ..) => return Err(format!("`{text}`: `{suffix}` is not understood")),
+        (false, ..) => {
+            return Err(format!("`{text}`: `{suffix}` is not a valid bit, digit or index"));
+        }
         (_, false, bit) => Place::Indexed(kind, bit.is_some()),
         (_, true, Some(bit)) => Place::BitOf(kind, index, bit),
         (_, true, None) => match (name, index, family) {
@@ -285,8 +286,8 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
             _ => Place::At(kind, index),
         },
     };
-    if bit.is_some() && !matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
-        return Err(format!("`{text}`: only a word device has bits of its own"));
+    if bit.is_some() && !matches!(kind, DeviceType::Word(_) | DeviceType::VolatileWord) {
+        return Err(format!("`{text}`: only a word device has numbered bits"));
     }
     let index = index_of(suffix).filter(|_| !is_behind_bit).map(|(letters, register)| Index {
         number: index,
@@ -294,45 +295,45 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         letters,
         register,
     });
-    Ok(Device { name, place, index, modifiers, pointer: None })
+    Ok(Device { name, place, index, modifiers, address: None })
 }
 
-/// `@D0` by what stands behind the `@`.
+/// Parses indirect access; `text` is what follows the `@`.
 fn indirect(text: &str, family: Family) -> Result<Device, String> {
     let address = device(text, family)?;
-    let pointer = match address.place {
+    let words = match address.place {
         Place::At(kind, first) | Place::BitOf(kind, first, _) => {
-            Some(Pointer { kind, first: Some(first) })
+            Some(AddressWords { kind, first: Some(first) })
         }
-        Place::Indexed(kind, _) => Some(Pointer { kind, first: None }),
+        Place::Indexed(kind, _) => Some(AddressWords { kind, first: None }),
         _ => None,
     };
     let modifiers = Modifiers { indexed: true, ..address.modifiers };
-    Ok(Device { name: "", place: Place::Indirect, index: None, modifiers, pointer })
+    Ok(Device { name: "", place: Place::Indirect, index: None, modifiers, address: words })
 }
 
-/// A constant to which an index register is added: a word of any value.
+/// A constant with an index register: a word that may have any value.
 fn indexed_constant(name: &'static str) -> Operand {
-    let place = Place::Indexed(Kind::VolatileWord, false);
+    let place = Place::Indexed(DeviceType::VolatileWord, false);
     let modifiers = Modifiers { indexed: true, ..Modifiers::default() };
-    Operand::Device(Device { name, place, index: None, modifiers, pointer: None })
+    Operand::Device(Device { name, place, index: None, modifiers, address: None })
 }
 
-/// Whether behind `K` or `H` a constant and an index register follow, as in `K10Z1`.
+/// Whether the text after `K` or `H` is a constant with an index register, as in `K10Z1`.
 fn is_indexed_constant(text: &str, radix: Radix, family: Family) -> bool {
     let text = text.strip_prefix('-').unwrap_or(text);
     let end = text.bytes().position(|byte| !is_digit(byte, radix));
     end.is_some_and(|end| end > 0 && is_index(&text[end..], family))
 }
 
-/// The index register that a suffix names: letters and number; without a number the first.
+/// The index register in a suffix: its letters, and its number (0 if missing).
 fn index_of(suffix: &str) -> Option<(&'static str, u32)> {
     let letters = ["LZ", "ZZ", "Z", "V"].into_iter().find(|name| suffix.starts_with(name))?;
     let digits = &suffix[letters.len()..];
     if digits.is_empty() { Some((letters, 0)) } else { Some((letters, digits.parse().ok()?)) }
 }
 
-/// `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
+/// Whether the suffix is an index register of the family: `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
 fn is_index(suffix: &str, family: Family) -> bool {
     let digits = suffix
         .strip_prefix("LZ")
@@ -349,13 +350,13 @@ fn is_index(suffix: &str, family: Family) -> bool {
 fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     let (name, index, suffix) = split(text, family)?;
     let kind = name.kind(index, family).ok_or_else(|| unknown(text))?;
-    if matches!(kind, Kind::Word(_) | Kind::VolatileWord) {
-        return Err(format!("`K{count}{text}`: digits are taken from bit devices"));
+    if matches!(kind, DeviceType::Word(_) | DeviceType::VolatileWord) {
+        return Err(format!("`K{count}{text}`: a digit designation needs a bit device"));
     }
     let place = match suffix {
         "" => Place::Digits(kind, index, count),
         suffix if is_index(suffix, family) => Place::IndexedDigits(kind, count),
-        _ => return Err(format!("`K{count}{text}`: `{suffix}` is not understood")),
+        _ => return Err(format!("`K{count}{text}`: `{suffix}` is not a valid index")),
     };
     let index = index_of(suffix).map(|(letters, register)| Index {
         number: index,
@@ -365,22 +366,21 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     });
     let modifiers = Modifiers { digits: true, indexed: !suffix.is_empty(), ..Modifiers::default() };
     let name = name.letters;
-    Ok(Operand::Device(Device { name, place, index, modifiers, pointer: None }))
+    Ok(Operand::Device(Device { name, place, index, modifiers, address: None }))
 }
 
-/// The name of a step of an SFC program's block.
+/// The device name of a step in an SFC block.
 pub const SFC_BLOCK: &str = "BL";
 
-/// `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`, with an index behind either part, a bit behind a word, and digits before
-/// either part.
+/// Parses `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`. Each part may have an index, a word may have a bit number, and each part
+/// may have a digit designation.
 fn foreign(text: &str, family: Family) -> Result<Operand, String> {
-    let wrong =
-        || format!("`{text}`: module access is written as U0\\G100, link access as J1\\W10");
+    let wrong = || format!("`{text}`: write module access as U0\\G100, link access as J1\\W10");
     let (unit, rest) = text.split_once(['\\', '¥']).ok_or_else(wrong)?;
     let (unit_digits, unit) = without_digits(unit);
     let (rest_digits, rest) = without_digits(rest);
     let digits = unit_digits || rest_digits;
-    // What is named, whether it is a bit, and the radix of its number.
+    // The device, whether it is a bit, and the radix of its number.
     let (head, (number, is_bit, radix)) = match unit.as_bytes() {
         [b'U', ..] => {
             let number = rest.trim_start_matches('H').strip_prefix('G').ok_or_else(wrong)?;
@@ -391,7 +391,7 @@ fn foreign(text: &str, family: Family) -> Result<Operand, String> {
             let name = names.into_iter().find(|name| rest.starts_with(name)).ok_or_else(wrong)?;
             (&unit[1..], (&rest[name.len()..], !name.ends_with('W'), Radix::Hexadecimal))
         }
-        // A step of an SFC program's block.
+        // A step of an SFC block.
         [b'B', b'L', ..] => {
             let number = rest.strip_prefix('S').ok_or_else(wrong)?;
             (&unit[2..], (number, true, Radix::Decimal))
@@ -409,7 +409,7 @@ fn foreign(text: &str, family: Family) -> Result<Operand, String> {
     let (bit, index) = bit_and_index(text, &number[behind(number, radix)..])?;
     for index in [unit_index, &index] {
         if !index.is_empty() && !is_index(index, family) {
-            return Err(format!("`{text}`: `{index}` is not understood"));
+            return Err(format!("`{text}`: `{index}` is not a valid index"));
         }
     }
     let modifiers = Modifiers {
@@ -420,10 +420,10 @@ fn foreign(text: &str, family: Family) -> Result<Operand, String> {
     };
     let place = Place::Foreign((is_bit && !digits) || bit.is_some());
     let name = if unit.starts_with(SFC_BLOCK) { SFC_BLOCK } else { "" };
-    Ok(Operand::Device(Device { name, place, index: None, modifiers, pointer: None }))
+    Ok(Operand::Device(Device { name, place, index: None, modifiers, address: None }))
 }
 
-/// Whether a part begins with digits such as `K4`, and what follows these.
+/// Whether a part begins with a digit designation such as `K4`, and the text after it.
 fn without_digits(part: &str) -> (bool, &str) {
     match part.as_bytes() {
         [b'K', b'1'..=b'8', ..] => (true, &part[2..]),
@@ -431,13 +431,13 @@ fn without_digits(part: &str) -> (bool, &str) {
     }
 }
 
-/// The bit and the index behind a device's number: the bit stands before the index or behind it (`D0.AZ1`, `D0Z1.A`).
+/// The bit number and the index after a device number; either may come first (`D0.AZ1`, `D0Z1.A`).
 fn bit_and_index<'s>(text: &str, suffix: &'s str) -> Result<(Option<u8>, Cow<'s, str>), String> {
     let Some((before, rest)) = suffix.split_once('.') else {
         return Ok((None, Cow::Borrowed(suffix)));
     };
     let digit = rest.chars().next().filter(char::is_ascii).and_then(|c| c.to_digit(16));
-    let digit = digit.ok_or_else(|| format!("`{text}`: a bit of a word is one of .0 to .F"))?;
+    let digit = digit.ok_or_else(|| format!("`{text}`: the bits of a word are .0 to .F"))?;
     Ok((Some(digit as u8), Cow::Owned(format!("{before}{}", &rest[1..]))))
 }
 
@@ -456,7 +456,7 @@ mod tests {
     #[test]
     fn every_form_that_occurs_is_understood() {
         let q = |text| place(text, Family::Q);
-        let (bit, word) = (|name| Kind::Bit(area(name)), |name| Kind::Word(area(name)));
+        let (bit, word) = (|name| DeviceType::Bit(area(name)), |name| DeviceType::Word(area(name)));
         assert_eq!(q("X0C21"), Place::At(bit("X"), 0xC21));
         assert_eq!(q("XA0"), Place::At(bit("X"), 0xA0));
         assert_eq!(q("d100"), Place::At(word("D"), 100));
@@ -473,8 +473,8 @@ mod tests {
         assert_eq!(q("K8Y1AA0Z1"), Place::IndexedDigits(bit("Y"), 8));
         assert_eq!(q("V0Z3"), Place::Indexed(bit("V"), false));
         assert_eq!(q("@D504"), Place::Indirect);
-        assert_eq!(q("K100Z1"), Place::Indexed(Kind::VolatileWord, false));
-        assert_eq!(q("H1FZ10"), Place::Indexed(Kind::VolatileWord, false));
+        assert_eq!(q("K100Z1"), Place::Indexed(DeviceType::VolatileWord, false));
+        assert_eq!(q("H1FZ10"), Place::Indexed(DeviceType::VolatileWord, false));
         for (text, is_bit) in [
             ("U0Z0\\G74", false),
             ("U6\\G20480", false),
@@ -484,8 +484,8 @@ mod tests {
         ] {
             assert_eq!(q(text), Place::Foreign(is_bit), "{text}");
         }
-        assert!(matches!(q("ST110"), Place::At(Kind::Timed(timed), 110) if timed.retentive));
-        assert!(matches!(q("T5"), Place::At(Kind::Timed(timed), 5) if !timed.retentive));
+        assert!(matches!(q("ST110"), Place::At(DeviceType::Timed(timed), 110) if timed.retentive));
+        assert!(matches!(q("T5"), Place::At(DeviceType::Timed(timed), 5) if !timed.retentive));
         assert_eq!(q("Z3"), Place::At(word("Z"), 3));
         assert_eq!(q("ZR5"), Place::At(word("ZR"), 5));
         assert_eq!(q("S5"), Place::At(bit("S"), 5));

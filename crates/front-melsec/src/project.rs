@@ -1,4 +1,4 @@
-//! Reads a MELSEC project from its files: the programs in the given order, and the device comments.
+//! Reads a MELSEC project: the programs in the given order, and the device comments.
 
 use super::source::{RawFile, RawInstruction, RawProject};
 use super::{comments, csv, list, words};
@@ -6,15 +6,15 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
-/// Words that files in these dialects hold, to tell code pages apart.
+/// Words that occur in files of these dialects, to recognise the code page.
 pub(super) fn known_words() -> Vec<&'static str> {
     csv::MARKS.into_iter().chain(comments::MARKS).collect()
 }
 
-/// Reads the programs, all written in `dialect`, and the comment files.
+/// Reads programs, all in one `dialect`, and comment files.
 ///
 /// # Errors
-/// The faults of all files.
+/// All errors of all files.
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],
@@ -31,7 +31,7 @@ pub fn read(
     }
     check_cpus(&mut project);
     for input in comment_files {
-        // Comments only give names: a fault in them does not stop the audit.
+        // Comments are only shown, so an error in them does not stop the audit.
         match decoded(input, &known_words()) {
             Ok(text) => comments::read(&text, &mut project.comments),
             Err(fault) => project.warnings.push(fault.warning()),
@@ -61,8 +61,8 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
             Code::NoHeads,
             1,
             text.lines().next().unwrap_or_default(),
-            "the column heads are missing",
-            "export the program again: title, CPU and the seven column heads come before the instructions",
+            "the column headings are missing",
+            "export the program again: the title, the CPU and seven column headings must come before the instructions",
         );
         return None;
     };
@@ -75,7 +75,7 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
     })
 }
 
-/// One scan runs on one CPU: FX counts its inputs and outputs in octal, Q and L in hexadecimal.
+/// Checks that all files are for the same CPU. For example, FX numbers inputs and outputs in octal, Q and L in hexadecimal.
 fn check_cpus(project: &mut RawProject) {
     let mut named = project.files.iter().filter_map(|file| Some((file, file.cpu.as_deref()?)));
     let Some((first, cpu)) = named.next() else { return };
@@ -85,8 +85,12 @@ fn check_cpus(project: &mut RawProject) {
             let fault = Diagnostic::file(
                 Code::OtherCpu,
                 &file.name,
-                format!("this program is for {}, that of {} for {cpu}", shown(other), first.name),
-                "the files of one scan run on one CPU: audit each CPU's files by themselves",
+                format!(
+                    "this program is for {}, but that in {} is for {cpu}",
+                    shown(other),
+                    first.name
+                ),
+                "audit the files of each CPU separately",
             );
             if other.starts_with("FX") == cpu.starts_with("FX") { fault.warning() } else { fault }
         })

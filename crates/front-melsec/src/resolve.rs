@@ -1,11 +1,11 @@
-//! From written instructions to what each of them is, by its name, with its operands read once.
+//! Finds what each instruction is, by its mnemonic, and parses its operands once.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::catalog::{Found, NotFound, close, find};
+use super::catalog::{CatalogMatch, NotFound, close, find};
 use super::memory::Family;
-use super::mnemonic::{Sort, compared, contact};
+use super::mnemonic::{OperandType, compared, contact};
 use super::operand::{Operand, parse, upper};
 use super::source::{RawFile, RawInstruction, RawProject};
 use scanbound_base::code::Code;
@@ -14,44 +14,44 @@ use scanbound_base::facts::Facts;
 use scanbound_front::Faults;
 use scanbound_ir::{Join, Relation};
 
-/// What makes all devices of a part of the program indexed ones.
+/// Instructions that add an index to all devices of a part of the program.
 const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 
-/// Instructions that call, stop or start programs by their names; each has a pulse form.
+/// Instructions that call, stop or start programs by name; each has a pulse form.
 const SWITCH_PROGRAMS: [&str; 6] = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
 
-/// What decoding needs to know besides the source.
+/// What decoding needs besides the source.
 pub struct DecodeOptions<'a> {
     /// The CPU family.
     pub family: Family,
-    /// Whether the timing table has an instruction of the user's of this name.
+    /// Whether the timing table has a user-defined instruction of this name.
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// What the user states.
+    /// The user's facts.
     pub facts: &'a Facts,
-    /// As [`scanbound_front::Options`] has it.
+    /// See [`scanbound_front::Options`].
     pub absent_calls_take_no_time: bool,
 }
 
-/// A project's instructions, each understood by itself.
+/// A project whose instructions are each resolved.
 pub(super) struct Resolved<'a> {
     pub(super) project: &'a RawProject,
-    /// Those of all files, one file behind the other.
+    /// The instructions of all files, one file after another.
     pub(super) items: Vec<Item<'a>>,
-    /// Which of them each file has.
+    /// The range of items of each file.
     pub(super) files: Vec<Range<usize>>,
 }
 
 impl Resolved<'_> {
-    /// The file whose program has this name; what stands behind a dot says its kind.
+    /// The file whose program has this name; a file name extension in it is ignored.
     pub(super) fn named(&self, name: &str) -> Option<usize> {
         let stem = name.split('.').next().unwrap_or(name);
         self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem))
     }
 
-    /// Which files' programs need not run in every scan: those that are called by name are commonly on standby, and
-    /// those that are stopped rest. An operand that is no name may be any of them.
-    pub(super) fn may_rest(&self) -> Vec<bool> {
-        let mut rests = vec![false; self.files.len()];
+    /// Which programs need not run in every scan: those that are called by name (their type is usually standby) and those that
+    /// are stopped. If an operand is not a name, it may mean any program.
+    pub(super) fn may_be_skipped(&self) -> Vec<bool> {
+        let mut skip_targets = vec![false; self.files.len()];
         for item in &self.items {
             let is_named =
                 |name: &&str| item.name.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
@@ -61,28 +61,28 @@ impl Resolved<'_> {
             let is_call = matches!(item.category, Category::Control(Control::Call));
             let text = item.raw.operands.first().map_or("", String::as_str).trim_matches('"');
             match self.named(text) {
-                Some(file) => rests[file] = true,
-                // A call that names a program calls no other: this one is not there.
+                Some(file) => skip_targets[file] = true,
+                // A call that names a missing program calls no other one.
                 None if is_call && !text.is_empty() => {}
-                None => rests.fill(true),
+                None => skip_targets.fill(true),
             }
         }
-        rests
+        skip_targets
     }
 }
 
-/// An instruction that is understood.
+/// A resolved instruction.
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
-    /// Its mnemonic in upper case.
+    /// The mnemonic in upper case.
     pub(super) name: Cow<'a, str>,
     /// What it is.
     pub(super) category: Category,
-    /// What its operands say, or why they say nothing.
+    /// Its parsed operands, or why one is invalid.
     pub(super) operands: Vec<Result<Operand, String>>,
 }
 
-/// A fault of an instruction; `part` is a slice of it or a word of it.
+/// An error at an instruction; `part` is a slice of it or one of its words.
 pub(super) fn fault(
     raw: &RawInstruction,
     file: &RawFile,
@@ -93,59 +93,59 @@ pub(super) fn fault(
     raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step)
 }
 
-/// The fault that an instruction has more or fewer operands than `count`, if it has.
+/// The error for a number of operands other than `count`, if it is wrong.
 pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> Option<Diagnostic> {
     let found = raw.operands.len();
-    let message = || format!("`{}` takes {}, here are {found}", raw.mnemonic, operands(count));
+    let message = || format!("`{}` takes {}, but here are {found}", raw.mnemonic, operands(count));
     let part = raw.operands.get(count).unwrap_or(&raw.mnemonic);
-    let help = "compare the line with the instruction's description";
+    let help = "see the description of the instruction";
     (found != count).then(|| fault(raw, file, (Code::OperandCount, part), message(), help))
 }
 
-/// What an instruction is.
+/// The category of an instruction.
 pub(super) enum Category {
     /// A contact.
     Contact {
         join: Join,
-        /// The edge that it looks for.
+        /// The edge that it detects: rising, falling or none.
         rising: Option<bool>,
         negated: bool,
     },
-    /// A contact that compares.
-    Comparison { join: Join, sort: Sort, relation: Relation },
+    /// A comparison contact.
+    Comparison { join: Join, sort: OperandType, relation: Relation },
     /// A contact that is true while a program runs.
     ProgramCheck(Join),
     /// ANB, ORB.
     Block,
     /// MPS, MRD, MPP.
     Branch,
-    /// What changes the result.
+    /// An instruction that changes the result (INV, MEP, EGP and similar).
     Result,
-    /// A part of the program's frame.
+    /// Part of the control structure.
     Control(Control),
-    /// OUT, SET and their kin.
+    /// OUT, SET and similar.
     Coil,
-    /// One that the catalog has.
-    Listed(Found),
-    /// The user's own, which the timing table has.
+    /// An application instruction of the catalog.
+    Listed(CatalogMatch),
+    /// A user-defined instruction with a row in the timing table.
     User,
-    /// Not known, which has been told; whether it is taken to be its rung's output.
+    /// An unknown instruction, already reported; whether it counts as its rung's output.
     Unknown { is_output: bool },
 }
 
-/// What makes the frame of a program: where control goes, and regions that hold coils off.
+/// Control instructions, and those that begin and end regions whose coils are off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Control {
-    /// A pointer's label.
+    /// A pointer label.
     Label(u32),
-    /// An interrupt program's beginning.
+    /// The start of an interrupt program.
     Interrupt,
     /// A jump to a label.
     Jump,
-    /// A jump to the end of the program.
+    /// A jump to the program's end.
     JumpToEnd,
     Call,
-    /// RET, which also ends a step ladder.
+    /// RET; it also ends a step ladder.
     Return,
     /// SRET, IRET.
     OnlyReturn,
@@ -158,11 +158,11 @@ pub(super) enum Control {
     Stop,
     Master,
     MasterEnd,
-    /// A state of a step ladder.
-    State,
+    /// A state of a step ladder (STL).
+    LadderState,
 }
 
-/// Understands the instructions of a project, and tells which are not known.
+/// Resolves the instructions of a project, and reports the unknown ones.
 pub(super) fn resolve<'a>(
     project: &'a RawProject,
     options: &DecodeOptions<'_>,
@@ -173,7 +173,7 @@ pub(super) fn resolve<'a>(
         let first = resolved.items.len();
         for raw in &file.instructions {
             resolved.items.push(item(raw, file, options, faults));
-            // What follows so many faults is no program either.
+            // After this many errors, the file is not a program.
             if faults.give_up() {
                 break;
             }
@@ -199,7 +199,7 @@ fn item<'a>(
     item
 }
 
-/// Contacts, and what works on the results of contacts.
+/// Contacts, and instructions that connect or change their results.
 fn in_rung(name: &str) -> Option<Category> {
     if let Some((join, rising, negated)) = contact(name) {
         return Some(Category::Contact { join, rising, negated });
@@ -234,7 +234,7 @@ fn control(name: &str, raw: &RawInstruction, options: &DecodeOptions<'_>) -> Opt
         "STOP" => Control::Stop,
         "MC" => Control::Master,
         "MCR" => Control::MasterEnd,
-        "STL" => Control::State,
+        "STL" => Control::LadderState,
         _ if raw.operands.is_empty() => match parse(name, options.family) {
             Ok(Operand::Pointer(label)) => Control::Label(label),
             Ok(Operand::Interrupt(_)) => Control::Interrupt,
@@ -244,7 +244,7 @@ fn control(name: &str, raw: &RawInstruction, options: &DecodeOptions<'_>) -> Opt
     })
 }
 
-/// An instruction of the catalog or of the user's, or the fault that it is neither.
+/// An instruction of the catalog or the timing table, or the error that it is in neither.
 fn listed(
     item: &Item<'_>,
     file: &RawFile,
@@ -261,26 +261,27 @@ fn listed(
         Err(NotFound::Unknown) if (options.is_user_instruction)(written) => Category::User,
         Err(NotFound::Unknown) if INDEXES_ALL.contains(&&*item.name) => {
             let message = format!(
-                "`{}` adds index registers to every device between IX and IXEND",
+                "`{}` adds index registers to all devices between IX and IXEND, which scanbound does not support",
                 item.name
             );
-            let help = "write the index registers at the devices themselves";
+            let help = "write the index registers at each device (D0Z1)";
             refuse(Code::NotModelled, message, help, false)
         }
         Err(NotFound::Unknown) => {
-            let own = "an instruction of your own needs a row in the timing table";
+            let own = "a user-defined instruction needs a row in the timing table";
             let help = match close(&item.name) {
                 Some(close) => format!("did you mean `{close}`? {own}"),
                 None => own.to_owned(),
             };
-            let message = format!("the instruction `{written}` is not known");
+            let message = format!("unknown instruction `{written}`");
             refuse(Code::UnknownInstruction, message, &help, true)
         }
         Err(NotFound::OperandCount { expected }) => {
             let expected: Vec<String> = expected.into_iter().map(operands).collect();
             let found = item.raw.operands.len();
-            let message = format!("`{written}` takes {}, here are {found}", expected.join(" or "));
-            let help = "compare the line with the instruction's description";
+            let message =
+                format!("`{written}` takes {}, but here are {found}", expected.join(" or "));
+            let help = "see the description of the instruction";
             refuse(Code::OperandCount, message, help, true)
         }
     }

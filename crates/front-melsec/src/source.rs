@@ -1,4 +1,4 @@
-//! A MELSEC project as its source has it: files of mnemonics and operands, nothing interpreted yet.
+//! A parsed MELSEC project: files of mnemonics and operands, not interpreted yet.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,22 +9,22 @@ use scanbound_front::{Caret, WordPositions};
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawInstruction {
-    /// The physical line on which it begins, from 1.
+    /// The line on which it begins, from 1.
     pub line: u32,
-    /// The PLC's step number, where the source gives one.
+    /// The step number, if the source has one.
     pub step: Option<u32>,
-    /// The mnemonic as written (`LD`, `D+P`, `SwOp0`), or a pointer on its own (`P50`, `I0`).
+    /// The mnemonic as written (`LD`, `D+P`, `SwOp0`), or a label on its own (`P50`, `I0`).
     pub mnemonic: String,
     /// The operands as written; a string keeps its quotes (`"text"`).
     pub operands: Vec<String>,
-    /// Mnemonic and operands as in the source, with one blank between each two.
+    /// Mnemonic and operands, separated by single blanks.
     pub text: Arc<str>,
-    /// Where they stand.
+    /// The positions of its words in the source.
     pub places: WordPositions,
 }
 
 impl RawInstruction {
-    /// What points at a part of it.
+    /// For diagnostics that point at a part of it.
     pub(crate) fn caret<'a>(&'a self, file: &'a RawFile) -> Caret<'a> {
         Caret {
             line: self.line,
@@ -42,25 +42,25 @@ impl RawInstruction {
 pub struct RawFile {
     /// The file's name as the user gave it.
     pub name: String,
-    /// The program's name: the file's name without its directory and extension.
+    /// The program's name: the file name without directory and extension.
     pub program: String,
     /// The CPU as the file names it (`Q26UDV`, `FX3U/FX3UC`, `R08`).
     pub cpu: Option<String>,
-    /// The instructions, in the order of the source.
+    /// The instructions in source order.
     pub instructions: Vec<RawInstruction>,
-    /// The text in which they stand, for showing lines; empty where they stand in a table's cells.
+    /// The file's text, to show lines of it; empty for a CSV file.
     pub source: String,
 }
 
-/// A project: its program files, run one after another in each scan, and its device comments.
+/// A project: program files, which run one after another in each scan, and device comments.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RawProject {
     /// `melsec-csv`, `melsec-gx3-csv` or `melsec-list`.
     pub dialect: &'static str,
-    /// The program files, in the order in which they run.
+    /// The program files in the order in which they run.
     pub files: Vec<RawFile>,
-    /// Device comments by the device's written name.
+    /// Device comments by the device name as written.
     pub comments: BTreeMap<String, String>,
-    /// What was noticed but does not stop the audit.
+    /// Warnings that do not stop the audit.
     pub warnings: Vec<Diagnostic>,
 }

@@ -136,7 +136,7 @@ fn each_broken_structure_has_its_message() {
 fn the_frame_is_checked_whatever_else_is_wrong_and_told_line_by_line() {
     let text = "P0; LD X0; MOV K1 K2; LD X0; CJ P0; LD X1; MOV K1 K3; END";
     assert_eq!(faults(text), [("operand", Some(3)), ("jump-back", Some(5)), ("operand", Some(7))]);
-    // With an instruction that is not known, the frame may seem broken where it is not.
+    // With an instruction that is not known, the structure may seem broken where it is not.
     let text = "P0; LD X0; NOSUCH D0; LD X0; CJ P0; END";
     assert_eq!(faults(text), [("unknown-instruction", Some(3))]);
 }

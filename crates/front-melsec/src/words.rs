@@ -1,4 +1,4 @@
-//! What CSV and list text have in common: words apart by blanks, strings, and the checks on a whole file.
+//! What CSV and list text share: splitting into words, strings, and checks of a whole file.
 
 use super::source::RawInstruction;
 use scanbound_base::code::Code;
@@ -7,14 +7,14 @@ use scanbound_front::WordPositions;
 use scanbound_front::numbering::{self, NumberedLine};
 use scanbound_front::{Faults, shown};
 
-/// More instructions than this take too much memory to audit. The largest CPUs hold 1,200 K steps; plants' projects have
-/// some ten thousand instructions.
+/// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real projects
+/// have some ten thousand instructions.
 const MOST: usize = 400_000;
-/// No line is longer, in bytes.
+/// The longest line, in bytes.
 const LONGEST: usize = 64 * 1024;
 
-/// Words apart by blanks or TABs; a word that begins with `"` runs to the `"` that ends it, blanks and
-/// all. `Err` holds the part from a quotation mark that nothing closes.
+/// Splits at blanks and TABs. A word that begins with `"` extends to its closing `"`, including blanks. `Err` holds the text
+/// from an unclosed quotation mark.
 pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
     let mut words = Vec::new();
     let mut rest = text.trim();
@@ -30,7 +30,7 @@ pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
     Ok(words)
 }
 
-/// The length of the string that `text` begins with: to the first quotation mark before a blank or the end.
+/// The length of the string at the start of `text`: up to the first quotation mark before a blank or the end.
 fn string_end(text: &str) -> Option<usize> {
     text.match_indices('"')
         .skip(1)
@@ -38,20 +38,20 @@ fn string_end(text: &str) -> Option<usize> {
         .find(|&end| text[end..].chars().next().is_none_or(char::is_whitespace))
 }
 
-/// Whether a word is a pointer on its own: `P50`, `I0`.
+/// Whether a word is a label of its own: `P50`, `I0`.
 pub(super) fn is_pointer(word: &str) -> bool {
     word.strip_prefix(['P', 'I', 'p', 'i'])
         .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Whether a word can name an instruction: letters, digits and the signs that mnemonics have.
+/// Whether a word can be a mnemonic: letters, digits and the signs that occur in mnemonics.
 pub(super) fn can_be_mnemonic(word: &str) -> bool {
     !word.is_empty()
         && !word.starts_with(|c: char| c.is_ascii_digit())
         && word.chars().all(|c| c.is_alphanumeric() || "_.$+-*/=<>".contains(c))
 }
 
-/// Builds an instruction; `text` follows from the words.
+/// Makes an instruction; its `text` is built from the words.
 pub(super) fn instruction(
     line: u32,
     step: Option<u32>,
@@ -76,8 +76,7 @@ pub(super) fn instruction(
     }
 }
 
-/// Whether there are more instructions than are audited; then they are an error, and the file is read no
-/// further.
+/// Reports an error and returns true if there are more instructions than the limit; reading then stops.
 pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
     let too_many = instructions.len() > MOST;
     if too_many {
@@ -85,13 +84,13 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
             Code::TooMany,
             faults.file(),
             format!("the program has more than {MOST} instructions"),
-            "so many are not audited: check the file",
+            "scanbound does not support so many: check the file",
         ));
     }
     too_many
 }
 
-/// Whether a line is longer than any that a tool writes; it is an error then.
+/// Reports an error and returns true if a line is longer than any tool writes.
 pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     let mut at = 0;
     for line in text.as_bytes().split(|&byte| byte == b'\n' || byte == b'\r') {
@@ -102,7 +101,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],
                 "this line is far too long",
-                "the file is damaged or something else than a program: export it again",
+                "the file is damaged, or is not a program: export it again",
             );
             return true;
         }
@@ -111,10 +110,10 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     false
 }
 
-/// What holds for a whole file: step numbers rise, END is there, and nothing follows it.
+/// Checks of a whole file: step numbers ascend, END exists, and nothing follows it.
 pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
     let file = faults.file();
-    // How many steps an instruction takes is not known of most, and a label may stand at the step of the next one.
+    // The number of steps of most instructions is unknown, and a label may have the step number of the next instruction.
     let numbered = instructions.iter().filter(|one| !is_pointer(&one.mnemonic));
     let numbered = numbered.map(|one| NumberedLine {
         line: one.line,
@@ -131,7 +130,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                 Code::NoEnd,
                 file,
                 "the program has no END",
-                "the file may have been cut off: export it again, or write END after the last instruction",
+                "the file may be truncated: export it again, or write END after the last instruction",
             );
             fault.line = Some(lines.max(1));
             if let Some(instruction) = instructions.last() {
@@ -152,10 +151,10 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                         instruction.line,
                         shown(&instruction.text),
                         format!(
-                            "this instruction{others} stands after the END of line {}",
+                            "this instruction{others} comes after the END in line {}",
                             instructions[end].line
                         ),
-                        "one program a file: take away what follows END, or the END in between",
+                        "each file has one program: remove what follows END, or remove this END",
                     )
                     .at_step(instruction.step),
                 );

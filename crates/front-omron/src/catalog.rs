@@ -6,7 +6,7 @@ use super::source::Family;
 use scanbound_front::catalog::{self, Catalog, Line};
 pub(super) use scanbound_front::catalog::{Amount, Extent};
 
-/// The words for meanings, which the stages from `resolve` on compare with.
+/// All meaning keywords; the later stages compare with these.
 const MEANINGS: &str = "\
     add and and-block and-not break call clear-carry compare compare-real compare-signed compare-unknown \
     complement copy counter counter-reversible decrement end exchange fall fill flags-compare flags-compare-signed \
@@ -17,10 +17,10 @@ const MEANINGS: &str = "\
     shift-words step subtract task test test-not timer timer-holding timer-unknown word-and word-or word-xnr \
     word-xor";
 
-/// What the OMRON catalog adds to the language of catalogs: the roles `t`, `k` and `tk`, its words for meanings, and the
-/// columns `family` (`c`, `cs`, `*` both), `number` (`~`: may be assigned by the user) and `flags`: the condition flags
-/// that an instruction may change besides what its meaning says, `*` all, `~` those that some CPUs of CS, CJ and CP turn
-/// off and others leave.
+/// The extensions of the OMRON catalog: the roles `t` (timer), `k` (counter) and `tk` (either), the meaning keywords, and the
+/// columns `family` (`c`, `cs`, `*` for both), `number` (function number; `~`: the user may assign it) and `flags`: the
+/// condition flags that the instruction may change in addition to its meaning; `*` means all, `~` those that some CPUs of
+/// CS, CJ and CP turn off and others leave unchanged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Vocabulary;
 
@@ -58,27 +58,27 @@ impl catalog::Vocabulary for Vocabulary {
     }
 }
 
-/// The number of a timer or counter.
+/// The roles of timer and counter numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Timing {
-    /// A timer's.
+    /// A timer number.
     Timer,
-    /// A counter's.
+    /// A counter number.
     Counter,
-    /// A timer's or a counter's, by its letter.
+    /// A timer or counter number with its letter.
     TimerOrCounter,
 }
 
-/// The columns of its own.
+/// The values of the OMRON columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Extra {
-    /// `None` for both.
+    /// The family that has the instruction; `None` for both.
     pub(super) family: Option<Family>,
     /// The function number.
     pub(super) number: Option<u16>,
-    /// Whether the number can be assigned by the user, so that no number contradicts the name.
+    /// Whether the user can assign the function number, so that any number is accepted.
     pub(super) assignable: bool,
-    /// The condition flags that it may change.
+    /// The names of the condition flags that it may change.
     pub(super) flags: &'static str,
 }
 
@@ -93,9 +93,9 @@ fn is_of(row: &Row, family: Family) -> bool {
     row.extra.family.is_none_or(|own| own == family)
 }
 
-/// How a contact with a comparison or a bit test joins the result.
+/// How a comparison or bit test contact is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Lead {
+pub(super) enum Connection {
     /// `LD=`
     Load,
     /// `AND=`
@@ -104,13 +104,13 @@ pub(super) enum Lead {
     Or,
 }
 
-/// An instruction found in the catalog.
+/// The catalog's answer for a mnemonic.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
-    /// Its rows, which differ in the number of operands.
+pub(super) struct CatalogMatch {
+    /// Its rows, one for each number of operands.
     pub(super) rows: Vec<&'static Row>,
-    /// For comparisons and bit tests, how they join.
-    pub(super) lead: Option<Lead>,
+    /// For comparisons and bit tests, how they are connected.
+    pub(super) lead: Option<Connection>,
 }
 
 /// The catalog.
@@ -122,23 +122,23 @@ fn rows(mnemonic: &str, family: Family) -> Option<Vec<&'static Row>> {
     Some(rows.collect()).filter(|rows: &Vec<&Row>| !rows.is_empty())
 }
 
-/// The instruction of this name.
-pub(super) fn find(mnemonic: &str, family: Family) -> Option<Found> {
+/// Finds an instruction by name.
+pub(super) fn find(mnemonic: &str, family: Family) -> Option<CatalogMatch> {
     let joins = |rows: &Vec<&Row>| {
         rows[0].meaning.starts_with("compare") || rows[0].meaning.starts_with("test")
     };
     if let Some(rows) = rows(mnemonic, family).filter(|rows| !joins(rows)) {
-        return Some(Found { rows, lead: None });
+        return Some(CatalogMatch { rows, lead: None });
     }
-    [("LD", Lead::Load), ("AND", Lead::And), ("OR", Lead::Or)].into_iter().find_map(
-        |(word, lead)| {
+    [("LD", Connection::Load), ("AND", Connection::And), ("OR", Connection::Or)]
+        .into_iter()
+        .find_map(|(word, lead)| {
             let rows = rows(mnemonic.strip_prefix(word)?, family).filter(|rows| joins(rows))?;
-            Some(Found { rows, lead: Some(lead) })
-        },
-    )
+            Some(CatalogMatch { rows, lead: Some(lead) })
+        })
 }
 
-/// The names of all instructions, of those that join in each way.
+/// The names of all instructions, including each connection of comparisons.
 pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
     static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
         let known = |name: &String| knows(name);
@@ -152,7 +152,7 @@ pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(String::as_str)
 }
 
-/// The instruction of this function number.
+/// Finds an instruction by function number.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     let fits = |row: &&Row| {
         row.extra.number == Some(number) && is_of(row, family) && !row.extra.assignable
@@ -160,13 +160,13 @@ pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     CATALOG.all().find(fits).map(|row| &*row.mnemonic)
 }
 
-/// Whether any family has an instruction of this name with so many operands. (A number may name it instead.)
+/// Whether any family has an instruction with this name and number of operands.
 pub(super) fn takes(mnemonic: &str, operands: usize) -> bool {
     let found = [Family::C, Family::Cs].into_iter().filter_map(|family| find(mnemonic, family));
     mnemonic.is_empty() || found.flat_map(|found| found.rows).any(|row| row.takes(operands))
 }
 
-/// Whether any family has an instruction of this name.
+/// Whether any family has an instruction with this name.
 pub(super) fn knows(mnemonic: &str) -> bool {
     [Family::C, Family::Cs].into_iter().any(|family| find(mnemonic, family).is_some())
 }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn names_are_found_with_their_lead() {
-        assert_eq!(find("AND<>SL", Family::Cs).unwrap().lead, Some(Lead::And));
+        assert_eq!(find("AND<>SL", Family::Cs).unwrap().lead, Some(Connection::And));
         assert_eq!(find("LDTSTN", Family::Cs).unwrap().rows[0].mnemonic, "TSTN");
         assert!(find("=", Family::Cs).is_none() && find("LD=", Family::C).is_none());
         assert_eq!(find("WSFT", Family::C).unwrap().rows.len(), 2);

@@ -1,24 +1,24 @@
-//! Reads CX-Programmer's text files (`.cxt`): programs, their rungs' mnemonics, symbols, the CPU.
+//! Reads CX-Programmer's text files (`.cxt`): programs, the mnemonics of rungs, symbols, the CPU.
 //!
-//! `Key:=value;` are values, `Key:=` before BEGIN and END a block, before a mark `$?St$Bk?_#[n]` a text up to the
-//! same mark, before BEGIN_LIST a list of lines. A rung's mnemonics stand under `SL`, symbols under `VariableList`
-//! as name, address, type, three further columns and the comment. Tasks from 256 on are cyclic, below interrupts.
+//! `Key:=value;` is a value. After `Key:=` alone follows a block (BEGIN to END), a text between two equal marks
+//! `$?St$Bk?_#[n]`, or a list of lines (BEGIN_LIST). A rung's mnemonics have the key `SL`. Symbols are in `VariableList`: name,
+//! address, type, three other columns and the comment. Task numbers from 256 on are cyclic tasks, lower ones interrupt tasks.
 //!
-//! Within `Programs` nothing is passed over: every program has sections, every section the rungs that it counts, every rung
-//! its mnemonics. What else may hold code is refused.
+//! Nothing within `Programs` is skipped: each program must have its sections, each section as many rungs as it states, and each
+//! rung its mnemonics. Other blocks that may contain code are refused.
 
 use super::list;
 use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
 
-/// What opens and closes a text.
+/// The start of the mark before and after a text.
 const MARK: &str = "$?St$Bk?_#[";
 
-/// Numbers of cyclic tasks begin here.
+/// The lowest number of a cyclic task.
 const FIRST_CYCLIC: u32 = 256;
 
-/// The blocks that lead to rungs: each with its parent, what it holds, and under which key its parent counts it.
+/// The blocks that contain rungs: parent, content, and the parent's key for their number.
 const LEVELS: [Level; 5] = [
     Level { name: "Program", parent: "Programs", count: Some("ProgramCount") },
     Level { name: "Sections", parent: "Program", count: None },
@@ -27,33 +27,33 @@ const LEVELS: [Level; 5] = [
     Level { name: "R", parent: "ProgramData", count: Some("RC") },
 ];
 
-/// Blocks beside these, which hold no code.
+/// Blocks inside these that contain no code.
 const NO_CODE: [&str; 2] = ["LocalVariables", "AtchCmts"];
 
-/// Texts that hold no code.
+/// Keys of texts that contain no code.
 const NO_CODE_TEXTS: [&str; 2] = ["Com", "Comment"];
 
-/// A block on the way to rungs.
+/// A block that contains rungs, directly or in other blocks.
 struct Level {
     name: &'static str,
     parent: &'static str,
-    /// How its parent says how many it holds; a parent that does not holds one.
+    /// The parent's key for the number of these blocks; if it has none, there is one.
     count: Option<&'static str>,
 }
 
 /// An open block.
 struct Block {
-    /// Its key, without its index in brackets.
+    /// Its key, without an index in brackets.
     name: String,
-    /// Where it begins.
+    /// The line where it begins.
     line: usize,
-    /// How many blocks it holds that lead to rungs; of a rung, how many lists of mnemonics.
+    /// The number of blocks with rungs found in it; for a rung, the number of mnemonics lists.
     held: u32,
-    /// How many it says to hold.
+    /// The number that it states.
     told: Option<u32>,
 }
 
-/// Whether the beginning of a file is such a text.
+/// Whether a file begins like this format.
 pub(super) fn sniff(beginning: &str) -> bool {
     if !beginning.contains(":=") {
         return false;
@@ -72,10 +72,10 @@ pub(super) fn sniff(beginning: &str) -> bool {
             || beginning.contains("SL:="))
 }
 
-/// The family of a device by its name.
+/// The family of a CPU by its name.
 ///
 /// # Errors
-/// Why there is none: its special bits stand elsewhere than in either family.
+/// The CPU belongs to neither family, because its special bits have other addresses.
 pub(super) fn family(cpu: &str) -> Result<Family, String> {
     let device = cpu.trim().to_ascii_uppercase();
     let is = |names: &[&str]| names.iter().any(|name| device.starts_with(name));
@@ -83,7 +83,7 @@ pub(super) fn family(cpu: &str) -> Result<Family, String> {
         Ok(Family::C)
     } else if is(&["C20", "C28", "C40", "C60", "C500", "C120", "CV"]) {
         Err(format!(
-            "the program is for {}, whose special bits stand elsewhere than those of the CPUs that are known",
+            "the program is for {}, whose special bits have other addresses than those of supported CPUs",
             cpu.trim()
         ))
     } else {
@@ -111,7 +111,7 @@ struct Reader<'a, 'f> {
     text: &'a str,
     lines: &'a [&'a str],
     at: usize,
-    /// The open blocks.
+    /// The open blocks, outermost first.
     path: Vec<Block>,
     faults: &'a mut Faults<'f>,
 }
@@ -129,10 +129,10 @@ impl Reader<'_, '_> {
                 }
                 None if line.trim_end_matches(';') == "END" => match self.path.pop() {
                     Some(block) => self.close(&block),
-                    None => self.broken(line, "this END closes no block"),
+                    None => self.broken(line, "this END has no BEGIN"),
                 },
                 None if !line.is_empty() && self.holds_code() => {
-                    self.broken(line, "this line belongs to no key: a key or a mark is missing");
+                    self.broken(line, "this line has no key: a key or a mark is missing");
                 }
                 None => {}
             }
@@ -140,11 +140,11 @@ impl Reader<'_, '_> {
         if !self.path.is_empty() {
             let last = self.lines.last().copied().unwrap_or_default();
             self.at = self.lines.len();
-            self.broken(last, "the file ends within a block");
+            self.broken(last, "the file ends inside a block");
         }
         if self.file.programs.is_empty() {
             self.at = 1;
-            self.broken("", "the project holds no program with rungs");
+            self.broken("", "the project contains no program with rungs");
         }
     }
 
@@ -159,7 +159,7 @@ impl Reader<'_, '_> {
         );
     }
 
-    /// What follows a key without a value: a block, a text, a list.
+    /// Reads what follows a key without a value: a block, a text or a list.
     fn block(&mut self, key: &str) {
         let next = self.lines.get(self.at).map_or("", |line| line.trim());
         if next == "BEGIN" {
@@ -181,17 +181,17 @@ impl Reader<'_, '_> {
             }
             self.broken(next, "this list has no end");
         } else if self.holds_code() {
-            self.broken(key, "this key has no value: its mark or its BEGIN is missing");
+            self.broken(key, "this key has no value: a mark or BEGIN is missing");
         }
     }
 
-    /// Whether what stands here may be code: within `Programs`, but not in what is known to hold none.
+    /// Whether the current block may contain code: it is in `Programs`, and not one of those without code.
     fn holds_code(&self) -> bool {
         let is = |names: &[&str]| self.path.iter().any(|one| names.contains(&one.name.as_str()));
         is(&["Programs"]) && !is(&NO_CODE)
     }
 
-    /// Whether the innermost block is of this name.
+    /// Whether the innermost block has this name.
     fn is_in(&self, name: &str) -> bool {
         self.path.last().is_some_and(|block| block.name == name)
     }
@@ -205,7 +205,7 @@ impl Reader<'_, '_> {
                 None if NO_CODE.contains(&name) => {}
                 None => self.broken(
                     key,
-                    "what this block holds is not read: only sections of ladder rungs or mnemonics are",
+                    "scanbound does not read this block: it reads only sections with ladder rungs or mnemonics",
                 ),
             }
         }
@@ -222,7 +222,7 @@ impl Reader<'_, '_> {
         self.path.push(Block { name, line, held: 0, told: None });
     }
 
-    /// Counts a block in its parent. Its number is its place there.
+    /// Counts a block in its parent. Its index must be the next number.
     fn hold(&mut self, level: &Level, key: &str) {
         let Some(parent) = self.path.last_mut() else { return };
         let place = parent.held;
@@ -234,7 +234,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A block that ends holds as many as it says, or one.
+    /// Checks that a finished block contains as many blocks as it states, or one.
     fn close(&mut self, block: &Block) {
         if !(self.holds_code() || block.name == "Programs") {
             return;
@@ -247,15 +247,15 @@ impl Reader<'_, '_> {
         };
         let message = match (count, block.told) {
             (None, _) if block.held == 1 => return,
-            (None, _) => format!("{} holds {} {what}, not one", block.name, block.held),
+            (None, _) => format!("{} contains {} {what}, not one", block.name, block.held),
             (Some(_), Some(told)) if told == block.held => return,
             (Some(count), Some(told)) => {
                 format!("{count} says {told}, but {} {what} follow", block.held)
             }
-            // Older files do not count their programs.
+            // Older files do not state the number of programs.
             (Some("ProgramCount"), None) => return,
             (Some(count), None) => {
-                format!("{} does not say how many {what} it holds ({count})", block.name)
+                format!("{} does not state how many {what} it contains ({count})", block.name)
             }
         };
         let (end, text) = (self.at, self.lines.get(block.line.saturating_sub(1)).copied());
@@ -308,7 +308,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A text between two marks; the second may stand behind the last line's text.
+    /// Reads a text between two marks. The second mark may follow the last line of text directly.
     fn text(&mut self, key: &str) {
         let opening = self.lines[self.at].trim();
         let end = opening.find(']').map_or(opening.len(), |end| end + 1);
@@ -319,7 +319,7 @@ impl Reader<'_, '_> {
             self.list();
         } else if self.holds_code() && !NO_CODE_TEXTS.contains(&key) {
             let message = format!(
-                "what stands under `{key}` is not read: a rung's mnemonics stand under `SL`"
+                "scanbound does not read `{key}`: it expects the mnemonics of a rung under `SL`"
             );
             self.broken(key, &message);
         }
@@ -358,7 +358,7 @@ impl Reader<'_, '_> {
         list::read_line(self.text, line, number, &mut program.instructions, self.faults);
     }
 
-    /// A symbol: `name,address,type,,,,"comment";`
+    /// Reads a symbol: `name,address,type,,,,"comment";`
     fn symbol(&mut self, line: &str) {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)

@@ -1,6 +1,6 @@
-//! Instructions on words: what they write, exactly where that is simple, else any value.
+//! Instructions on words: what they write, exactly in simple cases, otherwise any value.
 
-use super::assembly::Assembly;
+use super::builder::OmronBuilder;
 use super::catalog::{Amount, Extent, Role, Slot};
 use super::extent::{MOST_WORDS, fits, length};
 use super::memory::Memory;
@@ -11,37 +11,37 @@ use scanbound_ir::{
     WordSource, WordTarget, Write,
 };
 
-/// Notes that operands are read whose values are not followed.
-pub(super) fn note_indirect(asm: &mut Assembly, item: &Item<'_>) {
+/// Lists operands whose values are read but not modelled.
+pub(super) fn note_indirect(builder: &mut OmronBuilder, item: &Item<'_>) {
     let Some(row) = item.row else { return };
     for ((operand, text), slot) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
         if slot.role != Role::Source || slot.extent == Extent::Words(Amount::Unknown) {
             continue;
         }
         if operand.is_indirect() {
-            asm.note(format!(
-                "{text} is read through an address that is not known: any value is taken"
+            builder.approximate(format!(
+                "{text} is read through an unknown address: it may have any value"
             ));
         } else if *operand == Operand::Register {
-            asm.note(format!("{text} is not followed: any value is taken"));
+            builder.approximate(format!("{text} is not modelled: it may have any value"));
         }
     }
 }
 
-/// Notes that a comparison may come out either way.
-pub(super) fn note_unknown(asm: &mut Assembly, item: &Item<'_>) {
+/// Lists that a comparison may give either result.
+pub(super) fn note_unknown(builder: &mut OmronBuilder, item: &Item<'_>) {
     if item.meaning() == "compare-unknown" {
-        asm.note("this comparison may come out either way");
+        builder.approximate("this comparison may be true or false");
     }
-    note_indirect(asm, item);
+    note_indirect(builder, item);
 }
 
-/// Writes of any value to all that the instruction may write.
-pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
+/// Havocs everything that the instruction may write.
+pub(super) fn havoc(builder: &OmronBuilder, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
     let regions: Vec<Region> = match item.row {
-        // A user's instruction may write its operands and what belongs to them, however long that is.
-        None => item.operands.iter().flat_map(|operand| whole(operand, asm.memory)).collect(),
-        // Where a unit's links lie is set in the unit, not in the program.
+        // A user-defined instruction may write the whole area of each operand.
+        None => item.operands.iter().flat_map(|operand| whole(operand, builder.memory)).collect(),
+        // The addresses of a unit's link words are set in the unit, not in the program.
         Some(row) if row.meaning == "refresh-units" => vec![Region::Everything],
         Some(row) => row
             .operands
@@ -51,15 +51,15 @@ pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Wr
                 (
                     Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice,
                     Extent::Words(amount),
-                ) => Some(operand.regions(length(asm.memory, item, amount))),
+                ) => Some(operand.regions(length(builder.memory, item, amount))),
                 (Role::Extra(_), _) if operand.is_indirect() => {
-                    Some(asm.memory.timing_areas().into_iter().map(Region::Area).collect())
+                    Some(builder.memory.timing_areas().into_iter().map(Region::Area).collect())
                 }
                 _ => None,
             })
             .flatten()
-            .chain(special_units(asm.memory, item))
-            .chain(registers(asm.memory, item))
+            .chain(special_units(builder.memory, item))
+            .chain(registers(builder.memory, item))
             .collect(),
     };
     regions
@@ -69,7 +69,7 @@ pub(super) fn havoc(asm: &Assembly, item: &Item<'_>, choice: ChoiceId) -> Vec<Wr
         .collect()
 }
 
-/// All that an operand's area holds; with timers' and counters' values their flags, and the other way round.
+/// All cells of an operand's area; for timers and counters both flags and current values.
 fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
     let regions = operand.regions(None).into_iter().map(|region| match region {
         Region::Range { first, .. } => Region::Area(first.area),
@@ -85,8 +85,7 @@ fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
     all.collect()
 }
 
-/// Registers that are written without being named: where SRCH, MAX and MIN found what they looked for goes to IR0, how
-/// often SRCH did to DR0.
+/// Registers that are written implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the number of matches in DR0.
 fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
     let index = memory.index_register(0).filter(|_| found);
@@ -95,7 +94,7 @@ fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     index.into_iter().chain(times.map(|first| Region::Range { first, count: 1 })).collect()
 }
 
-/// What a refresh of special I/O units changes besides the words that name them (words 40 to 49 of the C series).
+/// The words that a refresh of special I/O units changes in addition to its operands (words 40 to 49 of the C series).
 fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     if memory.family != super::source::Family::C || item.name != "IORF" {
         return None;
@@ -105,65 +104,65 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
 }
 
-/// The writes to condition flags that the catalog lists: each takes any value.
-pub(super) fn flags(asm: &mut Assembly, item: &Item<'_>) -> Vec<Write> {
+/// Havocs the condition flags that the catalog lists.
+pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let named = item.row.map_or("*", |row| row.extra.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
     let refused = item.meaning().starts_with("flags-zone") && !limits_in_order(item);
     if named == "*" || indirect || refused {
-        let (first, count) = asm.memory.flags();
-        return vec![Write::Havoc(Region::Range { first, count }, asm.choice())];
+        let (first, count) = builder.memory.flags();
+        return vec![Write::Havoc(Region::Range { first, count }, builder.choice())];
     }
-    let left: &[&str] = match asm.memory.family {
+    let left: &[&str] = match builder.memory.family {
         super::source::Family::Cs => &["EQ", "NE", "GE", "LE", "N"],
         super::source::Family::C => &[],
     };
     let named =
         named.split(' ').flat_map(|flag| if flag == "~" { left.to_vec() } else { vec![flag] });
-    let targets: Vec<BitTarget> = named.filter_map(|flag| asm.memory.flag(flag)).collect();
-    targets.into_iter().map(|target| Write::Bit(target, asm.free())).collect()
+    let targets: Vec<BitTarget> = named.filter_map(|flag| builder.memory.flag(flag)).collect();
+    targets.into_iter().map(|target| Write::Bit(target, builder.free_bit())).collect()
 }
 
-/// So many words from an operand on as they are read; `None` where that is no read of words.
+/// The values of this many words of an operand; `None` if it cannot be read as words.
 pub(super) fn sources(
-    asm: &mut Assembly,
+    builder: &mut OmronBuilder,
     item: &Item<'_>,
     at: usize,
     count: u32,
 ) -> Option<Vec<WordSource>> {
-    let memory = asm.memory;
+    let memory = builder.memory;
     let operand = item.operands.get(at)?;
     if operand.word().is_some_and(|first| !fits(memory, first, count)) {
         return None;
     }
-    let mut sources = operand.sources(count, memory, &mut || asm.choice())?;
+    let mut sources = operand.sources(count, memory, &mut || builder.choice())?;
     if let Some(first) = operand.word() {
         for (source, n) in sources.iter().zip(0..) {
             if let WordSource::Free(choice) = *source {
                 let register = (memory.name_of(first).to_owned(), first.index + n);
-                asm.out.program.registers.insert(choice, register);
+                builder.out.program.registers.insert(choice, register);
             }
         }
     }
-    // Behind a timer's value there may be that of one that the system counts on.
+    // A block may extend to the current value of a timer that counts at any time.
     for source in &mut sources {
         if let WordSource::Cell(cell) = *source
             && let Some(area) = cell.area.0.checked_sub(1)
-            && asm.fast.contains(&Cell { area: AreaId(area), ..cell })
+            && builder.fast.contains(&Cell { area: AreaId(area), ..cell })
         {
-            let between = asm.choice();
-            asm.out.program.timekeeping.between_instructions.insert(between, Some(cell));
+            let between = builder.choice();
+            builder.out.program.timekeeping.between_instructions.insert(between, Some(cell));
             *source = WordSource::Free(between);
         }
     }
     Some(sources)
 }
 
-fn number(asm: &mut Assembly, item: &Item<'_>, at: usize, count: u32) -> Option<Number> {
-    sources(asm, item, at, count).map(Number::Words)
+fn number(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, count: u32) -> Option<Number> {
+    sources(builder, item, at, count).map(Number::Words)
 }
 
-/// Where so many words from an operand on are written: nowhere for registers, `None` if not known.
+/// Write targets for this many words of an operand: empty for registers, `None` if unknown.
 fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     match item.operands.get(at)? {
         Operand::Word(first) => Some((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()),
@@ -172,7 +171,7 @@ fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     }
 }
 
-/// How many words the operand of this place has by its role.
+/// The number of words of this operand by its role.
 fn width(item: &Item<'_>, at: usize) -> u32 {
     let slot = item.row.and_then(|row| row.operands.get(at));
     match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
@@ -181,50 +180,53 @@ fn width(item: &Item<'_>, at: usize) -> u32 {
     }
 }
 
-/// What the instruction writes, where that is followed exactly.
-pub(super) fn exact(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+/// The exact writes of the instruction, if it is one of the simple ones.
+pub(super) fn exact(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     let wide = width(item, 0);
     let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
     let one = || {
         let words = (0..wide).map(|n| WordSource::Const(u16::from(n == 0)));
         Number::Words(words.collect())
     };
-    let two = |asm: &mut Assembly, join: fn(Box<Number>, Box<Number>) -> Number| {
-        let (a, b) = (number(asm, item, 0, wide)?, number(asm, item, 1, wide)?);
+    let two = |builder: &mut OmronBuilder, join: fn(Box<Number>, Box<Number>) -> Number| {
+        let (a, b) = (number(builder, item, 0, wide)?, number(builder, item, 1, wide)?);
         Some(join(Box::new(a), Box::new(b)))
     };
     let (target, value) = match item.meaning() {
-        "move" => (1, number(asm, item, 0, wide)?),
-        "move-not" => (1, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
-        "complement" => (0, Number::Xor(Box::new(number(asm, item, 0, wide)?), Box::new(ones()))),
-        "increment" => (0, Number::Add(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
-        "decrement" => (0, Number::Sub(Box::new(number(asm, item, 0, wide)?), Box::new(one()))),
-        "add" => (2, two(asm, Number::Add)?),
-        "subtract" => (2, two(asm, Number::Sub)?),
-        "word-and" => (2, two(asm, Number::And)?),
-        "word-or" => (2, two(asm, Number::Or)?),
-        "word-xor" => (2, two(asm, Number::Xor)?),
-        "word-xnr" => (2, Number::Xor(Box::new(two(asm, Number::Xor)?), Box::new(ones()))),
-        "flags-compare" | "flags-compare-signed" | "flags-zone" | "flags-zone-signed" => {
-            return compare_flags(asm, item);
+        "move" => (1, number(builder, item, 0, wide)?),
+        "move-not" => (1, Number::Xor(Box::new(number(builder, item, 0, wide)?), Box::new(ones()))),
+        "complement" => {
+            (0, Number::Xor(Box::new(number(builder, item, 0, wide)?), Box::new(ones())))
         }
-        "copy" | "fill" | "shift-words" | "exchange" => return block(asm, item),
+        "increment" => (0, Number::Add(Box::new(number(builder, item, 0, wide)?), Box::new(one()))),
+        "decrement" => (0, Number::Sub(Box::new(number(builder, item, 0, wide)?), Box::new(one()))),
+        "add" => (2, two(builder, Number::Add)?),
+        "subtract" => (2, two(builder, Number::Sub)?),
+        "word-and" => (2, two(builder, Number::And)?),
+        "word-or" => (2, two(builder, Number::Or)?),
+        "word-xor" => (2, two(builder, Number::Xor)?),
+        "word-xnr" => (2, Number::Xor(Box::new(two(builder, Number::Xor)?), Box::new(ones()))),
+        "flags-compare" | "flags-compare-signed" | "flags-zone" | "flags-zone-signed" => {
+            return compare_flags(builder, item);
+        }
+        "copy" | "fill" | "shift-words" | "exchange" => return block(builder, item),
         carry @ ("set-carry" | "clear-carry") => {
             let set = Logic::Const(carry == "set-carry");
-            return Some(vec![Write::Bit(asm.memory.flag("CY")?, set)]);
+            return Some(vec![Write::Bit(builder.memory.flag("CY")?, set)]);
         }
         "move-bit" | "set-bit" | "reset-bit" | "out-bit" | "set-bits" | "reset-bits" => {
-            return bits(asm, item);
+            return bits(builder, item);
         }
         _ => return None,
     };
     Some(vec![Write::Words(targets(item, target, wide)?, value)])
 }
 
-fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+fn block(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     if item.meaning() == "exchange" {
         let wide = width(item, 0);
-        let (mut from, second) = (sources(asm, item, 1, wide)?, sources(asm, item, 0, wide)?);
+        let (mut from, second) =
+            (sources(builder, item, 1, wide)?, sources(builder, item, 0, wide)?);
         let (mut to, last) = (targets(item, 0, wide)?, targets(item, 1, wide)?);
         from.extend(second);
         to.extend(last);
@@ -232,8 +234,8 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     }
     let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
     let amount = amounts.find(|amount| amount.counter().is_some())?;
-    let count = length(asm.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
-    if !asm.out.has_room(2 * count as usize) {
+    let count = length(builder.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
+    if !builder.out.has_room(2 * count as usize) {
         return None;
     }
     if count == 0 {
@@ -243,39 +245,39 @@ fn block(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         "copy" => {
             let (from, to) = (item.operands.get(1)?.word()?, item.operands.get(2)?.word()?);
             let apart = from.area != to.area || from.index.abs_diff(to.index) >= count;
-            (to, if apart { sources(asm, item, 1, count)? } else { return None })
+            (to, if apart { sources(builder, item, 1, count)? } else { return None })
         }
         "fill" => {
-            (item.operands.get(1)?.word()?, vec![sources(asm, item, 0, 1)?[0]; count as usize])
+            (item.operands.get(1)?.word()?, vec![sources(builder, item, 0, 1)?[0]; count as usize])
         }
-        // One word comes in at the first place, the last is lost; two operands mean that a zero comes in.
+        // A shift by one word; with two operands zero comes in.
         _ => {
             let with = item.operands.len() == 3;
             let first = item.operands.get(usize::from(with))?.word()?;
-            if asm.memory.is_volatile(first) {
+            if builder.memory.is_volatile(first) {
                 return None;
             }
             let mut from =
-                if with { sources(asm, item, 0, 1)? } else { vec![WordSource::Const(0)] };
+                if with { sources(builder, item, 0, 1)? } else { vec![WordSource::Const(0)] };
             from.extend((0..count - 1).map(|n| WordSource::Cell(first.plus(n))));
             (first, from)
         }
     };
-    if !fits(asm.memory, first, count) {
+    if !fits(builder.memory, first, count) {
         return None;
     }
     let to = (0..count).map(|n| WordTarget::Cell(first.plus(n))).collect();
     Some(vec![Write::Words(to, Number::Words(from))])
 }
 
-/// Instructions on single bits of words that operands name.
-fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
-    let family = asm.memory.family;
+/// Instructions on single bits of words.
+fn bits(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
+    let family = builder.memory.family;
     let value = |set: &str| Logic::Const(item.meaning().starts_with(set));
     let place = |first: Cell, bit: u32| BitTarget::WordBit(first.plus(bit / 16), (bit % 16) as u8);
     match item.meaning() {
         "move-bit" => {
-            // The control word: the source's bit in its low two digits, the target's in its high two.
+            // The control word: the low two digits are the source bit, the high two digits the destination bit.
             let &Operand::Constant(control, _) = item.operands.get(1)? else { return None };
             let digits = |byte: i64| {
                 let byte = u32::try_from(byte & 0xFF).ok()?;
@@ -290,12 +292,12 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             let source = match item.operands.first()? {
                 Operand::Constant(value, _) => Logic::Const(value >> from & 1 == 1),
                 Operand::Word(cell) => {
-                    let memory = asm.memory;
-                    let bit =
-                        Operand::Bit(*cell, from as u8).bit_source(memory, &mut || asm.choice())?;
+                    let memory = builder.memory;
+                    let bit = Operand::Bit(*cell, from as u8)
+                        .bit_source(memory, &mut || builder.choice())?;
                     Logic::Bit(bit)
                 }
-                _ => asm.free(),
+                _ => builder.free_bit(),
             };
             Some(vec![Write::Bit(target, source)])
         }
@@ -304,10 +306,10 @@ fn bits(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
             let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
             let count =
                 item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
-            if !asm.out.has_room(2 * count as usize) {
+            if !builder.out.has_room(2 * count as usize) {
                 return None;
             }
-            if !fits(asm.memory, first, (start + count).div_ceil(16)) {
+            if !fits(builder.memory, first, (start + count).div_ceil(16)) {
                 return None;
             }
             let write = |bit| Write::Bit(place(first, bit), value("set"));
@@ -334,37 +336,37 @@ fn relation(item: &Item<'_>) -> Relation {
     }
 }
 
-/// The truth value of a comparison or bit test that stands as a contact.
-pub(super) fn condition(asm: &mut Assembly, item: &Item<'_>) -> Logic {
+/// The result of a comparison or bit test that is a contact.
+pub(super) fn condition(builder: &mut OmronBuilder, item: &Item<'_>) -> Logic {
     let wide = width(item, 0);
     let value = match item.meaning() {
-        "test" | "test-not" => test(asm, item),
+        "test" | "test-not" => test(builder, item),
         "compare" | "compare-signed" | "compare-real" => {
             let format = match item.meaning() {
                 "compare" => NumberFormat::Unsigned,
                 "compare-signed" => NumberFormat::Signed,
-                _ => NumberFormat::Real(asm.choice()),
+                _ => NumberFormat::Real(builder.choice()),
             };
-            comparison(asm, item, (0, 1), wide, relation(item), format)
+            comparison(builder, item, (0, 1), wide, relation(item), format)
         }
         _ => None,
     };
-    let value = value.unwrap_or_else(|| asm.free());
+    let value = value.unwrap_or_else(|| builder.free_bit());
     match item.raw.edge {
-        // An edge of a comparison: only while it holds, or while it does not.
+        // With an edge prefix, the result can be true only while the comparison is true (or false).
         None => value,
-        Some(edge) => asm.edge(value, edge),
+        Some(edge) => builder.edge(value, edge),
     }
 }
 
-fn test(asm: &mut Assembly, item: &Item<'_>) -> Option<Logic> {
-    let family = asm.memory.family;
+fn test(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Logic> {
+    let family = builder.memory.family;
     let bit = item.operands.get(1)?.count(family)? & 15;
-    let memory = asm.memory;
+    let memory = builder.memory;
     let value = match item.operands.first()? {
         Operand::Constant(value, _) => Logic::Const(value >> bit & 1 == 1),
         Operand::Word(cell) => {
-            Logic::Bit(Operand::Bit(*cell, bit as u8).bit_source(memory, &mut || asm.choice())?)
+            Logic::Bit(Operand::Bit(*cell, bit as u8).bit_source(memory, &mut || builder.choice())?)
         }
         _ => return None,
     };
@@ -372,18 +374,18 @@ fn test(asm: &mut Assembly, item: &Item<'_>) -> Option<Logic> {
 }
 
 fn comparison(
-    asm: &mut Assembly,
+    builder: &mut OmronBuilder,
     item: &Item<'_>,
     (left, right): (usize, usize),
     wide: u32,
     relation: Relation,
     format: NumberFormat,
 ) -> Option<Logic> {
-    let (left, right) = (number(asm, item, left, wide)?, number(asm, item, right, wide)?);
+    let (left, right) = (number(builder, item, left, wide)?, number(builder, item, right, wide)?);
     Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
-/// Whether ZCP's limits are constants in their order: otherwise it may end in an error and leave the flags.
+/// Whether the limits of ZCP are constants in the right order. Otherwise it may be an error that leaves the flags unchanged.
 fn limits_in_order(item: &Item<'_>) -> bool {
     let limit = |at: usize| match item.operands.get(at) {
         Some(&Operand::Constant(value, _)) => Some(value),
@@ -398,8 +400,8 @@ fn limits_in_order(item: &Item<'_>) -> bool {
     matches!((limit(1), limit(2)), (Some(low), Some(high)) if read(low) <= read(high))
 }
 
-/// CMP and ZCP: each flag becomes what the comparison says.
-fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
+/// CMP and ZCP: sets each flag to the result of the comparison.
+fn compare_flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     if item.meaning().starts_with("flags-zone") && !limits_in_order(item) {
         return Some(Vec::new());
     }
@@ -408,7 +410,7 @@ fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     let wide = width(item, 0);
     let numbers: Option<Vec<Number>> =
         (0..2 + usize::from(item.meaning().starts_with("flags-zone")))
-            .map(|at| number(asm, item, at, wide))
+            .map(|at| number(builder, item, at, wide))
             .collect();
     let numbers = numbers?;
     let holds = |relation: Relation, right: usize| {
@@ -416,7 +418,7 @@ fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
         Logic::Compare(Box::new(Compare { relation, format, left, right }))
     };
     let zone = numbers.len() == 3;
-    // For ZCP: below the lower limit, above the upper, within.
+    // ZCP: below the lower limit, above the upper limit, within.
     let values: Vec<(&str, Logic)> = if zone {
         let (below, above) = (holds(Relation::Less, 1), holds(Relation::Greater, 2));
         let within = Logic::Any(vec![below.clone(), above.clone()]).not();
@@ -433,13 +435,16 @@ fn compare_flags(asm: &mut Assembly, item: &Item<'_>) -> Option<Vec<Write>> {
     };
     let mut writes: Vec<Write> = values
         .into_iter()
-        .filter_map(|(flag, value)| asm.memory.flag(flag).map(|target| Write::Bit(target, value)))
+        .filter_map(|(flag, value)| {
+            builder.memory.flag(flag).map(|target| Write::Bit(target, value))
+        })
         .collect();
     let others: &[&str] =
         if zone { &["ER", "AER", "N", "GE", "NE", "LE"] } else { &["ER", "AER", "N"] };
-    let others: Vec<BitTarget> = others.iter().filter_map(|flag| asm.memory.flag(flag)).collect();
+    let others: Vec<BitTarget> =
+        others.iter().filter_map(|flag| builder.memory.flag(flag)).collect();
     writes.extend(
-        others.into_iter().map(|target| Write::Bit(target, asm.free())).collect::<Vec<_>>(),
+        others.into_iter().map(|target| Write::Bit(target, builder.free_bit())).collect::<Vec<_>>(),
     );
     Some(writes)
 }

@@ -1,18 +1,18 @@
-//! From an OMRON project to a program: every instruction with its exact or widened meaning, all faults at once.
+//! Decodes an OMRON project to a program of `ir`, and returns all errors at once.
 
 use scanbound_base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::assembly::Assembly;
+use super::accessed;
+use super::builder::OmronBuilder;
 use super::catalog::{Amount, Extent, Role};
-use super::emit::{CallSite, Emitter};
 use super::extent;
-use super::frame::{Frame, frame};
+use super::lower::{CallSite, Lowering};
 use super::memory::Memory;
-use super::named;
-use super::operand::{Operand, Reader, Want};
+use super::operand::{Expected, Operand, Reader};
 use super::resolve::{Item, resolve};
 use super::source::{Family, RawFile, RawProgram, RawProject, Symbols, Task};
+use super::structure::{Structure, structure};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Part;
 use scanbound_base::time::Picos;
@@ -22,14 +22,14 @@ use scanbound_ir::{
     flow,
 };
 
-/// Stated ranges with faults are told up to so many faults.
+/// The largest number of errors about stated ranges that are listed.
 const MOST_FAULTS: usize = 100;
 
-/// More instructions than this are refused: the largest CPUs hold 400 K steps, of which contacts take one and most else
+/// The largest number of instructions. The largest CPUs hold 400 K steps; a contact takes one step, most other instructions
 /// two to seven.
 const MOST: usize = 300 * 1024;
 
-/// Refuses a project of more instructions than any CPU holds, at the first that is too many.
+/// Refuses a project with more instructions than any CPU can hold.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
     let mut instructions = project.files.iter().flat_map(|file| {
         let own = file.programs.iter().flat_map(|program| &program.instructions);
@@ -42,19 +42,19 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
         instruction.line,
         &*instruction.text,
         format!("the project has more than {MOST} instructions"),
-        "no CPU holds as many: check the file",
+        "no CPU can hold so many: check the file",
     )])
 }
 
 /// Decodes a project.
 ///
 /// # Errors
-/// All faults of all files.
+/// All errors of all files.
 pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
     too_many(project)?;
     let memory = Memory { family: project.family };
     let mut decoder = Decoder {
-        asm: Assembly::new(memory, project.dialect),
+        builder: OmronBuilder::new(memory, project.dialect),
         faults: Vec::new(),
         routines: BTreeMap::new(),
         calls: Vec::new(),
@@ -67,62 +67,62 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
             && project.files.iter().map(|file| file.programs.len()).sum::<usize>() > 1,
         used: [BTreeMap::new(), BTreeMap::new()],
     };
-    decoder.asm.fast = fast_timers(project, memory);
+    decoder.builder.fast = fast_timers(project, memory);
     for file in &project.files {
         decoder.file(file, options);
     }
     decoder.connect(project, options);
     decoder.ranges(project, options);
-    super::loops::settle(&mut decoder.asm);
+    super::loops::apply_stated_ranges(&mut decoder.builder);
     decoder.arrange(project, options);
-    let Decoder { mut asm, mut faults, used: [read, written], .. } = decoder;
-    // A word that is written serves outputs, another inputs; and so does one of which a bit is read that nothing writes.
+    let Decoder { mut builder, mut faults, used: [read, written], .. } = decoder;
+    // A written word is an output. Other words are inputs, and so are words with a single bit that is read but not written.
     let is_input = |(word, bits): &(&u32, &u16)| match written.get(word) {
         None => true,
         Some(written) => **bits & !written != 0,
     };
     let inputs = read.iter().filter(is_input).count();
-    asm.out.program.networks = asm.memory.networks();
-    asm.out.program.power_up = asm.memory.power_up();
-    asm.out.program.scan_control.by_parameters = Some("minimum cycle time");
-    asm.out.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
-    faults.append(&mut asm.faults);
+    builder.out.program.networks = builder.memory.networks();
+    builder.out.program.power_up = builder.memory.power_up();
+    builder.out.program.scan_control.by_parameters = Some("minimum cycle time");
+    builder.out.program.points = Some([inputs, written.len()].map(|words| 16 * words as u32));
+    faults.append(&mut builder.faults);
     if !faults.is_empty() {
         faults.sort_by_key(|fault| (position(project, &fault.file), fault.line));
         return Err(faults);
     }
-    let blocks = asm.out.program.instructions.iter().map(|one| one.block);
-    asm.out.program.blocks = blocks.max().unwrap_or(0);
-    asm.out.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
-    asm.out.program.approximations.sort();
-    asm.out.program.approximations.dedup();
-    Ok(asm.out.program)
+    let blocks = builder.out.program.instructions.iter().map(|one| one.block);
+    builder.out.program.blocks = blocks.max().unwrap_or(0);
+    builder.out.program.cpu = project.files.iter().find_map(|file| file.cpu.clone());
+    builder.out.program.approximations.sort();
+    builder.out.program.approximations.dedup();
+    Ok(builder.out.program)
 }
 
-/// Tasks that interrupts run and whose programs are not known.
+/// The name for interrupt tasks whose programs are missing.
 const UNLISTED: &str = "unlisted tasks";
-/// More words of inputs and outputs than this no CPU has.
+/// The largest number of input and output words of any CPU.
 const MOST_POINTS: u32 = 320;
 
-/// Which subroutines interrupts may run, besides those that nothing calls.
+/// The subroutines that interrupts may run, besides those that nothing calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Interrupted {
-    /// Interrupts are let in.
+    /// Whether the program enables interrupts.
     any: bool,
-    /// A table in memory names the subroutines: it may be any.
+    /// Whether any subroutine may run, because a table in memory selects it.
     all: bool,
-    /// These.
+    /// The numbers of the subroutines.
     numbers: BTreeSet<u32>,
 }
 
 impl Interrupted {
-    /// Looks at an instruction that may let interrupts in.
+    /// Examines an instruction that may enable interrupts.
     fn look(&mut self, item: &Item<'_>, family: Family) {
         if family != Family::C {
             return;
         }
         match item.name.as_str() {
-            // Inputs run 0 to 15, a scheduled interrupt 99.
+            // Input interrupts run subroutines 0 to 15, a scheduled interrupt runs 99.
             "INT" => self.numbers.extend((0..16).chain([99])),
             "STIM" => match item.operands.get(2).and_then(|operand| operand.count(family)) {
                 Some(number) => self.numbers.extend([number]),
@@ -139,7 +139,7 @@ impl Interrupted {
     }
 }
 
-/// The flags of the timers that the system counts on between instructions: all of 10 ms and less.
+/// The completion flags of timers that count between instructions: all with a time base of 10 ms or less.
 fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
     let none = BTreeSet::new();
     let mut found = BTreeSet::new();
@@ -150,10 +150,11 @@ fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
     {
         let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &none };
         for raw in program.instructions.iter().filter(|raw| super::timers::is_fast(raw)) {
-            let flag = raw.operands.first().map(|text| reader.read(text, Want::Completion("T")));
+            let flag =
+                raw.operands.first().map(|text| reader.read(text, Expected::Completion("T")));
             match flag {
                 Some(Ok(Operand::Flag(cell))) => _ = found.insert(cell),
-                // Through an address that is not known: any timer.
+                // At an unknown address: any timer.
                 Some(Ok(_)) => found.extend(memory.timers()),
                 _ => {}
             }
@@ -166,7 +167,7 @@ fn position(project: &RawProject, file: &str) -> usize {
     project.files.iter().position(|other| other.name == file).unwrap_or(usize::MAX)
 }
 
-/// A subroutine's body among the instructions, to find calls that come back to themselves.
+/// The instructions of a subroutine, to find recursive calls.
 struct Body {
     program: usize,
     number: u32,
@@ -175,32 +176,32 @@ struct Body {
 }
 
 struct Decoder {
-    asm: Assembly,
+    builder: OmronBuilder,
     faults: Vec<Diagnostic>,
-    /// First instructions of subroutines by program, whether global, and number.
+    /// The first instruction of each subroutine, by program, whether global, and number.
     routines: BTreeMap<(usize, bool, u32), usize>,
-    /// Calls with their program and the fault to tell where there is no such subroutine.
+    /// Calls with their program, and the error to report if the subroutine is missing.
     calls: Vec<(usize, CallSite, Diagnostic)>,
-    /// Programs with their tasks: their instructions, the END.
+    /// Programs: task, name, instructions, and the index of END.
     tasks: Vec<(Task, String, std::ops::Range<usize>, usize)>,
     bodies: Vec<Body>,
     switches: bool,
-    /// Which subroutines interrupts may run that the program lets in (C series).
+    /// The subroutines that interrupts may run (C series).
     interrupted: Interrupted,
-    /// Whether the program lets interrupts in that run tasks (CS, CJ and CP).
+    /// Whether the program enables interrupts that run tasks (CS, CJ and CP).
     unmasked: bool,
-    /// Whether programs call each other's subroutines: those of the C series do where there are several.
+    /// Whether programs call each other's subroutines, as several programs of the C series do.
     shared: bool,
-    /// Words of the input and output area that are read, and those that are written, with the bits that single bits name.
+    /// Input and output words that are read and that are written, each with a mask of the single bits that are used.
     used: [BTreeMap<u32, u16>; 2],
 }
 
 impl Decoder {
     fn file(&mut self, file: &RawFile, options: &Options<'_>) {
-        let start = self.asm.next();
+        let start = self.builder.next();
         let mut count = 0;
-        self.asm.file = self.asm.out.program.files.len() as u32;
-        self.asm.out.program.files.push(SourceFile {
+        self.builder.file = self.builder.out.program.files.len() as u32;
+        self.builder.out.program.files.push(SourceFile {
             name: file.name.clone(),
             instructions: start..start,
             count: 0,
@@ -209,8 +210,8 @@ impl Decoder {
             count += program.instructions.len();
             self.program(file, program, options);
         }
-        let end = self.asm.next();
-        if let Some(source) = self.asm.out.program.files.last_mut() {
+        let end = self.builder.next();
+        if let Some(source) = self.builder.out.program.files.last_mut() {
             (source.instructions, source.count) = (start..end, count);
         }
         for symbols in file.programs.iter().map(|program| &program.symbols).chain([&file.symbols]) {
@@ -218,29 +219,30 @@ impl Decoder {
         }
     }
 
-    /// Symbols are the names that people know addresses by.
+    /// Uses symbols as comments of addresses.
     fn comments(&mut self, symbols: &Symbols) {
         let fast = BTreeSet::new();
-        let reader = Reader { memory: self.asm.memory, symbols: [symbols, symbols], fast: &fast };
+        let reader =
+            Reader { memory: self.builder.memory, symbols: [symbols, symbols], fast: &fast };
         for (name, symbol) in symbols {
             let want = if symbol.kind.to_ascii_uppercase().starts_with("BOOL") {
-                Want::Bit
+                Expected::Bit
             } else {
-                Want::Word
+                Expected::Word
             };
             let read = reader.read(&symbol.address, want).ok();
-            let Some(device) = read.as_ref().and_then(named::device) else { continue };
+            let Some(device) = read.as_ref().and_then(accessed::device) else { continue };
             let text = match symbol.comment.trim() {
                 "" => name.clone(),
                 comment => format!("{name}: {comment}"),
             };
-            self.asm.out.program.comments.entry(device).or_insert(text);
+            self.builder.out.program.comments.entry(device).or_insert(text);
         }
     }
 
     fn program(&mut self, file: &RawFile, program: &RawProgram, options: &Options<'_>) {
-        let memory = self.asm.memory;
-        let fast = self.asm.fast.clone();
+        let memory = self.builder.memory;
+        let fast = self.builder.fast.clone();
         let reader = Reader { memory, symbols: [&program.symbols, &file.symbols], fast: &fast };
         let mut faults = Faults::new(&file.name);
         let items: Vec<Item<'_>> = program
@@ -258,7 +260,7 @@ impl Decoder {
                 memory.family == Family::Cs && matches!(item.name.as_str(), "MSKS" | "CTBL");
         }
         let mut frame_faults = Faults::new(&file.name);
-        let frame = frame(&items, memory.family, self.shared, &mut frame_faults);
+        let structure = structure(&items, memory.family, self.shared, &mut frame_faults);
         if items.is_empty() && complete {
             faults.push(Diagnostic::file(
                 Code::EmptyProgram,
@@ -268,51 +270,51 @@ impl Decoder {
             ));
         }
         self.faults.extend(faults.into_diagnostics());
-        // Without the instructions that are not understood, the frame may seem broken where it is not.
+        // If instructions could not be resolved, errors of the structure may only follow from that.
         if complete {
             self.faults.extend(frame_faults.into_diagnostics());
         }
-        let start = self.asm.next();
-        let fault_count = self.asm.faults.len();
+        let start = self.builder.next();
+        let fault_count = self.builder.faults.len();
         let gate = match program.task {
             Task::Cyclic(_) => {
-                let choice = self.asm.choice();
+                let choice = self.builder.choice();
                 let fires = Logic::Bit(BitSource::Free(choice));
                 if let Some(first) = items.first() {
-                    self.asm.at(first);
+                    self.builder.at(first);
                 }
-                Some(self.asm.push(Step::Jump { fires, target: 0 }, Vec::new(), None))
+                Some(self.builder.push(Step::Jump { fires, target: 0 }, Vec::new(), None))
             }
             _ => None,
         };
-        self.asm.rung();
+        self.builder.rung();
         self.clear_flags();
-        let mut emitter = Emitter::new(&mut self.asm, &items, &frame);
+        let mut emitter = Lowering::new(&mut self.builder, &items, &structure);
         let end = emitter.run();
         let (starts, calls) =
             (std::mem::take(&mut emitter.starts), std::mem::take(&mut emitter.calls));
         self.switches |= emitter.switches;
         if !complete {
-            // Branches that do not add up may follow from what is missing.
-            self.asm.faults.truncate(fault_count);
+            // If instructions are missing, errors about branches may only follow from that.
+            self.builder.faults.truncate(fault_count);
         }
         if let Some(gate) = gate
-            && let Step::Jump { target, .. } = &mut self.asm.out.program.instructions[gate].step
+            && let Step::Jump { target, .. } = &mut self.builder.out.program.instructions[gate].step
         {
             *target = end;
         }
         self.note_extensions(&items, &starts);
-        self.collect(&items, &frame, &starts, calls, file);
-        self.tasks.push((program.task, program.name.clone(), start..self.asm.next(), end));
+        self.collect(&items, &structure, &starts, calls, file);
+        self.tasks.push((program.task, program.name.clone(), start..self.builder.next(), end));
     }
 
-    /// Notes by how much each WDT makes the cycle time monitor's time longer: by 10 ms for each unit of its operand on CS, CJ
-    /// and CP. On the C series 100 ms are recalled, and not verified: no bound rests on them.
+    /// Records by how much each WDT extends the cycle time monitoring time: 10 ms for each unit of its operand on CS, CJ and CP.
+    /// The value for the C series (100 ms) is unverified, so no bound uses it.
     fn note_extensions(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
         const MS: u64 = 1_000_000_000;
         const MOST: u32 = 0x0F9F;
-        let family = self.asm.memory.family;
-        let program = &mut self.asm.out.program;
+        let family = self.builder.memory.family;
+        let program = &mut self.builder.out.program;
         for (item, &start) in items.iter().zip(starts).filter(|(item, _)| item.name == "WDT") {
             let Some(start) = start else { continue };
             let priced = program.instructions[start..].iter().position(|one| one.timing.is_some());
@@ -330,10 +332,10 @@ impl Decoder {
         }
     }
 
-    /// Counts the words of the input and output area that an instruction names.
+    /// Records the input and output words that an instruction accesses.
     fn count_points(&mut self, item: &Item<'_>) {
         let Some(row) = item.row else { return };
-        let memory = self.asm.memory;
+        let memory = self.builder.memory;
         let length = |amount| extent::length(memory, item, amount).unwrap_or(MOST_POINTS);
         let block = row.operands.iter().find_map(|slot| match slot.written_words() {
             Some(amount @ Amount::Counted { .. }) => Some(amount),
@@ -342,7 +344,7 @@ impl Decoder {
         for (slot, operand) in row.operands.iter().zip(&item.operands) {
             let (Operand::Word(cell) | Operand::Bit(cell, _)) = *operand else { continue };
             let (written, count) = match (slot.role, slot.extent) {
-                // A block is read as long as it is written.
+                // A block that is copied has the same length as its destination.
                 (Role::Source, Extent::Words(Amount::Unknown)) => (0, block.map_or(1, length)),
                 (Role::Source, Extent::Words(amount)) => (0, length(amount)),
                 (
@@ -353,7 +355,7 @@ impl Decoder {
                 _ => (0, 1),
             };
             let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));
-            // What reads a whole word may read what it wrote.
+            // A read of a whole word may read bits that the program wrote.
             let bits = match *operand {
                 Operand::Bit(_, bit) if count == 1 => 1 << bit,
                 _ if written == 1 => u16::MAX,
@@ -367,29 +369,29 @@ impl Decoder {
 
     /// The system clears the condition flags when a task begins.
     fn clear_flags(&mut self) {
-        if self.asm.memory.family == Family::Cs && !self.tasks.is_empty() {
-            let (first, count) = self.asm.memory.flags();
+        if self.builder.memory.family == Family::Cs && !self.tasks.is_empty() {
+            let (first, count) = self.builder.memory.flags();
             let flags = Region::Range { first, count };
-            let registers = self.asm.memory.registers().iter().copied().map(Region::Area);
+            let registers = self.builder.memory.registers().iter().copied().map(Region::Area);
             let effects = [flags].into_iter().chain(registers).map(|region| {
-                let write = Write::Havoc(region, self.asm.choice());
+                let write = Write::Havoc(region, self.builder.choice());
                 Effect { when: When::Always, write }
             });
             let effects = effects.collect();
-            self.asm.push(Step::Nothing, effects, None);
+            self.builder.push(Step::Nothing, effects, None);
         }
     }
 
     fn collect(
         &mut self,
         items: &[Item<'_>],
-        frame: &Frame,
+        structure: &Structure,
         starts: &[Option<usize>],
         calls: Vec<CallSite>,
         file: &RawFile,
     ) {
         let program = self.tasks.len();
-        for routine in &frame.routines {
+        for routine in &structure.routines {
             let (Some(first), Some(last)) = (starts[routine.begin], starts[routine.end]) else {
                 continue;
             };
@@ -408,9 +410,9 @@ impl Decoder {
                 &file.name,
                 raw.line,
                 scanbound_front::shown(&raw.text),
-                format!("subroutine {} is not in the project", call.number),
+                format!("subroutine {} does not exist in the project", call.number),
                 absent::help(
-                    "give the file that holds it as well, correct the number",
+                    "give the file that contains it too, correct the number",
                     &call.routine(),
                 ),
             );
@@ -418,13 +420,13 @@ impl Decoder {
         }
     }
 
-    /// Leads each call to its subroutine, and finds those that come back to themselves.
+    /// Resolves each call, and finds recursive calls.
     fn connect(&mut self, project: &RawProject, options: &Options<'_>) {
         let shared = self.shared;
         let nothing = Symbols::new();
         let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
         let fast = BTreeSet::new();
-        let memory = self.asm.memory;
+        let memory = self.builder.memory;
         let reader = Reader { memory, symbols: [symbols, &nothing], fast: &fast };
         let written = |text: &str| written(&reader, text);
         self.faults.extend(absent::faults(options.facts, written));
@@ -445,14 +447,15 @@ impl Decoder {
                     self.faults.push(fault.clone());
                     continue;
                 }
-                // Whatever it does leaves its condition flags behind.
+                // A missing routine may change the condition flags.
                 let (first, count) = memory.flags();
                 let flags = [Region::Range { first, count }];
                 let known = stated.map(|stated| absent::stated_routine(stated, written, &flags));
-                self.asm.out.call_absent(call.at, &name, known);
+                self.builder.out.call_absent(call.at, &name, known);
                 continue;
             };
-            if let Step::Call { target, .. } = &mut self.asm.out.program.instructions[call.at].step
+            if let Step::Call { target, .. } =
+                &mut self.builder.out.program.instructions[call.at].step
             {
                 *target = first;
             }
@@ -473,11 +476,12 @@ impl Decoder {
                 let mut fault = self.calls[at].2.clone();
                 fault.code = Code::Recursion;
                 fault.message = format!(
-                    "subroutine {}{} comes to call itself",
+                    "subroutine {}{} calls itself, directly or through others",
                     if body.global { "G" } else { "" },
                     body.number
                 );
-                fault.help = "the PLC has no bound for this either: take the call out".to_owned();
+                fault.help =
+                    "remove the call: a recursive call can repeat without limit".to_owned();
                 if body.program == self.calls[at].0 || body.global || shared {
                     self.faults.push(fault);
                 }
@@ -485,7 +489,7 @@ impl Decoder {
         }
     }
 
-    /// The order in which the programs run.
+    /// Arranges the programs in the order in which they run.
     fn arrange(&mut self, project: &RawProject, options: &Options<'_>) {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.sort_by_key(|(task, ..)| match task {
@@ -495,59 +499,61 @@ impl Decoder {
         });
         let cyclic = tasks.iter().filter(|(task, ..)| matches!(task, Task::Cyclic(_))).count();
         for (task, name, range, end) in tasks {
-            // A list does not say when its program runs: that it is an interrupt's is stated by its name.
+            // A list does not say when its program runs. If the facts state an interrupt of its name, it is an interrupt program.
             if let (Task::Each, stated @ Some(_)) = (task, options.facts.interrupt(&name)) {
-                self.asm.out.interrupt(name, range.start, stated);
+                self.builder.out.interrupt(name, range.start, stated);
                 continue;
             }
             let Task::Interrupt(number) = task else {
                 let gated = matches!(task, Task::Cyclic(_));
                 self.gate(range.start, gated && (cyclic > 1 || self.switches), gated);
-                self.asm.out.program.mains.push(range.start..end + 1);
+                self.builder.out.program.mains.push(range.start..end + 1);
                 continue;
             };
             let label = format!("task {number}");
             let stated = [label.as_str(), name.as_str()]
                 .into_iter()
                 .find_map(|label| options.facts.interrupt(label));
-            self.asm.out.interrupt(label, range.start, stated);
+            self.builder.out.interrupt(label, range.start, stated);
         }
-        if self.asm.out.program.mains.is_empty() && self.faults.is_empty() {
+        if self.builder.out.program.mains.is_empty() && self.faults.is_empty() {
             let name = project.files.first().map_or("", |file| &file.name);
             self.faults.push(Diagnostic::file(
                 Code::NoProgram,
                 name,
-                "no program runs in each scan",
-                "the project has interrupt tasks only: give its cyclic tasks",
+                "no program runs in every scan",
+                "only interrupt tasks were given: give the cyclic tasks too",
             ));
         }
         self.uncalled(options);
         self.unlisted(options);
     }
 
-    /// Interrupts that are let in run tasks, of which a list of mnemonics shows nothing.
+    /// Handles interrupts that are enabled but run tasks whose programs are missing. Mnemonics lists do not show them.
     fn unlisted(&mut self, options: &Options<'_>) {
-        if !self.unmasked || !self.asm.out.program.interrupts.is_empty() {
+        if !self.unmasked || !self.builder.out.program.interrupts.is_empty() {
             return;
         }
         let stated = options.facts.interrupt(UNLISTED);
         if let Some(times) = stated.filter(|&times| times > 0) {
             let message =
-                format!("{times} runs of {UNLISTED} are stated, whose programs are not known");
-            let help = "give their programs, and state each by its file's name, such as [interrupts] task2 = 1";
+                format!("{times} runs of {UNLISTED} are stated, but their programs are missing");
+            let help = "give the program files, and state the runs by file name, such as [interrupts] task2 = 1";
             self.faults.push(Diagnostic::file(Code::NoInterrupt, "", message, help));
         }
-        let entry = self.asm.push(Step::Return, Vec::new(), None);
-        self.asm.out.interrupt(UNLISTED.to_owned(), entry, stated);
-        self.asm.note("interrupts are let in, and the programs that they run are not among these");
+        let entry = self.builder.push(Step::Return, Vec::new(), None);
+        self.builder.out.interrupt(UNLISTED.to_owned(), entry, stated);
+        self.builder.approximate(
+            "interrupts are enabled, but the programs that they run are not among the files",
+        );
     }
 
-    /// Where interrupts are let in, subroutines that nothing calls are their routines.
+    /// If interrupts are enabled, subroutines that nothing calls are interrupt routines.
     fn uncalled(&mut self, options: &Options<'_>) {
         if self.interrupted == Interrupted::default() {
             return;
         }
-        let calls = flow::calls(&self.asm.out.program);
+        let calls = flow::calls(&self.builder.out.program);
         let called: BTreeSet<usize> = calls.into_iter().map(|(_, routine)| routine).collect();
         let runs = |body: &&Body| {
             !called.contains(&body.range.start) || self.interrupted.may_run(body.number)
@@ -555,42 +561,44 @@ impl Decoder {
         for body in self.bodies.iter().filter(runs) {
             let name = format!("SBN {:02}", body.number);
             let stated = options.facts.interrupt(&name);
-            self.asm.out.interrupt(name, body.range.start, stated);
+            self.builder.out.interrupt(name, body.range.start, stated);
         }
     }
 
-    /// A task may be off where the project can switch it; otherwise its gate is always open.
+    /// If the project can switch a task off, the task may or may not run; otherwise it always runs.
     fn gate(&mut self, at: usize, may_be_off: bool, gated: bool) {
         if !gated {
             return;
         }
         if may_be_off {
-            self.asm.out.program.approximate(at, "the task may be off");
-        } else if let Step::Jump { fires, .. } = &mut self.asm.out.program.instructions[at].step {
+            self.builder.out.program.approximate(at, "the task may be off");
+        } else if let Step::Jump { fires, .. } = &mut self.builder.out.program.instructions[at].step
+        {
             *fires = Logic::Const(false);
         }
     }
 
-    /// The user's ranges of words at the scan's start.
+    /// Adds the stated ranges of words as constraints on the scan's start.
     fn ranges(&mut self, project: &RawProject, options: &Options<'_>) {
         let nothing = Symbols::new();
         let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
         let fast = BTreeSet::new();
-        let reader = Reader { memory: self.asm.memory, symbols: [symbols, &nothing], fast: &fast };
+        let reader =
+            Reader { memory: self.builder.memory, symbols: [symbols, &nothing], fast: &fast };
         for (device, &(low, high)) in &options.facts.ranges {
-            match reader.read(device, Want::Word) {
+            match reader.read(device, Expected::Word) {
                 _ if self.faults.len() >= MOST_FAULTS => break,
                 Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(options.facts.fault(
                     ["ranges", device],
                     Part::Value,
                     Code::Fact,
-                    format!("the range of '{device}' reaches to {high}, past a signed word's 32767"),
-                    "ranges are of signed words, or of double words from 65536 on: state a smaller one",
+                    format!("the range of '{device}' ends at {high}, above 32767, the largest signed word"),
+                    "state a range of signed words (up to 32767), or of double words (above 65535)",
                 )),
                 Ok(Operand::Word(cell)) => {
                     let wide = low < -0x8000 || high > 0x7FFF;
                     let cells: Vec<Cell> = (0..1 + u32::from(wide)).map(|n| cell.plus(n)).collect();
-                    self.asm.out.program.stated_ranges.push(StartRange {
+                    self.builder.out.program.stated_ranges.push(StartRange {
                         cells,
                         low,
                         high,
@@ -601,7 +609,7 @@ impl Decoder {
                     ["ranges", device],
                     Part::Key,
                     Code::Fact,
-                    format!("a range is stated for '{device}', which is no word"),
+                    format!("'{device}' has a stated range, but is not a word"),
                     "write the word as in the program, such as D100 or \"DM 0100\"",
                 )),
             }
@@ -609,7 +617,7 @@ impl Decoder {
     }
 }
 
-/// What may be read and written of the devices that a text names: one, or all from the first to the last.
+/// What can be written in a device or device range.
 fn written(reader: &Reader<'_>, text: &str) -> Option<Vec<Region>> {
     let ends = |want| {
         let (first, last) = text.split_once('-').unwrap_or((text, text));
@@ -621,10 +629,10 @@ fn written(reader: &Reader<'_>, text: &str) -> Option<Vec<Region>> {
         (first.area == last.area && first.index <= last.index)
             .then(|| Region::Range { first, count: last.index - first.index + 1 })
     };
-    let is_flag = |text: &str| matches!(reader.read(text, Want::Bit), Ok(Operand::Flag(_)));
+    let is_flag = |text: &str| matches!(reader.read(text, Expected::Bit), Ok(Operand::Flag(_)));
     let first = text.split('-').next().unwrap_or(text);
-    match (ends(Want::Word), ends(Want::Bit)) {
-        // A timer's or counter's present value and its flag.
+    match (ends(Expected::Word), ends(Expected::Bit)) {
+        // A timer or counter has a current value and a flag.
         (Some(words), Some(bits)) if is_flag(first) => Some(vec![words, bits]),
         (Some(region), _) | (None, Some(region)) => Some(vec![region]),
         (None, None) => None,

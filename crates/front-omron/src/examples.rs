@@ -1,10 +1,10 @@
-//! Lines that show each instruction of the OMRON families.
+//! Example lines for each instruction of the OMRON families.
 
 use super::catalog::{self, Row};
 use super::source::{C, CX, Family};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
-/// Programs around a line: rungs, blocks, branches, and what comes in pairs.
+/// Programs around an example line: rungs, blocks, branches, and instructions that come in pairs.
 const FRAMES: [&str; 12] = [
     "LD {in0}\n{}\nEND",
     "{}\nOUT {out}\nEND",
@@ -20,7 +20,7 @@ const FRAMES: [&str; 12] = [
     "LD {in0}\nOUT {out}\n{}",
 ];
 
-/// What stands before and behind the name of a variant.
+/// Prefixes and suffixes of variants of an instruction.
 const BEFORE: [&str; 2] = ["@", "%"];
 const BEHIND: [&str; 4] = ["L", "D", "B", "F"];
 
@@ -29,11 +29,11 @@ pub fn all() -> Vec<String> {
     catalog::all_names().map(str::to_owned).collect()
 }
 
-/// Lines of an instruction of a family; `None` if there is none of this name.
+/// The example lines of an instruction; `None` if the family does not have it.
 pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let plain = name.trim_start_matches(['@', '%', '!']);
     let found = catalog::find(plain, family)?;
-    let frames: Vec<String> = FRAMES.iter().map(|frame| framed(frame, family)).collect();
+    let frames: Vec<String> = FRAMES.iter().map(|structure| framed(structure, family)).collect();
     let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
     let forms: Vec<Form> =
         found.rows.iter().map(|row| form(&lines(name, row, family), &frames)).collect();
@@ -42,12 +42,12 @@ pub fn examples(name: &str, family: Family) -> Option<Examples> {
     Some(Examples { dialect: if family == Family::C { C } else { CX }, variants, forms })
 }
 
-fn framed(frame: &str, family: Family) -> String {
+fn framed(structure: &str, family: Family) -> String {
     let [in0, in1, out] = match family {
         Family::C => ["00000", "00001", "01000"],
         Family::Cs => ["0.00", "0.01", "100.00"],
     };
-    frame.replace("{in0}", in0).replace("{in1}", in1).replace("{out}", out)
+    structure.replace("{in0}", in0).replace("{in1}", in1).replace("{out}", out)
 }
 
 fn lines(name: &str, row: &Row, family: Family) -> Vec<String> {
@@ -61,7 +61,7 @@ fn lines(name: &str, row: &Row, family: Family) -> Vec<String> {
     (0..4).flat_map(|other| [line(other, all), line(other, all.saturating_sub(1))]).collect()
 }
 
-/// A sample of the operand at a place.
+/// An example operand; `at` is its position.
 fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
     let is_c = family == Family::C;
     match sample {

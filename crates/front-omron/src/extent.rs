@@ -1,14 +1,14 @@
-//! How far operands reach: how many words they stand for, and whether these lie within their area.
+//! The length of operands in words, and whether they exceed their area.
 
 use super::catalog::Amount;
 use super::memory::Memory;
 use super::resolve::Item;
 use scanbound_ir::Cell;
 
-/// Blocks of more words are havocked rather than followed.
+/// The largest number of words that is modelled exactly; larger blocks are havocked.
 pub(super) const MOST_WORDS: u32 = 256;
 
-/// How many words an operand reaches over; `None` if that is not known.
+/// The number of words of an operand; `None` if unknown.
 pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {
     match amount {
         Amount::Fixed(count) => Some(count),
@@ -28,7 +28,7 @@ pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<
     }
 }
 
-/// Whether so many words lie within their area: an instruction that reaches beyond ends in an error.
+/// Whether this many words are within their area. Beyond its end, the instruction is an error.
 pub(super) fn fits(memory: Memory, first: Cell, count: u32) -> bool {
     first.index.checked_add(count).is_some_and(|end| end <= memory.size(first.area))
 }

@@ -1,24 +1,24 @@
-//! The OMRON dialects: mnemonics in the C200H's and in CX-Programmer's spelling, and CX-Programmer's text files.
+//! The OMRON dialects: mnemonics in the notations of the C200H and of CX-Programmer, and CX-Programmer's text files.
 
-mod act;
-mod assembly;
+mod accessed;
+mod application;
+mod builder;
 mod catalog;
 mod cxt;
 mod data;
 mod decode;
-mod emit;
 mod exact;
 mod examples;
 mod extent;
-mod frame;
 mod list;
 mod loops;
+mod lower;
 mod memory;
-mod named;
 mod operand;
 pub mod project;
 mod resolve;
 pub mod source;
+mod structure;
 mod symbols;
 #[cfg(test)]
 mod tests;
@@ -30,7 +30,7 @@ use scanbound_front::{Dialect, Examples, Front, Input, Options, Project, Sniff, 
 use scanbound_ir::Program;
 use source::{C, CX, CXT, RawProject};
 
-/// The dialects, as they are told from each other.
+/// The dialects, and how each is recognised.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: C,
@@ -49,10 +49,10 @@ static DIALECTS: [Dialect; 3] = [
     },
 ];
 
-/// OMRON.
+/// The front for OMRON.
 pub struct Omron;
 
-/// The registry's entry.
+/// The entry for the list of fronts.
 pub const FRONT: Omron = Omron;
 
 impl Front for Omron {

@@ -1,4 +1,4 @@
-//! Reads OMRON mnemonics as text, an instruction a line, and tells the two spellings from each other.
+//! Reads OMRON mnemonics as text, one instruction a line, and recognises the two notations.
 
 use super::catalog;
 use super::source::{RawInstruction, RawProgram, Symbols, Task};
@@ -7,77 +7,81 @@ use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use scanbound_front::text;
 
-/// No instruction has more operands: what follows so many is none of them.
+/// The largest number of operands of an instruction.
 const MOST_OPERANDS: usize = 100;
 
-/// How many lines are looked at to tell what a file is.
+/// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 200;
 
-/// What speaks for each spelling, and against both.
+/// Counts evidence for each notation.
 #[derive(Debug, Clone, Copy, Default)]
-struct Signs {
-    /// Two-digit functions.
+struct Evidence {
+    /// Two-digit function numbers.
     two_digits: usize,
-    /// Three-digit functions, and mnemonics that only CS, CJ and CP have.
+    /// Three-digit function numbers, and mnemonics of CS, CJ and CP only.
     three_digits: usize,
     /// `LD NOT`, five-digit bits, `DM 0100`.
     c: usize,
     /// `LDNOT`, `100.00`, `W0.00`, `P_On`.
     cx: usize,
-    /// What only OMRON's mnemonics have.
+    /// Mnemonics that only OMRON has.
     own: usize,
-    /// Instructions that the catalog has and whose operands can be OMRON's.
+    /// Instructions of the catalog whose operands are valid for OMRON.
     known: usize,
     /// Those of them that begin a branch.
     contacts: usize,
     /// Other lines.
     unknown: usize,
-    /// What OMRON's mnemonics never have.
+    /// Whether something occurs that OMRON mnemonics never have.
     foreign: bool,
 }
 
-/// Mnemonics of other makers that no OMRON program has.
+/// Mnemonics of other vendors that OMRON does not have.
 const FOREIGN: [&str; 24] = [
     "LDI", "ANI", "ORI", "ANB", "ORB", "MPS", "MRD", "MPP", "RST", "PLS", "PLF", "MC", "MCR",
     "FEND", "LDB", "ANL", "ORL", "RES", "ENDH", "ST", "STI", "ANDI", "LDP", "LDF",
 ];
 
-fn signs(beginning: &str) -> Signs {
-    let mut signs = Signs::default();
-    // Most lists of other makers show it without the catalog.
+fn evidence(beginning: &str) -> Evidence {
+    let mut evidence = Evidence::default();
+    // This recognises most lists of other vendors without reading the catalog.
     if beginning.lines().take(LOOKED_AT).any(begins_foreign) {
-        return Signs { foreign: true, ..signs };
+        return Evidence { foreign: true, ..evidence };
     }
     for line in beginning.lines().take(LOOKED_AT) {
         match words::read(beginning, line, 0) {
             Line::Empty | Line::Operands(..) => {}
-            Line::Unknown => signs.unknown += 1,
-            Line::Instruction(instruction) => look(&instruction, &mut signs),
+            Line::Unknown => evidence.unknown += 1,
+            Line::Instruction(instruction) => look(&instruction, &mut evidence),
         }
     }
-    signs
+    evidence
 }
 
-/// Whether a line begins with a mnemonic that no OMRON program has.
+/// Whether a line begins with a mnemonic that OMRON does not have.
 fn begins_foreign(line: &str) -> bool {
     let first = line.split_whitespace().next().unwrap_or_default();
     FOREIGN.iter().any(|foreign| first.eq_ignore_ascii_case(foreign))
 }
 
-/// Whether a word is a label with a number, which no OMRON list has.
+/// Whether a word is a numbered label, which OMRON lists do not have.
 fn is_label(word: &str) -> bool {
     let word = word.trim_end_matches(':').to_ascii_uppercase();
     word.strip_prefix("LBL").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn look(instruction: &RawInstruction, signs: &mut Signs) {
+fn look(instruction: &RawInstruction, evidence: &mut Evidence) {
     let name = instruction.mnemonic.as_str();
     let words = std::iter::once(name).chain(instruction.operands.iter().map(String::as_str));
-    signs.foreign |= words.into_iter().any(is_label);
-    signs.foreign |= FOREIGN.contains(&name.to_ascii_uppercase().as_str());
+    evidence.foreign |= words.into_iter().any(is_label);
+    evidence.foreign |= FOREIGN.contains(&name.to_ascii_uppercase().as_str());
     if let Some(number) = instruction.number {
-        *(if number.digits == 2 { &mut signs.two_digits } else { &mut signs.three_digits }) += 1;
-        signs.own += 1;
+        *(if number.digits == 2 {
+            &mut evidence.two_digits
+        } else {
+            &mut evidence.three_digits
+        }) += 1;
+        evidence.own += 1;
     }
     if name.ends_with("NOT") || name.ends_with("LD") && name != "LD" {
         let apart = instruction
@@ -85,19 +89,19 @@ fn look(instruction: &RawInstruction, signs: &mut Signs) {
             .split(' ')
             .nth(1)
             .is_some_and(|word| matches!(word.to_ascii_uppercase().as_str(), "NOT" | "LD"));
-        *(if apart { &mut signs.c } else { &mut signs.cx }) += 1;
-        signs.own += 1;
+        *(if apart { &mut evidence.c } else { &mut evidence.cx }) += 1;
+        evidence.own += 1;
     }
-    signs.own += usize::from(["RSET", "KEEP", "DIFU", "DIFD", "CNTR", "TIMH"].contains(&name));
-    let fits = instruction.operands.iter().all(|operand| sign(operand, name, signs));
+    evidence.own += usize::from(["RSET", "KEEP", "DIFU", "DIFD", "CNTR", "TIMH"].contains(&name));
+    let fits = instruction.operands.iter().all(|operand| sign(operand, name, evidence));
     let known = catalog::takes(name, instruction.operands.len());
-    *(if fits && known { &mut signs.known } else { &mut signs.unknown }) += 1;
-    signs.contacts +=
+    *(if fits && known { &mut evidence.known } else { &mut evidence.unknown }) += 1;
+    evidence.contacts +=
         usize::from(fits && known && name.starts_with("LD") && !instruction.operands.is_empty());
 }
 
-/// Counts what an operand speaks for; whether it can be one of OMRON's.
-fn sign(operand: &str, name: &str, signs: &mut Signs) -> bool {
+/// Counts what an operand is evidence for. Returns whether it is valid for OMRON.
+fn sign(operand: &str, name: &str, evidence: &mut Evidence) -> bool {
     let upper = operand.to_ascii_uppercase();
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let numbered = |letters: &str| {
@@ -106,8 +110,8 @@ fn sign(operand: &str, name: &str, signs: &mut Signs) -> bool {
             .is_some_and(|rest| digits(rest.split('.').next().unwrap_or(rest)))
     };
     if ["X", "Y", "M", "K", "S", "B", "R"].iter().any(|letter| numbered(letter)) {
-        // These could be symbols, but hardly so many of them as to be a program.
-        signs.unknown += 1;
+        // It could be a symbol, but not in most lines of a program.
+        evidence.unknown += 1;
         return false;
     }
     if digits(&upper) {
@@ -116,55 +120,55 @@ fn sign(operand: &str, name: &str, signs: &mut Signs) -> bool {
                 || name.starts_with("AND")
                 || name.starts_with("OR")
                 || name.starts_with("OUT"));
-        signs.c += usize::from(bit);
-        signs.own += usize::from(bit || ["TIM", "CNT"].contains(&name));
+        evidence.c += usize::from(bit);
+        evidence.own += usize::from(bit || ["TIM", "CNT"].contains(&name));
     } else if upper.starts_with("P_")
         || upper.split_once('.').is_some_and(|(word, bit)| digits(word) && digits(bit))
     {
-        (signs.cx, signs.own) = (signs.cx + 1, signs.own + 1);
+        (evidence.cx, evidence.own) = (evidence.cx + 1, evidence.own + 1);
     } else if ["DM ", "HR ", "LR ", "AR ", "SR ", "IR ", "TIM ", "CNT ", "*DM "]
         .iter()
         .any(|area| upper.starts_with(area))
     {
-        (signs.c, signs.own) = (signs.c + 1, signs.own + 1);
+        (evidence.c, evidence.own) = (evidence.c + 1, evidence.own + 1);
     } else if upper.starts_with('#') || upper.starts_with('&') {
-        signs.own += 1;
+        evidence.own += 1;
     } else if numbered("W") || numbered("H") || numbered("A") {
-        signs.cx += 1;
+        evidence.cx += 1;
     } else if !upper.contains(|c: char| c.is_ascii_digit()) {
         // A symbol.
-        signs.cx += 1;
+        evidence.cx += 1;
     }
     true
 }
 
-impl Signs {
+impl Evidence {
     fn is_omron(self) -> bool {
         let plain = self.own > 0 && self.known * 2 >= self.known + self.unknown;
         !self.foreign && self.known > 0 && (plain || (self.unknown == 0 && self.contacts > 0))
     }
 }
 
-/// Whether the beginning of a file is in the C200H's spelling.
+/// Whether a file begins in the notation of C200H manuals.
 pub(super) fn sniff_c(beginning: &str) -> bool {
-    let signs = signs(beginning);
-    if text::is_markup(beginning) || !signs.is_omron() {
+    let evidence = evidence(beginning);
+    if text::is_markup(beginning) || !evidence.is_omron() {
         return false;
     }
-    match (signs.two_digits, signs.three_digits) {
-        (0, 0) => signs.c > 0 || signs.cx == 0,
+    match (evidence.two_digits, evidence.three_digits) {
+        (0, 0) => evidence.c > 0 || evidence.cx == 0,
         (two, _) => two > 0,
     }
 }
 
-/// Whether the beginning of a file is in CX-Programmer's spelling for CS, CJ and CP.
+/// Whether a file begins in the notation of CX-Programmer for CS, CJ and CP.
 pub(super) fn sniff_cx(beginning: &str) -> bool {
-    let signs = signs(beginning);
-    if text::is_markup(beginning) || !signs.is_omron() {
+    let evidence = evidence(beginning);
+    if text::is_markup(beginning) || !evidence.is_omron() {
         return false;
     }
-    match (signs.two_digits, signs.three_digits) {
-        (0, 0) => signs.cx > 0 || signs.c == 0,
+    match (evidence.two_digits, evidence.three_digits) {
+        (0, 0) => evidence.cx > 0 || evidence.c == 0,
         (_, three) => three > 0,
     }
 }
@@ -180,7 +184,7 @@ pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawProgra
     RawProgram { name: name.to_owned(), task: Task::Each, symbols: Symbols::new(), instructions }
 }
 
-/// Reads a line of the text, which is the next instruction, or further operands of the one before.
+/// Reads a line: the next instruction, or further operands of the one before.
 pub(super) fn read_line(
     text: &str,
     line: &str,
@@ -208,8 +212,8 @@ fn not_an_instruction(line: &str, number: u32, faults: &mut Faults<'_>) {
         Code::NotAnInstruction,
         number,
         line,
-        "this line is no instruction",
-        "an instruction is a mnemonic and its operands apart by blanks, such as LD 0.00 or MOV(21) #0010 DM 0100; comments begin with ; or //",
+        "this line is not an instruction",
+        "write a mnemonic and its operands, separated by blanks, such as LD 0.00 or MOV(21) #0010 DM 0100; comments begin with ; or //",
     );
 }
 

@@ -1,35 +1,35 @@
-//! The memory of OMRON PLCs: areas and their letters, what the system changes by itself, the condition flags.
+//! The memory of OMRON PLCs: areas and their letters, cells that the system changes, condition flags.
 
 use super::source::Family;
 use scanbound_ir::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role};
 
-/// What an area serves for besides holding values.
+/// What an area contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
     /// Words of data, each with sixteen bits.
     Words,
-    /// Completion flags of timers or counters, and the area of their present values.
+    /// Completion flags of timers or counters; the number of the area of their current values.
     Flags(usize),
-    /// Present values.
+    /// Current values of timers or counters.
     Values,
     /// The condition flags and clock pulses.
     Conditions,
-    /// What instructions remember by themselves.
+    /// Hidden bits that instructions use.
     Memories,
 }
 
-struct Known {
+struct AreaDefinition {
     /// The name in reports.
     name: &'static str,
     /// How it is written in operands.
     letters: &'static [&'static str],
-    /// Indices are below this: the largest of the family's CPUs.
+    /// The number of words or bits in the family's largest CPU.
     size: u32,
     role: Use,
 }
 
-const fn words(name: &'static str, letters: &'static [&'static str], size: u32) -> Known {
-    Known { name, letters, size, role: Use::Words }
+const fn words(name: &'static str, letters: &'static [&'static str], size: u32) -> AreaDefinition {
+    AreaDefinition { name, letters, size, role: Use::Words }
 }
 
 const fn other(
@@ -37,12 +37,12 @@ const fn other(
     letters: &'static [&'static str],
     size: u32,
     role: Use,
-) -> Known {
-    Known { name, letters, size, role }
+) -> AreaDefinition {
+    AreaDefinition { name, letters, size, role }
 }
 
-/// IR with SR, HR, AR, LR, DM; timers and counters share their numbers.
-const C_AREAS: [Known; 10] = [
+/// C series: IR, SR, HR, AR, LR, DM; timers and counters share numbers.
+const C_AREAS: [AreaDefinition; 10] = [
     words("IR", &["", "IR", "SR", "CIO"], 512),
     words("HR", &["HR", "H"], 100),
     words("AR", &["AR", "A"], 28),
@@ -55,8 +55,8 @@ const C_AREAS: [Known; 10] = [
     other("EDGE-", &[], u32::MAX, Use::Memories),
 ];
 
-/// CIO, W, H, A, D; the banks of E follow as further areas.
-const CS_AREAS: [Known; 15] = [
+/// CS, CJ, CP: CIO, W, H, A, D; each bank of E is a further area.
+const CS_AREAS: [AreaDefinition; 15] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),
     words("H", &["H"], 1_536),
@@ -69,23 +69,23 @@ const CS_AREAS: [Known; 15] = [
     other("CF", &["CF"], 128, Use::Conditions),
     words("TK", &["TK"], 128),
     other("TIMER-RUNS-", &[], 4_096, Use::Memories),
-    // Index registers have two words each.
+    // An index register has two words.
     words("IR-word ", &[], 32),
     words("DR", &[], 16),
     other("EDGE-", &[], u32::MAX, Use::Memories),
 ];
 
-/// Banks of the E area, and the words of each.
+/// The number of banks of the E area.
 const BANKS: u32 = 25;
 const BANK: u32 = 32_768;
 
-/// A family's memory.
+/// The memory map of a family.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Memory {
     pub(super) family: Family,
 }
 
-/// Condition flags by their names in the catalog and their places in the flag area of CS, CJ and CP.
+/// The condition flags of CS, CJ and CP: name in the catalog, and bit in the flag area.
 const FLAGS: [(&str, u32); 12] = [
     ("GE", 0),
     ("NE", 1),
@@ -101,10 +101,10 @@ const FLAGS: [(&str, u32); 12] = [
     ("AER", 11),
 ];
 
-/// Bits of word 255 on the C series.
+/// The condition flags of the C series: name, and bit in word 255.
 const C_FLAGS: [(&str, u8); 5] = [("ER", 3), ("CY", 4), ("GT", 5), ("EQ", 6), ("LT", 7)];
 
-/// The symbols that the programming tool defines, with their places: CS, CJ and CP, then the C series.
+/// The predefined symbols of the programming tool: name, address on CS, CJ and CP, address on the C series.
 const SYMBOLS: [(&str, &str, &str); 25] = [
     ("P_On", "CF113", "25313"),
     ("P_Off", "CF114", "25314"),
@@ -133,26 +133,26 @@ const SYMBOLS: [(&str, &str, &str); 25] = [
     ("P_Cycle_Time_Error", "A401.08", "25309"),
 ];
 
-/// What a bit is when it is read.
+/// How a bit behaves when it is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Nature {
-    /// It holds what was written last.
+pub(super) enum BitBehavior {
+    /// It has the value that was written last.
     Held,
-    /// Always this.
+    /// It always has this value.
     Fixed(bool),
     /// The system may change it at any time.
     Volatile,
 }
 
 impl Memory {
-    fn known(self) -> &'static [Known] {
+    fn known(self) -> &'static [AreaDefinition] {
         match self.family {
             Family::C => &C_AREAS,
             Family::Cs => &CS_AREAS,
         }
     }
 
-    /// All areas, at the places of their ids.
+    /// All areas, in the order of their ids.
     pub(super) fn areas(self) -> Vec<Area> {
         let mut areas: Vec<Area> = self
             .known()
@@ -174,19 +174,19 @@ impl Memory {
         areas
     }
 
-    /// The area with these letters, and what it serves for.
+    /// The area with these letters, and what it contains.
     pub(super) fn area(self, letters: &str) -> Option<(AreaId, Use)> {
         let at = self.known().iter().position(|known| known.letters.contains(&letters))?;
         Some((AreaId(at as u16), self.known()[at].role))
     }
 
-    /// A bank of the E area (`1F` never occurs: banks are 0 to 18 hexadecimal).
+    /// A bank of the E area, in hexadecimal (0 to 18).
     pub(super) fn bank(self, digits: &str) -> Option<AreaId> {
         let bank = u32::from_str_radix(digits, 16).ok().filter(|bank| *bank < BANKS)?;
         (self.family == Family::Cs).then(|| AreaId((CS_AREAS.len() as u32 + bank) as u16))
     }
 
-    /// All banks of the E area, or the C series' EM.
+    /// All banks of the E area, or EM on the C series.
     pub(super) fn extended(self) -> Vec<AreaId> {
         match self.family {
             Family::C => vec![AreaId(5)],
@@ -196,18 +196,18 @@ impl Memory {
         }
     }
 
-    /// Indices of the area are below this.
+    /// The number of cells of the area.
     pub(super) fn size(self, area: AreaId) -> u32 {
         self.known().get(usize::from(area.0)).map_or(BANK, |known| known.size)
     }
 
-    /// The address that one of the tool's own symbols stands for; empty if the family has none.
+    /// The address of a predefined symbol; empty if the family does not have it.
     pub(super) fn symbol(self, name: &str) -> Option<&'static str> {
         let found = SYMBOLS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name))?;
         Some(if self.family == Family::Cs { found.1 } else { found.2 })
     }
 
-    /// The cell that holds the condition flags, or the first of the cells that do, and how many cells.
+    /// The first cell with condition flags, and the number of such cells.
     pub(super) fn flags(self) -> (Cell, u32) {
         match self.family {
             Family::C => (Cell { area: AreaId(0), index: 255 }, 1),
@@ -215,7 +215,7 @@ impl Memory {
         }
     }
 
-    /// Where a condition flag is, by its name in the catalog; the C series lacks some.
+    /// The bit of a condition flag, by its name in the catalog; the C series does not have all of them.
     pub(super) fn flag(self, name: &str) -> Option<BitTarget> {
         let (first, _) = self.flags();
         match self.family {
@@ -230,50 +230,50 @@ impl Memory {
         }
     }
 
-    /// What a bit of a word is when it is read.
-    pub(super) fn bit_nature(self, cell: Cell, bit: u8) -> Nature {
+    /// How a bit of a word behaves when it is read.
+    pub(super) fn bit_behavior(self, cell: Cell, bit: u8) -> BitBehavior {
         match (self.family, cell.area.0, cell.index, bit) {
-            (Family::C, 0, 253, 13) => Nature::Fixed(true),
-            (Family::C, 0, 253, 14) => Nature::Fixed(false),
-            (Family::C, 0, 253, 15) | (Family::C, 0, 255, 4..=7) => Nature::Held,
-            // The flag of the first scan stays through it.
-            (Family::Cs, 3, 200, 11) => Nature::Held,
-            _ if self.is_volatile(cell) => Nature::Volatile,
-            _ => Nature::Held,
+            (Family::C, 0, 253, 13) => BitBehavior::Fixed(true),
+            (Family::C, 0, 253, 14) => BitBehavior::Fixed(false),
+            (Family::C, 0, 253, 15) | (Family::C, 0, 255, 4..=7) => BitBehavior::Held,
+            // The first scan flag does not change within a scan.
+            (Family::Cs, 3, 200, 11) => BitBehavior::Held,
+            _ if self.is_volatile(cell) => BitBehavior::Volatile,
+            _ => BitBehavior::Held,
         }
     }
 
-    /// What a cell of a bit area is when it is read.
-    pub(super) fn cell_nature(self, cell: Cell) -> Nature {
+    /// How a cell of a bit area behaves when it is read.
+    pub(super) fn cell_behavior(self, cell: Cell) -> BitBehavior {
         match (self.family, cell.area.0, cell.index) {
-            (Family::Cs, 9, 113) => Nature::Fixed(true),
-            (Family::Cs, 9, 114) => Nature::Fixed(false),
-            // Errors may be flagged by any instruction; the others from 12 on are clock pulses.
-            (Family::Cs, 9, 3 | 11..) => Nature::Volatile,
-            _ => Nature::Held,
+            (Family::Cs, 9, 113) => BitBehavior::Fixed(true),
+            (Family::Cs, 9, 114) => BitBehavior::Fixed(false),
+            // Any instruction may set the error flags; bits from 12 on are clock pulses.
+            (Family::Cs, 9, 3 | 11..) => BitBehavior::Volatile,
+            _ => BitBehavior::Held,
         }
     }
 
-    /// Whether the system may change the word at any time: special relays and auxiliary words, task flags.
+    /// Whether the system may change the word at any time: special and auxiliary words, task flags.
     pub(super) fn is_volatile(self, cell: Cell) -> bool {
         match self.family {
             Family::C => cell.area.0 == 2 || (cell.area.0 == 0 && (236..300).contains(&cell.index)),
-            // The values of timers 0 to 2047 are also updated every 80 ms of a long scan.
+            // In a long scan, the system updates the values of timers 0 to 2047 every 80 ms.
             Family::Cs => matches!(cell.area.0, 3 | 10) || (cell.area.0 == 6 && cell.index < 2_048),
         }
     }
 
-    /// The name of the area in which a word lies.
+    /// The name of a word's area.
     pub(super) fn name_of(self, cell: Cell) -> &'static str {
         self.known().get(usize::from(cell.area.0)).map_or("", |known| known.name)
     }
 
-    /// Whether inputs and outputs may be in the area, so that `!` refreshes it.
+    /// Whether the area may contain inputs and outputs, so that `!` refreshes it.
     pub(super) fn is_refreshed(cell: Cell) -> bool {
         cell.area.0 == 0
     }
 
-    /// Whether the word is in the area of inputs and outputs: IR 0 to 49 and 100 to 115 (outputs of CQM1), CIO 0 to 319.
+    /// Whether the word is in the I/O area: IR 0 to 49 and 100 to 115 (outputs of CQM1), CIO 0 to 319.
     pub(super) fn is_point(self, cell: Cell) -> bool {
         cell.area.0 == 0
             && match self.family {
@@ -282,7 +282,7 @@ impl Memory {
             }
     }
 
-    /// Words that networks and special units refresh, and which these are.
+    /// The words that networks and special units refresh, with descriptions.
     pub(super) fn networks(self) -> Vec<(Region, String)> {
         let known: &[(u16, u32, u32, &str)] = match self.family {
             Family::C => &[
@@ -310,8 +310,8 @@ impl Memory {
         known.iter().map(named).collect()
     }
 
-    /// How a CPU comes up whose memory was cleared: words of data are 0. Which of the words of points are inputs, the
-    /// program tells by not writing them.
+    /// The state of a CPU after power-up with cleared memory: data words are 0. An I/O word that the program does not write is an
+    /// input.
     pub(super) fn power_up(self) -> PowerUp {
         let cells = |area: u16, first: u32, end: u32| Region::Range {
             first: Cell { area: AreaId(area), index: first },
@@ -322,16 +322,16 @@ impl Memory {
             Family::Cs => (cells(0, 0, 320), cells(0, 0, 6_144), &[1, 2]),
         };
         let words = words.iter().map(|&area| Region::Area(AreaId(area)));
-        // Behind these, special units have their words in DM.
+        // From here on, DM holds the words of special units.
         let data = if self.family == Family::C { 1_000 } else { 20_000 };
-        // When a program begins to run, timers are reset.
+        // Timers are reset when the program starts.
         let timers = self.timers().map(|flag| self.runs(flag)).next();
         let timers = timers.map(|runs| Region::Area(runs.area));
         let cleared = [io, cells(4, 0, data)].into_iter().chain(words).chain(timers).collect();
-        // Holding relays and DM.
+        // The areas that are kept at power-off: holding relays and DM.
         let held = if self.family == Family::C { [1, 4] } else { [2, 4] };
         let latched = held.map(|area| Region::Area(AreaId(area))).into();
-        // When a program begins to run, what is not held was cleared: the flag of the first scan says so.
+        // When the program starts, other areas are cleared; the first scan flag shows it.
         let fresh = match self.family {
             Family::C => (0, 253, 15),
             Family::Cs => (3, 200, 11),
@@ -354,7 +354,8 @@ impl Memory {
         }
     }
 
-    /// Whether a timer's condition was on when it was executed last. Nobody but its own instructions writes it.
+    /// The hidden bit that records whether a timer's condition was on at its last execution. Only the timer's own instructions
+    /// write it.
     pub(super) fn runs(self, flag: Cell) -> Cell {
         let area = match self.family {
             Family::C => 8,
@@ -363,7 +364,7 @@ impl Memory {
         Cell { area: AreaId(area), index: flag.index }
     }
 
-    /// The bit in which an instruction remembers what it saw, numbered apart from those of the others.
+    /// The hidden bit with this number, in which an instruction remembers a value.
     pub(super) fn edge(self, index: u32) -> Cell {
         let area = match self.family {
             Family::C => 9,
@@ -372,7 +373,7 @@ impl Memory {
         Cell { area: AreaId(area), index }
     }
 
-    /// The areas of timers and counters: their flags, present values, and what is remembered of them.
+    /// The areas of timers and counters: flags, current values, hidden bits.
     pub(super) fn timing_areas(self) -> Vec<AreaId> {
         let at: &[u16] = match self.family {
             Family::C => &[6, 7, 8],
@@ -381,19 +382,19 @@ impl Memory {
         at.iter().copied().map(AreaId).collect()
     }
 
-    /// An index register's two words, the least first.
+    /// The two words of an index register, the lower one first.
     pub(super) fn index_register(self, number: u32) -> Option<Cell> {
         (self.family == Family::Cs && number < 16)
             .then_some(Cell { area: AreaId(12), index: 2 * number })
     }
 
-    /// A data register.
+    /// The word of a data register.
     pub(super) fn data_register(self, number: u32) -> Option<Cell> {
         (self.family == Family::Cs && number < 16)
             .then_some(Cell { area: AreaId(13), index: number })
     }
 
-    /// The areas of index and data registers, whose values a task does not find as another left them.
+    /// The areas of index and data registers, whose values are not kept from one task to another.
     pub(super) fn registers(self) -> &'static [AreaId] {
         match self.family {
             Family::C => &[],
@@ -401,13 +402,13 @@ impl Memory {
         }
     }
 
-    /// The flags of all timers.
+    /// The completion flags of all timers.
     pub(super) fn timers(self) -> impl Iterator<Item = Cell> {
         let area = AreaId(self.timing_areas()[0].0);
         (0..self.size(area)).map(move |index| Cell { area, index })
     }
 
-    /// Words that hold a macro's parameters and results: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and 196 to 199.
+    /// The words for parameters and results of a macro: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and 196 to 199.
     pub(super) fn parameters(self) -> Vec<(Cell, u32)> {
         match self.family {
             Family::C => [(232, 8), (290, 8), (96, 4), (196, 4)]
@@ -417,11 +418,11 @@ impl Memory {
         }
     }
 
-    /// Where an indirect address in this area may lead.
+    /// The areas to which an indirect address in this area may point.
     pub(super) fn reach(self, area: AreaId) -> Vec<AreaId> {
         let mut areas = vec![area];
         if self.family == Family::Cs {
-            // Values from 8000 hexadecimal on lead from D to E, and from one bank to the next.
+            // Values from 8000 (hexadecimal) on point from D to E, and from one bank to the next.
             areas.extend(self.extended());
         }
         areas.sort_unstable();

@@ -1,23 +1,23 @@
-//! Operands: what a written address or constant means in a family's memory, and what it stands for in a program.
+//! Parses addresses and constants of a family, and says what they stand for in a program of `ir`.
 
 use std::collections::BTreeSet;
 
-use super::memory::{Memory, Nature, Use};
+use super::memory::{BitBehavior, Memory, Use};
 use super::source::{Family, Symbol, Symbols};
 use scanbound_ir::{AreaId, BitSource, BitTarget, Cell, ChoiceId, Region, WordSource};
 
-/// How a constant is written, which tells how a count is to be read.
+/// The notation of a constant, which decides how a count is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Notation {
     /// `#1234`: hexadecimal digits, BCD where the instruction wants BCD.
     Digits,
     /// `&10`, `+10`, `-5`
     Decimal,
-    /// `000`, where a plain number is asked for.
+    /// `000`: a plain number without prefix.
     Bare,
 }
 
-/// An operand that is understood.
+/// A parsed operand.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Operand {
     /// A constant.
@@ -28,48 +28,48 @@ pub(super) enum Operand {
     Text,
     /// A word, or the first of several.
     Word(Cell),
-    /// A bit cell: a completion flag, a condition flag.
+    /// A completion flag or condition flag.
     Flag(Cell),
     /// A bit of a word.
     Bit(Cell, u8),
-    /// A present value that the system changes: it is not followed.
+    /// A current value that the system changes at any time; it is not modelled.
     Register,
-    /// Somewhere in these areas: `*D6`, `@D80`, the current bank of E.
+    /// An unknown word in these areas: `*D6`, `@D80`, the current bank of E.
     Within(Vec<AreaId>),
-    /// Anywhere: through an index register.
+    /// An unknown word of any area: through an index register.
     Anywhere,
 }
 
-/// Why an operand is not understood: what is wrong, and what to do.
-pub(super) type Refusal = (String, &'static str);
+/// Why an operand is invalid, and what to do.
+pub(super) type OperandError = (String, &'static str);
 
-const FORMS: &str = "addresses are such as 00305, 100.00, W10.00, D100, DM 0100, T0010; constants such as #1234, &10, +1.5";
+const FORMS: &str = "write addresses such as 00305, 100.00, W10.00, D100, DM 0100, T0010, and constants such as #1234, &10, +1.5";
 
-/// What an operand is expected to be.
+/// What kind of operand is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Want {
+pub(super) enum Expected {
     /// A word or constant.
     Word,
     /// A bit.
     Bit,
     /// A plain number.
     Number,
-    /// A timer's or counter's number, bare or with these letters.
+    /// A timer or counter number, with or without these letters.
     Completion(&'static str),
 }
 
-/// What is needed to understand operands: the memory, and the symbols in reach, the nearest first.
+/// What is needed to parse operands: the memory, and the visible symbols, local ones first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reader<'a> {
     pub(super) memory: Memory,
     pub(super) symbols: [&'a Symbols; 2],
-    /// The flags of timers that the system counts on between instructions.
+    /// The completion flags of timers that count between instructions.
     pub(super) fast: &'a BTreeSet<Cell>,
 }
 
 impl Reader<'_> {
-    /// Reads an operand.
-    pub(super) fn read(&self, text: &str, want: Want) -> Result<Operand, Refusal> {
+    /// Parses an operand.
+    pub(super) fn read(&self, text: &str, want: Expected) -> Result<Operand, OperandError> {
         let text = text.trim();
         if text.starts_with('"') || text.starts_with('\'') {
             return Ok(Operand::Text);
@@ -77,12 +77,12 @@ impl Reader<'_> {
         if let Some(constant) = constant(text)? {
             return Ok(constant);
         }
-        if let Want::Number | Want::Completion(_) = want
+        if let Expected::Number | Expected::Completion(_) = want
             && is_digits(text)
         {
             let value = text.parse().map_err(|_| too_large(text))?;
             return match want {
-                Want::Completion(letters) => self.completion(letters, value),
+                Expected::Completion(letters) => self.completion(letters, value),
                 _ => Ok(Operand::Constant(i64::from(value), Notation::Bare)),
             };
         }
@@ -92,19 +92,23 @@ impl Reader<'_> {
         if let Some(address) = self.address(text, want) {
             return address;
         }
-        // Letter case does not count in symbols, but few are written in another than their own.
-        self.resolve(text, want, true)?.ok_or_else(|| {
-            (format!("'{text}' is no address, and no symbol of this name is known"), FORMS)
-        })
+        // Symbols are not case-sensitive, but nearly all are written as they are defined, so that is tried first.
+        self.resolve(text, want, true)?
+            .ok_or_else(|| (format!("'{text}' is not an address or a known symbol"), FORMS))
     }
 
-    fn completion(&self, letters: &str, index: u32) -> Result<Operand, Refusal> {
+    fn completion(&self, letters: &str, index: u32) -> Result<Operand, OperandError> {
         let (area, _) = self.memory.area(letters).ok_or_else(|| no_area(letters))?;
         self.checked(area, index, letters).map(Operand::Flag)
     }
 
-    /// A symbol's meaning; `None` if the text is no symbol.
-    fn resolve(&self, text: &str, want: Want, folded: bool) -> Result<Option<Operand>, Refusal> {
+    /// Parses a symbol's address; `None` if the text is not a symbol.
+    fn resolve(
+        &self,
+        text: &str,
+        want: Expected,
+        folded: bool,
+    ) -> Result<Option<Operand>, OperandError> {
         let (name, index) = match text.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
             Some((name, index)) => (name, Some(index)),
             None => (text, None),
@@ -113,7 +117,7 @@ impl Reader<'_> {
             if address.is_empty() {
                 return Err((
                     format!("'{name}' does not exist on the C series"),
-                    "name the bit by its address",
+                    "write the address of the bit",
                 ));
             }
             return self.address(address, want).transpose();
@@ -134,22 +138,22 @@ impl Reader<'_> {
         if address.is_empty() {
             return Err((
                 format!("the symbol '{name}' has no address"),
-                "the tool places it by itself: give it an address, or export the project after it was compiled",
+                "CX-Programmer assigns it automatically: state an address, or export the project after compiling it",
             ));
         }
         if symbol.kind.eq_ignore_ascii_case("NUMBER") {
             let value = constant(address)?.or_else(|| {
                 address.parse().ok().map(|value| Operand::Constant(value, Notation::Decimal))
             });
-            return value
-                .map(Some)
-                .ok_or_else(|| (format!("the symbol '{name}' is no number: '{address}'"), FORMS));
+            return value.map(Some).ok_or_else(|| {
+                (format!("the symbol '{name}' is not a number: '{address}'"), FORMS)
+            });
         }
         let base = match self.address(address, want) {
             Some(base) => base?,
             None => {
                 return Err((
-                    format!("the address '{address}' of the symbol '{name}' is not known"),
+                    format!("the symbol '{name}' has an invalid address '{address}'"),
                     FORMS,
                 ));
             }
@@ -158,10 +162,10 @@ impl Reader<'_> {
         Ok(Some(element(base, symbol, index, self.memory)))
     }
 
-    /// An address; `None` if the text has not the form of one.
-    fn address(&self, text: &str, want: Want) -> Option<Result<Operand, Refusal>> {
+    /// Parses an address; `None` if the text does not look like one.
+    fn address(&self, text: &str, want: Expected) -> Option<Result<Operand, OperandError>> {
         let upper = text.to_ascii_uppercase();
-        // `,IR0`, `+5,IR0`, `DR0,IR0`, and counted on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+        // Index registers: `,IR0`, `+5,IR0`, `DR0,IR0`, with increment or decrement: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
         if upper.split_once(',').is_some_and(|(_, register)| {
             register.trim_start().trim_start_matches('-').starts_with("IR")
         }) {
@@ -175,26 +179,22 @@ impl Reader<'_> {
                 true => self.memory.index_register(number),
                 false => self.memory.data_register(number),
             };
-            let missing = || {
-                (
-                    format!("there is no register {text}"),
-                    "registers are IR0 to IR15 and DR0 to DR15",
-                )
-            };
+            let missing =
+                || (format!("register {text} does not exist"), "use IR0 to IR15 or DR0 to DR15");
             return Some(register.map(Operand::Word).ok_or_else(missing));
         }
         if let Some(pointer) = upper.strip_prefix(['*', '@']) {
             if pointer.starts_with(['*', '@']) {
                 return None;
             }
-            return Some(self.address(pointer, Want::Word)?.map(|place| match place {
+            return Some(self.address(pointer, Expected::Word)?.map(|place| match place {
                 Operand::Word(cell) => Operand::Within(self.memory.reach(cell.area)),
                 _ => Operand::Anywhere,
             }));
         }
-        // `D100[W0]`, `D100[5]`: a word further on.
+        // Array elements: `D100[W0]`, `D100[5]`.
         if let Some((base, index)) = upper.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
-            let base = self.address(base, Want::Word)?;
+            let base = self.address(base, Expected::Word)?;
             return Some(base.map(|base| {
                 match (base, index.trim_start_matches('&').parse::<u16>().map(u32::from)) {
                     (Operand::Word(cell), Ok(index)) => Operand::Word(cell.plus(index)),
@@ -235,20 +235,20 @@ impl Reader<'_> {
         letters: &str,
         number: &str,
         bit: Option<&str>,
-        want: Want,
-    ) -> Result<Operand, Refusal> {
+        want: Expected,
+    ) -> Result<Operand, OperandError> {
         let mut index: u32 = number.parse().map_err(|_| too_large(number))?;
         match role {
             Use::Words | Use::Values => {
                 let mut place = bit.map(|bit| bit.parse::<u8>().unwrap_or(u8::MAX));
                 let joined = self.memory.family == Family::C || letters.is_empty();
-                if want == Want::Bit
+                if want == Expected::Bit
                     && place.is_none()
                     && joined
                     && letters != "DM"
                     && letters != "D"
                 {
-                    // `00305`: the last two digits are the bit.
+                    // In `00305`, the last two digits are the bit number.
                     place = Some((index % 100) as u8);
                     index /= 100;
                 }
@@ -265,9 +265,9 @@ impl Reader<'_> {
             Use::Flags(values) => {
                 let cell = self.checked(area, index, letters)?;
                 match want {
-                    // A present value that changes by itself is as little followed as a register.
-                    Want::Word if self.fast.contains(&cell) => Ok(Operand::Register),
-                    Want::Word => {
+                    // A current value that the system changes is not modelled, like a register.
+                    Expected::Word if self.fast.contains(&cell) => Ok(Operand::Register),
+                    Expected::Word => {
                         Ok(Operand::Word(Cell { area: AreaId(values as u16), index: cell.index }))
                     }
                     _ => Ok(Operand::Flag(cell)),
@@ -279,20 +279,20 @@ impl Reader<'_> {
         }
     }
 
-    fn checked(&self, area: AreaId, index: u32, letters: &str) -> Result<Cell, Refusal> {
+    fn checked(&self, area: AreaId, index: u32, letters: &str) -> Result<Cell, OperandError> {
         let size = self.memory.size(area);
         if index < size {
             return Ok(Cell { area, index });
         }
         let what = if letters.is_empty() { "word" } else { letters };
         Err((
-            format!("there is no {what} {index}"),
-            "the last is far below: look at the address, and at the dialect that the file was taken for",
+            format!("{what} {index} does not exist"),
+            "check the address, and check that the file's dialect was recognised correctly",
         ))
     }
 }
 
-/// The index register that reading an operand moves on or back: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+/// The index register that an operand increments or decrements: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
 pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     let (_, register) = text.split_once(',')?;
     let plain = register.trim().trim_matches(['+', '-']);
@@ -300,7 +300,7 @@ pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     (plain != register.trim()).then(|| memory.index_register(number)).flatten()
 }
 
-/// The element of an array.
+/// An array element.
 fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Operand {
     let kind = symbol.kind.to_ascii_uppercase();
     let size = match kind.split('[').next().unwrap_or_default().trim() {
@@ -322,8 +322,8 @@ fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Opera
     }
 }
 
-/// A constant; `None` if the text is none.
-fn constant(text: &str) -> Result<Option<Operand>, Refusal> {
+/// Parses a constant; `None` if the text is not one.
+fn constant(text: &str) -> Result<Option<Operand>, OperandError> {
     if let Some(digits) = text.strip_prefix('#') {
         let fits = !digits.is_empty()
             && digits.len() <= 16
@@ -331,8 +331,8 @@ fn constant(text: &str) -> Result<Option<Operand>, Refusal> {
         return match u64::from_str_radix(digits, 16) {
             Ok(value) if fits => Ok(Some(Operand::Constant(value.cast_signed(), Notation::Digits))),
             _ => Err((
-                format!("'{text}' is no constant"),
-                "# is followed by BCD or hexadecimal digits",
+                format!("'{text}' is not a constant"),
+                "write BCD or hexadecimal digits after #",
             )),
         };
     }
@@ -347,7 +347,7 @@ fn constant(text: &str) -> Result<Option<Operand>, Refusal> {
     if real && sign != '&' {
         return match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok(Some(Operand::Real(value))),
-            _ => Err((format!("'{text}' is no number"), FORMS)),
+            _ => Err((format!("'{text}' is not a number"), FORMS)),
         };
     }
     let value: Option<i64> = is_digits(digits).then(|| digits.parse().ok()).flatten();
@@ -356,7 +356,7 @@ fn constant(text: &str) -> Result<Option<Operand>, Refusal> {
             let value = if sign == '-' { -value } else { value };
             Ok(Some(Operand::Constant(value, Notation::Decimal)))
         }
-        None => Err((format!("'{text}' is no number"), FORMS)),
+        None => Err((format!("'{text}' is not a number"), FORMS)),
     }
 }
 
@@ -365,23 +365,23 @@ fn is_digits(text: &str) -> bool {
 }
 
 fn is_numbered(text: &str, letters: &str) -> bool {
-    // Two digits at most: `IR 00001` of the C series is a bit.
+    // At most two digits: `IR 00001` of the C series is a bit.
     text.strip_prefix(letters).is_some_and(|rest| is_digits(rest) && rest.len() <= 2)
 }
 
-fn too_large(text: &str) -> Refusal {
+fn too_large(text: &str) -> OperandError {
     (format!("the number {text} is too large"), FORMS)
 }
 
-fn no_area(letters: &str) -> Refusal {
-    (format!("there is no area {letters}"), FORMS)
+fn no_area(letters: &str) -> OperandError {
+    (format!("area {letters} does not exist"), FORMS)
 }
 
-/// What reading an operand gives where its value is not known.
+/// Makes a choice for an unknown value.
 pub(super) type NewChoice<'a> = &'a mut dyn FnMut() -> ChoiceId;
 
 impl Operand {
-    /// The words that a read of so many gives, least first; `None` for what cannot be read as words.
+    /// The value of this many words, the lowest first; `None` if the operand cannot be read as words.
     pub(super) fn sources(
         &self,
         count: u32,
@@ -411,24 +411,24 @@ impl Operand {
         })
     }
 
-    /// The bit that a read gives; `None` for what is no bit.
+    /// The value of the operand as a bit; `None` if it is not a bit.
     pub(super) fn bit_source(&self, memory: Memory, choice: NewChoice<'_>) -> Option<BitSource> {
         let (nature, held) = match self {
-            Operand::Flag(cell) => (memory.cell_nature(*cell), BitSource::Cell(*cell)),
+            Operand::Flag(cell) => (memory.cell_behavior(*cell), BitSource::Cell(*cell)),
             Operand::Bit(cell, bit) => {
-                (memory.bit_nature(*cell, *bit), BitSource::WordBit(*cell, *bit))
+                (memory.bit_behavior(*cell, *bit), BitSource::WordBit(*cell, *bit))
             }
             Operand::Within(_) | Operand::Anywhere => return Some(BitSource::Free(choice())),
             _ => return None,
         };
         Some(match nature {
-            Nature::Held => held,
-            Nature::Fixed(value) => BitSource::Const(value),
-            Nature::Volatile => BitSource::Free(choice()),
+            BitBehavior::Held => held,
+            BitBehavior::Fixed(value) => BitSource::Const(value),
+            BitBehavior::Volatile => BitSource::Free(choice()),
         })
     }
 
-    /// The bit that a write goes to; `None` if it is not one known bit.
+    /// The write target for a bit; `None` if the bit is unknown.
     pub(super) fn bit_target(&self) -> Option<BitTarget> {
         match self {
             Operand::Flag(cell) => Some(BitTarget::Cell(*cell)),
@@ -437,7 +437,7 @@ impl Operand {
         }
     }
 
-    /// The cells that a write of so many words may change (`None`: as many as there are).
+    /// The regions that a write of this many words may change (`None`: up to the end of the area).
     pub(super) fn regions(&self, count: Option<u32>) -> Vec<Region> {
         match (self, count) {
             (Operand::Word(first) | Operand::Bit(first, _), Some(count)) => {
@@ -453,7 +453,7 @@ impl Operand {
         }
     }
 
-    /// The count that a constant says: BCD on the C series, else as its notation has it.
+    /// The value of a constant as a count: BCD on the C series, otherwise by its notation.
     pub(super) fn count(&self, family: Family) -> Option<u32> {
         let &Operand::Constant(value, notation) = self else { return None };
         let value = u32::try_from(value).ok()?;
@@ -466,7 +466,7 @@ impl Operand {
         }
     }
 
-    /// The word address, if it is one.
+    /// The word address, if the operand is one.
     pub(super) fn word(&self) -> Option<Cell> {
         match self {
             Operand::Word(cell) => Some(*cell),
@@ -474,7 +474,7 @@ impl Operand {
         }
     }
 
-    /// Whether a run-time error may keep the instruction from running: the address is not known before.
+    /// Whether the address is known only at run time, so that an invalid one may be an error.
     pub(super) fn is_indirect(&self) -> bool {
         matches!(self, Operand::Within(_) | Operand::Anywhere)
     }

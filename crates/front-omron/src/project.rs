@@ -7,10 +7,10 @@ use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::numbering::{self, NumberedLine};
 use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
-/// Reads the programs, all written in `dialect`, and the tables of symbols among what lies beside them.
+/// Reads programs, all in one `dialect`, and symbol tables.
 ///
 /// # Errors
-/// The faults of all files.
+/// All errors of all files.
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],
@@ -60,12 +60,17 @@ pub fn read(
     }
     found.extend(ends(&files, dialect.name == C));
     let named = files.iter().find_map(|file| file.cpu.as_deref());
-    found.extend(named.and_then(|cpu| side_by_side(cpu, &files)));
+    found.extend(named.and_then(|cpu| parallel_processing(cpu, &files)));
     let family = match (dialect.name == C, named) {
         (true, _) => Family::C,
         (false, Some(cpu)) => cxt::family(cpu).map_err(|message| {
             let name = files.first().map_or("", |file| &file.name);
-            vec![Diagnostic::file(Code::OtherCpu, name, message, "no bound can be given for it")]
+            vec![Diagnostic::file(
+                Code::OtherCpu,
+                name,
+                message,
+                "scanbound does not support this CPU",
+            )]
         })?,
         (false, None) => Family::Cs,
     };
@@ -73,18 +78,20 @@ pub fn read(
     Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
 }
 
-/// CPUs that can serve peripherals beside the program: with asynchronous memory access, these may write at any moment.
-fn side_by_side(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
+/// A warning for CPUs with parallel processing: with asynchronous memory access, peripheral servicing may write at any moment.
+fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     let device = cpu.trim().to_ascii_uppercase();
     let can = ["CS1", "CJ1"].iter().any(|name| device.starts_with(name)) && device.contains("-H");
     let file = files.first().map_or("", |file| &file.name);
-    let message =
-        format!("{} can serve peripherals beside the program (parallel processing)", cpu.trim());
-    let help = "the bound holds in the normal mode and with synchronous memory access: with asynchronous access what a program reads may change in the midst of a scan";
+    let message = format!(
+        "{} can service peripherals in parallel with the program (parallel processing)",
+        cpu.trim()
+    );
+    let help = "the bound holds in normal mode and with synchronous memory access; with asynchronous access, values may change within a scan";
     can.then(|| Diagnostic::file(Code::Parallel, file, message, help).warning())
 }
 
-/// Warns of programs without END. One program of the C series may go on through several files: only the last ends it.
+/// Warns of programs without END. A program of the C series may be split into several files; then only the last has END.
 fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let is_end = |raw: &RawInstruction| {
         raw.mnemonic.eq_ignore_ascii_case("END")
@@ -95,8 +102,9 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let open = programs.filter(|(_, program)| !program.instructions.iter().any(is_end));
     let told = open.filter_map(|(file, program)| {
         let last = program.instructions.last()?;
-        let message = "the program has no END: it is taken to end here";
-        let help = "the file may have been cut off: export it again, or write END after the last instruction";
+        let message = "the program has no END: assumed to end here";
+        let help =
+            "the file may be truncated: export it again, or write END after the last instruction";
         let text = shown(&last.text);
         let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
         Some(told.at_step(last.step).warning())
@@ -104,8 +112,8 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     told.collect()
 }
 
-/// The instructions of a list with their addresses. On the C series each takes one. Numbers in front of other lists may be
-/// those of rungs: they are not told apart where one stands in front of several instructions.
+/// The instructions with their addresses. On the C series each occupies one. In other lists the numbers may be rung numbers:
+/// if several instructions have the same one, the list is not checked.
 fn numbered(
     instructions: &[RawInstruction],
     by_one: bool,

@@ -1,39 +1,39 @@
-//! From written instructions to catalog rows and understood operands, with every fault found.
+//! Resolves instructions to catalog rows, parses their operands, and reports all errors.
 
-use super::catalog::{self, Amount, Extent, Lead, Role, Row, Slot, Timing};
+use super::catalog::{self, Amount, Connection, Extent, Role, Row, Slot, Timing};
 use super::memory::Memory;
-use super::operand::{Operand, Reader, Want};
+use super::operand::{Expected, Operand, Reader};
 use super::source::{Family, RawInstruction};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
 use scanbound_front::shown;
 
-/// An instruction that is understood.
+/// A resolved instruction.
 #[derive(Debug, Clone)]
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
-    /// Its name in the catalog with what it begins with (`AND=`), or as written for a user's instruction.
+    /// Its catalog name, with the connection of a comparison (`AND=`); for a user-defined instruction the name as written.
     pub(super) name: String,
-    /// `None` for a user's instruction.
+    /// Its catalog row; `None` for a user-defined instruction.
     pub(super) row: Option<&'static Row>,
-    pub(super) lead: Option<Lead>,
+    pub(super) lead: Option<Connection>,
     pub(super) operands: Vec<Operand>,
 }
 
 impl Item<'_> {
-    /// The word by which the instruction's meaning is known.
+    /// The row's meaning keyword.
     pub(super) fn meaning(&self) -> &'static str {
         self.row.map_or("user", |row| row.meaning)
     }
 
-    /// The plain number that an instruction has (jumps, subroutines).
+    /// The number operand of an instruction (jumps, subroutines).
     pub(super) fn number(&self, family: Family) -> Option<u32> {
         self.operands.first().and_then(|operand| operand.count(family))
     }
 }
 
-/// The branch register of `OUT TR0` and `LD TR0`.
+/// The number of the temporary relay in `OUT TR0` and `LD TR0`.
 pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
     let number = raw.operands.first()?.to_ascii_uppercase();
     let number = number.strip_prefix("TR")?.trim().parse().ok()?;
@@ -41,7 +41,7 @@ pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
         .then_some(number)
 }
 
-/// Understands an instruction, or tells why not.
+/// Resolves an instruction, or reports why this is not possible.
 pub(super) fn resolve<'a>(
     raw: &'a RawInstruction,
     reader: &Reader<'_>,
@@ -61,7 +61,7 @@ pub(super) fn resolve<'a>(
                 at(
                     Code::UnknownInstruction,
                     format!("no instruction has the function number {}", number.value),
-                    "write the instruction by its name",
+                    "write the instruction's name instead",
                     faults,
                 );
                 return None;
@@ -73,7 +73,7 @@ pub(super) fn resolve<'a>(
     let Some(found) = catalog::find(&upper, family) else {
         if is_user(&name) {
             let read = |text: &String| {
-                reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit))
+                reader.read(text, Expected::Word).or_else(|_| reader.read(text, Expected::Bit))
             };
             let operands =
                 raw.operands.iter().map(|text| read(text).unwrap_or(Operand::Anywhere)).collect();
@@ -82,15 +82,15 @@ pub(super) fn resolve<'a>(
         let (message, help) = if catalog::knows(&upper) {
             (
                 format!(
-                    "{upper} is no instruction of {}",
+                    "{upper} is not an instruction of {}",
                     if family == Family::C { "the C series" } else { "CS, CJ and CP" }
                 ),
-                "name the dialect with --dialect if the program is for the other family",
+                "if the program is for the other family, state its dialect with --dialect",
             )
         } else {
             (
-                format!("the instruction '{}' is not known", shown(&name)),
-                "if it is a function block or an instruction of a special unit, give it a time in the table or with --time: it is then taken to write its operands",
+                format!("unknown instruction '{}'", shown(&name)),
+                "if it is a function block or an instruction of a special unit, state its time in the table or with --time: scanbound then assumes that it writes its operands",
             )
         };
         at(Code::UnknownInstruction, message, help, faults);
@@ -104,11 +104,11 @@ pub(super) fn resolve<'a>(
         at(
             Code::Operands,
             format!(
-                "{upper} takes {} operands, here are {}",
+                "{upper} takes {} operands, but here are {}",
                 counts.join(" or "),
                 raw.operands.len()
             ),
-            "look for a missing blank, or operands on a line of their own that were lost",
+            "check for a missing blank, or for a lost line with operands",
             faults,
         );
         return None;
@@ -131,7 +131,7 @@ pub(super) fn resolve<'a>(
     sound.then_some(Item { raw, name: upper, row: Some(row), lead: found.lead, operands })
 }
 
-/// The number must be the name's.
+/// Checks that the function number belongs to the mnemonic.
 fn check_number(
     raw: &RawInstruction,
     name: &str,
@@ -157,23 +157,27 @@ fn check_number(
         None => format!("{}, not {}", is(name, own), number.value),
     };
     let file = faults.file().to_owned();
-    let help = "name and function number must agree: correct the one that is wrong";
+    let help = "correct the name or the function number, so that they agree";
     faults.push(
         Diagnostic::line(Code::FunctionNumber, &file, raw.line, shown(&raw.text), message, help)
             .at_step(raw.step),
     );
 }
 
-fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::operand::Refusal> {
+fn read(
+    text: &str,
+    slot: Slot,
+    reader: &Reader<'_>,
+) -> Result<Operand, super::operand::OperandError> {
     let want = match (slot.role, slot.extent) {
         (Role::Address, _) => {
-            return reader.read(text, Want::Word).or_else(|_| reader.read(text, Want::Bit));
+            return reader.read(text, Expected::Word).or_else(|_| reader.read(text, Expected::Bit));
         }
-        (Role::Number, _) => Want::Number,
-        (Role::Extra(Timing::Counter), _) => Want::Completion("C"),
-        (Role::Extra(Timing::Timer | Timing::TimerOrCounter), _) => Want::Completion("T"),
-        (_, Extent::Bits(_)) => Want::Bit,
-        _ => Want::Word,
+        (Role::Number, _) => Expected::Number,
+        (Role::Extra(Timing::Counter), _) => Expected::Completion("C"),
+        (Role::Extra(Timing::Timer | Timing::TimerOrCounter), _) => Expected::Completion("T"),
+        (_, Extent::Bits(_)) => Expected::Bit,
+        _ => Expected::Word,
     };
     let operand = reader.read(text, want)?;
     let memory: Memory = reader.memory;
@@ -181,7 +185,7 @@ fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::o
         && !fits(*value, count)
     {
         return Err((
-            format!("{text} does not fit into {count} words of 16 bits"),
+            format!("{text} does not fit in {count} words of 16 bits"),
             "use the instruction's variant for double words, or a smaller constant",
         ));
     }
@@ -191,18 +195,15 @@ fn read(text: &str, slot: Slot, reader: &Reader<'_>) -> Result<Operand, super::o
         && cell.index + count > memory.size(cell.area)
     {
         return Err((
-            format!("{count} words from {text} on reach past the area's end"),
-            "look at the address",
+            format!("{count} words from {text} on exceed the end of the area"),
+            "check the address",
         ));
     }
     let Some(wanted) = wanted(&operand, slot, memory) else { return Ok(operand) };
-    Err((
-        format!("'{text}' is not {wanted}"),
-        "look at the order of the operands and at the address",
-    ))
+    Err((format!("'{text}' is not {wanted}"), "check the order of the operands and the address"))
 }
 
-/// What an operand should be and is not.
+/// What the operand should be, if it is something else.
 fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str> {
     let mut none = || scanbound_ir::ChoiceId(0);
     let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);
@@ -230,7 +231,7 @@ fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str>
     (!fits).then_some(wanted)
 }
 
-/// Whether a constant fits into so many words, signed or not.
+/// Whether a constant fits in this many words, signed or unsigned.
 fn fits(value: i64, words: u32) -> bool {
     words >= 4 || (-(1_i64 << (16 * words - 1)) <= value && value < 1_i64 << (16 * words))
 }

@@ -1,11 +1,10 @@
-//! Reads CX-Programmer's table of symbols as it is exported beside mnemonics: name, type, address and comment, apart by
-//! tabs, a symbol a line.
+//! Reads symbol tables of CX-Programmer: one symbol a line, with name, type, address and comment separated by tabs.
 
 use super::source::{Symbol, Symbols};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
 
-/// Data types, without what an array adds.
+/// Data types, without array bounds.
 const TYPES: [&str; 18] = [
     "BOOL",
     "CHANNEL",
@@ -26,46 +25,35 @@ const TYPES: [&str; 18] = [
     "LREAL",
     "STRING",
 ];
-/// Types of timers and counters, whose address is their number.
+/// Types of timers and counters; their address is their number.
 const TIMES: [&str; 2] = ["TIMER", "COUNTER"];
-/// The number of lines that are looked at.
+/// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 50;
 
-/// Whether the beginning of a file is that of such a table: every line but perhaps the first, its heads.
+/// Whether a file begins like such a table: every line fits, except perhaps the headings.
 pub(super) fn sniff(beginning: &str) -> bool {
     let lines = beginning.lines().filter(|line| !line.trim().is_empty()).take(LOOKED_AT);
     let fits: Vec<bool> = lines.map(|line| symbol(line).is_some()).collect();
-    // The last line may be cut where only the beginning was read.
+    // Only the beginning was read, so the last line may be incomplete.
     let whole = fits.len().saturating_sub(1).max(1);
     fits.contains(&true) && fits.iter().take(whole).skip(1).all(|&fits| fits)
 }
 
-/// Reads the table into the symbols.
+/// Adds the table's symbols.
 pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
     for (line, number) in text.lines().zip(1..) {
         let Some((name, symbol)) = symbol(line) else {
             if number > 1 && !line.trim().is_empty() {
-                let message = "this line is no symbol: a name, a type and an address apart by tabs";
-                faults.at(
-                    Code::NoSymbol,
-                    number,
-                    line,
-                    message,
-                    "export the table of symbols again",
-                );
+                let message =
+                    "this line is not a symbol (name, type and address, separated by tabs)";
+                faults.at(Code::NoSymbol, number, line, message, "export the symbol table again");
             }
             continue;
         };
         let known = symbols.entry(name).or_insert_with(|| symbol.clone());
         if known.address != symbol.address {
-            let message = format!("the symbol stands for {} elsewhere", known.address);
-            faults.at(
-                Code::SymbolTwice,
-                number,
-                line,
-                &message,
-                "export the table of symbols again",
-            );
+            let message = format!("the symbol has another address elsewhere: {}", known.address);
+            faults.at(Code::SymbolTwice, number, line, &message, "export the symbol table again");
         }
     }
 }

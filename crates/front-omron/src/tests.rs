@@ -389,8 +389,9 @@ fn all_faults_are_told_at_once() {
             ("operand", 14)
         ]
     );
-    let frame = "LD 00000\nLD 00001\nOUT 00100\nKEEP(11) 00101\nLD 00000\nJMP(04) 5\nLD TR 1\nOUT 00100\nRET(93)\nLD 00000\nSBS(91) 9\nLD 00000\nSTEP(08) 00500";
-    let found: Vec<&str> = faults("omron-c200h", frame).into_iter().map(|(code, _)| code).collect();
+    let structure = "LD 00000\nLD 00001\nOUT 00100\nKEEP(11) 00101\nLD 00000\nJMP(04) 5\nLD TR 1\nOUT 00100\nRET(93)\nLD 00000\nSBS(91) 9\nLD 00000\nSTEP(08) 00500";
+    let found: Vec<&str> =
+        faults("omron-c200h", structure).into_iter().map(|(code, _)| code).collect();
     for code in ["branches", "jump", "no-routine", "no-subroutine", "not-modelled"] {
         assert!(found.contains(&code), "{code} in {found:?}");
     }
@@ -524,9 +525,9 @@ fn what_is_taken_as_any_value_costs_its_area_all_the_same() {
     ] {
         let alone = priced(&c(&format!("{text}END(01)\n")));
         let between = format!("LD 25313\nINT(89) 000 000 HR10\n{text}{interrupts}END(01)\n");
-        let frame = format!("LD 25313\nINT(89) 000 000 HR10\n{interrupts}END(01)\n");
+        let structure = format!("LD 25313\nINT(89) 000 000 HR10\n{interrupts}END(01)\n");
         assert_eq!(alone, want, "{text}");
-        assert_eq!(priced(&c(&between)) - priced(&c(&frame)), want, "{text}");
+        assert_eq!(priced(&c(&between)) - priced(&c(&structure)), want, "{text}");
     }
     // What is changed, and an address that is not known.
     assert_eq!(priced(&c("LD 00000\nMOV(21) *DM0000 HR00\nEND(01)\n")), 1);

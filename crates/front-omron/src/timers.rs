@@ -1,6 +1,6 @@
-//! Timers, counters, KEEP and SFT: coils that take time or several branches.
+//! Lowers timers, counters, KEEP and SFT: coils that depend on time or on several branches.
 
-use super::assembly::{Assembly, BRANCHES};
+use super::builder::{BRANCHES, OmronBuilder};
 use super::data;
 use super::extent;
 use super::operand::{Notation, Operand};
@@ -14,7 +14,7 @@ use scanbound_ir::{
     Region, Relation, WordSource, Write,
 };
 
-/// The present value's word behind a completion flag: its area follows that of the flags.
+/// The current value of a completion flag; its area directly follows that of the flags.
 fn present(flag: Cell) -> Cell {
     Cell { area: AreaId(flag.area.0 + 1), index: flag.index }
 }
@@ -23,28 +23,28 @@ fn havoc_present(flag: Cell, choice: ChoiceId) -> Write {
     Write::Havoc(Region::Range { first: present(flag), count: 1 }, choice)
 }
 
-/// Whether the system counts the timer on between instructions: those of 10 ms and less.
+/// Whether the timer counts between instructions: those with a time base of 10 ms or less.
 pub(super) fn is_fast(raw: &RawInstruction) -> bool {
     let name = raw.mnemonic.to_ascii_uppercase();
     let named = ["TIMH", "TMHH", "TIMU", "TMUH"].iter().any(|kind| name.starts_with(kind));
     named || (name.is_empty() && raw.number.is_some_and(|number| number.value == 15))
 }
 
-/// What a timer's or counter's setting may be.
+/// The set value of a timer or counter.
 struct Setting {
-    /// Where it stands, if that is known.
+    /// Its word or constant, if known.
     source: Option<WordSource>,
-    /// Whether it is decimal digits.
+    /// Whether it is BCD.
     is_decimal: bool,
-    /// It is no decimal number where one is asked for: the instruction may end in an error, which leaves the flag.
+    /// The condition under which it is not valid BCD. The instruction may then be an error and leave the flag unchanged.
     wrong: Logic,
-    /// That, or it is 0: what becomes of the flag then is not the outside's.
+    /// As `wrong`, or the set value is 0; the flag then does not depend on elapsed time.
     odd: Logic,
 }
 
-fn setting(asm: &mut Assembly, item: &Item<'_>) -> Setting {
+fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
     let binary = item.row.is_some_and(|row| row.mnemonic.ends_with('X'));
-    let source = data::sources(asm, item, 1, 1).map(|sources| sources[0]);
+    let source = data::sources(builder, item, 1, 1).map(|sources| sources[0]);
     let (wrong, zero) = match (source, item.operands.get(1)) {
         (Some(WordSource::Const(value)), Some(&Operand::Constant(_, notation))) => {
             let digits = (0..4).any(|place| value >> (4 * place) & 15 > 9);
@@ -59,7 +59,7 @@ fn setting(asm: &mut Assembly, item: &Item<'_>) -> Setting {
             let any = Logic::Any((0..16).map(bit).collect());
             (Logic::Any((0..4).map(above).collect()), any.not())
         }
-        _ => (asm.free(), Logic::Const(false)),
+        _ => (builder.free_bit(), Logic::Const(false)),
     };
     let wrong = if binary { Logic::Const(false) } else { wrong };
     let odd = Logic::Any(vec![wrong.clone(), zero]);
@@ -67,36 +67,38 @@ fn setting(asm: &mut Assembly, item: &Item<'_>) -> Setting {
 }
 
 impl Setting {
-    /// Whether the time or count is over, which the outside says.
-    fn over(&self, asm: &mut Assembly) -> Logic {
-        let over = asm.world();
-        self.over_by(asm, over)
+    /// Whether the time or count is up, by an external choice.
+    fn over(&self, builder: &mut OmronBuilder) -> Logic {
+        let over = builder.external_choice();
+        self.over_by(builder, over)
     }
 
-    /// The same by this choice.
-    fn over_by(&self, asm: &mut Assembly, over: ChoiceId) -> Logic {
+    /// The same, with a given choice.
+    fn over_by(&self, builder: &mut OmronBuilder, over: ChoiceId) -> Logic {
         let over = Logic::Bit(BitSource::Free(over));
         match self.odd {
             Logic::Any(ref parts) if parts.iter().all(|part| *part == Logic::Const(false)) => over,
             ref odd => Logic::Any(vec![
                 Logic::All(vec![over, odd.clone().not()]),
-                Logic::All(vec![asm.free(), odd.clone()]),
+                Logic::All(vec![builder.free_bit(), odd.clone()]),
             ]),
         }
     }
 
-    /// Whether a timer is over that runs: not in the scan that starts it, unless it is set to no more than what one scan
-    /// can take.
-    fn elapsed(&self, asm: &mut Assembly, item: &Item<'_>, flag: Cell) -> Logic {
-        let (Some(unit), Some(setting)) = (step(item), self.source) else { return self.over(asm) };
-        let runs = asm.memory.runs(flag);
-        let over = asm.world();
-        if !asm.repeated {
+    /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value is not longer than
+    /// one scan.
+    fn elapsed(&self, builder: &mut OmronBuilder, item: &Item<'_>, flag: Cell) -> Logic {
+        let (Some(unit), Some(setting)) = (step(item), self.source) else {
+            return self.over(builder);
+        };
+        let runs = builder.memory.runs(flag);
+        let over = builder.external_choice();
+        if !builder.repeated {
             let on_delay = Expiry::of_on_delay(runs, setting, unit);
             let expiry = Expiry { is_decimal: self.is_decimal, ..on_delay };
-            asm.out.program.timekeeping.expiries.insert(over, expiry);
+            builder.out.program.timekeeping.expiries.insert(over, expiry);
         }
-        let ticks = asm.out.scan_ticks(unit, self.is_decimal);
+        let ticks = builder.out.scan_ticks(unit, self.is_decimal);
         let number = |word| Number::Words(vec![word]);
         let at_once = Logic::Compare(Box::new(Compare {
             relation: Relation::LessOrEqual,
@@ -105,48 +107,50 @@ impl Setting {
             right: number(WordSource::Free(ticks)),
         }));
         let has_started = Logic::Any(vec![Logic::cell(runs), at_once, self.odd.clone()]);
-        Logic::All(vec![self.over_by(asm, over), has_started])
+        Logic::All(vec![self.over_by(builder, over), has_started])
     }
 
-    /// The value, or what the bit held where the instruction may end in an error.
-    fn unless_wrong(&self, asm: &mut Assembly, value: Logic, bit: Cell) -> Logic {
+    /// The value, or the bit's old value if the instruction may be an error.
+    fn unless_wrong(&self, builder: &mut OmronBuilder, value: Logic, bit: Cell) -> Logic {
         match &self.wrong {
             Logic::Const(false) => value,
             wrong => {
-                let kept = Logic::All(vec![Logic::cell(bit), wrong.clone(), asm.free()]);
+                let kept = Logic::All(vec![Logic::cell(bit), wrong.clone(), builder.free_bit()]);
                 Logic::Any(vec![value, kept])
             }
         }
     }
 
-    fn note(&self, asm: &mut Assembly) {
+    fn note(&self, builder: &mut OmronBuilder) {
         if self.wrong != Logic::Const(false) {
-            asm.note("its flag may stay as it is while its setting is no decimal number");
+            builder.approximate(
+                "its flag may keep its value while its set value is not a decimal number",
+            );
         }
     }
 }
 
-/// A timer with one branch, or the instruction that resets timers.
-pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
-    let key = asm.key(item, false);
-    let choice = asm.choice();
+/// Lowers a timer with one branch, or the instruction that resets timers.
+pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
+    let key = builder.key(item, false);
+    let choice = builder.choice();
     let mut effects: Vec<Effect> = Vec::new();
     let mut set = None;
     match (item.meaning(), item.operands.first()) {
         ("timer", Some(Operand::Flag(flag))) => {
-            let setting = setting(asm, item);
-            // Done only while the condition holds, and then at some time.
-            let done = Logic::All(vec![Logic::Condition, setting.elapsed(asm, item, *flag)]);
-            let value = setting.unless_wrong(asm, done, *flag);
+            let setting = setting(builder, item);
+            // It can be done only while the condition is on.
+            let done = Logic::All(vec![Logic::Condition, setting.elapsed(builder, item, *flag)]);
+            let value = setting.unless_wrong(builder, done, *flag);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(havoc_present(*flag, choice)));
-            let runs = asm.memory.runs(*flag);
-            let value = setting.unless_wrong(asm, Logic::Condition, runs);
+            let runs = builder.memory.runs(*flag);
+            let value = setting.unless_wrong(builder, Logic::Condition, runs);
             effects.push(always(Write::Bit(BitTarget::Cell(runs), value)));
             set = Some(setting);
         }
         ("timer-unknown", Some(Operand::Flag(flag))) => {
-            let value = asm.free();
+            let value = builder.free_bit();
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
             effects.push(always(havoc_present(*flag, choice)));
         }
@@ -158,9 +162,9 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
                         let bit = |cell, value| fired(Write::Bit(BitTarget::Cell(cell), value));
                         effects.push(bit(flag, Logic::Const(false)));
                         effects.push(fired(havoc_present(flag, choice)));
-                        // Whether a timer whose condition stays on begins anew is not known.
-                        let runs = asm.memory.runs(flag);
-                        let value = Logic::All(vec![Logic::cell(runs), asm.free()]);
+                        // Whether a timer restarts while its condition stays on is unknown.
+                        let runs = builder.memory.runs(flag);
+                        let value = Logic::All(vec![Logic::cell(runs), builder.free_bit()]);
                         effects.push(bit(runs, value));
                     }
                 }
@@ -168,32 +172,32 @@ pub(super) fn timer(asm: &mut Assembly, item: &Item<'_>) {
             }
         }
         _ => {
-            let writes = data::havoc(asm, item, choice);
+            let writes = data::havoc(builder, item, choice);
             effects.extend(writes.into_iter().map(always));
         }
     }
-    let flags = data::flags(asm, item);
+    let flags = data::flags(builder, item);
     effects.extend(flags.into_iter().map(always));
-    let fires = asm.fires(item.raw.edge);
-    let at = asm.act(fires, effects, Some(key));
+    let fires = builder.fires(item.raw.edge);
+    let at = builder.act(fires, effects, Some(key));
     if let ("timer", Some(Operand::Flag(flag))) = (item.meaning(), item.operands.first()) {
-        keep_time(asm, item, at, *flag, 0);
+        keep_time(builder, item, at, *flag, 0);
     }
     if let Some(setting) = set {
-        setting.note(asm);
+        setting.note(builder);
     }
     match item.meaning() {
-        "timer-unknown" => asm.note("this timer's completion flag is on or off at will"),
-        "havoc-always" => asm.note("this timer's flags and values take any value"),
+        "timer-unknown" => builder.approximate("this timer's completion flag may be on or off"),
+        "havoc-always" => builder.approximate("this timer's flags and values may have any value"),
         "timer" if !matches!(item.operands.first(), Some(Operand::Flag(_))) => {
-            asm.note("which timer this is is not known: all timers take any value");
+            builder.approximate("the timer number is unknown: all timers may have any value");
         }
         _ => {}
     }
-    data::note_indirect(asm, item);
+    data::note_indirect(builder, item);
 }
 
-/// The flags from the first to the last that are reset; `None` if they are not known.
+/// The range of flags that is reset; `None` if unknown.
 fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     let (first, last) = match operands {
         [Operand::Flag(one)] => (one, one),
@@ -204,18 +208,18 @@ fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     in_order.then(|| (0..=last.index - first.index).map(|n| first.plus(n)).collect())
 }
 
-/// An instruction with two or three branches, the last of which resets and wins.
-pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
-    let key = asm.key(item, true);
+/// Lowers an instruction with two or three branches; the last one resets and has priority.
+pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
+    let key = builder.key(item, true);
     let branches =
         if matches!(item.meaning(), "counter-reversible" | "shift-register") { 3 } else { 2 };
     let reset = branches - 1;
-    asm.split(branches);
-    // The price is one for the instruction, whichever of its branches hold.
-    asm.always();
-    let flags: Vec<Effect> = data::flags(asm, item).into_iter().map(always).collect();
-    let whole = asm.act(Logic::Condition, flags, Some(key));
-    let choice = asm.choice();
+    builder.split(branches);
+    // The instruction has one time, whichever branches are on.
+    builder.always();
+    let flags: Vec<Effect> = data::flags(builder, item).into_iter().map(always).collect();
+    let whole = builder.act(Logic::Condition, flags, Some(key));
+    let choice = builder.choice();
     let target = match item.operands.first() {
         Some(Operand::Flag(flag)) => Some(BitTarget::Cell(*flag)),
         Some(operand) => operand.bit_target(),
@@ -223,51 +227,61 @@ pub(super) fn branched(asm: &mut Assembly, item: &Item<'_>) {
     };
     match (item.meaning(), target, item.operands.first()) {
         ("keep", Some(target), _) => {
-            asm.product(&[(0, true), (reset, false)]);
-            asm.act(Logic::Condition, vec![fired(Write::Bit(target, Logic::Const(true)))], None);
-            asm.product(&[(reset, true)]);
-            asm.act(Logic::Condition, vec![fired(Write::Bit(target, Logic::Const(false)))], None);
+            builder.product(&[(0, true), (reset, false)]);
+            builder.act(
+                Logic::Condition,
+                vec![fired(Write::Bit(target, Logic::Const(true)))],
+                None,
+            );
+            builder.product(&[(reset, true)]);
+            builder.act(
+                Logic::Condition,
+                vec![fired(Write::Bit(target, Logic::Const(false)))],
+                None,
+            );
         }
         ("counter" | "timer-holding", Some(target), Some(Operand::Flag(flag))) => {
-            // On its way the flag can only come on; the reset takes it off.
-            let setting = setting(asm, item);
-            let done = Logic::Any(vec![Logic::cell(*flag), setting.over(asm)]);
-            asm.product(&[(0, true), (reset, false)]);
+            // Without a reset the flag can only come on.
+            let setting = setting(builder, item);
+            let done = Logic::Any(vec![Logic::cell(*flag), setting.over(builder)]);
+            builder.product(&[(0, true), (reset, false)]);
             let effects =
                 vec![fired(Write::Bit(target, done)), fired(havoc_present(*flag, choice))];
-            asm.act(Logic::Condition, effects, None);
-            reset_flag(asm, reset, *flag, &setting);
+            builder.act(Logic::Condition, effects, None);
+            reset_flag(builder, reset, *flag, &setting);
         }
         ("counter-reversible", Some(target), Some(Operand::Flag(flag))) => {
-            let setting = setting(asm, item);
+            let setting = setting(builder, item);
             for counting in [0, 1] {
-                asm.product(&[(counting, true), (reset, false)]);
-                let value = setting.over(asm);
-                let choice = asm.choice();
+                builder.product(&[(counting, true), (reset, false)]);
+                let value = setting.over(builder);
+                let choice = builder.choice();
                 let effects =
                     vec![fired(Write::Bit(target, value)), fired(havoc_present(*flag, choice))];
-                asm.act(Logic::Condition, effects, None);
+                builder.act(Logic::Condition, effects, None);
             }
-            reset_flag(asm, reset, *flag, &setting);
+            reset_flag(builder, reset, *flag, &setting);
         }
-        ("shift-register", ..) => shift_register(asm, item, reset),
+        ("shift-register", ..) => shift_register(builder, item, reset),
         _ => {
             let regions =
                 item.operands.first().map(|operand| operand.regions(Some(1))).unwrap_or_default();
             let effects =
                 regions.into_iter().map(|region| always(Write::Havoc(region, choice))).collect();
-            asm.act(Logic::Condition, effects, None);
-            asm.note("what this writes is not known: all it may be takes any value");
+            builder.act(Logic::Condition, effects, None);
+            builder.approximate(
+                "what this writes is unknown: every possible target may have any value",
+            );
         }
     }
     if let ("counter" | "timer-holding" | "counter-reversible", Some(Operand::Flag(flag))) =
         (item.meaning(), item.operands.first())
     {
-        keep_time(asm, item, whole, *flag, branches);
+        keep_time(builder, item, whole, *flag, branches);
     }
 }
 
-/// In what steps a timer goes; none for what is no timer of known steps.
+/// The time base of a timer; `None` if it is not a timer or the time base is unknown.
 fn step(item: &Item<'_>) -> Option<Picos> {
     const MS: u64 = 1_000_000_000;
     let name = item.row.map_or("", |row| &*row.mnemonic);
@@ -281,8 +295,8 @@ fn step(item: &Item<'_>) -> Option<Picos> {
     }))
 }
 
-/// Says how an emulated CPU runs the timer or counter that begins at an instruction.
-fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
+/// Records how the emulated CPU runs the timer or counter that begins at an instruction.
+fn keep_time(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
     let manner = match (item.meaning(), step(item)) {
         ("timer", Some(step)) => TimerKind::DownTimer(step),
         ("timer-holding", Some(step)) => TimerKind::RetentiveTimer(step),
@@ -290,9 +304,9 @@ fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branche
         ("counter-reversible", _) => TimerKind::RingCounter,
         _ => return,
     };
-    // Where an index or another address says where the setting stands, the timer is not followed.
+    // With an indirect address, the set value is unknown.
     let plain = matches!(item.operands.get(1), Some(Operand::Constant(..) | Operand::Word(_)));
-    let setting = if plain { data::sources(asm, item, 1, 1) } else { None };
+    let setting = if plain { data::sources(builder, item, 1, 1) } else { None };
     let Some(&[setting]) = setting.as_deref() else { return };
     let timed = TimerOrCounter {
         kind: manner,
@@ -301,23 +315,23 @@ fn keep_time(asm: &mut Assembly, item: &Item<'_>, at: usize, flag: Cell, branche
         setting,
         is_decimal: !item.row.is_some_and(|row| row.mnemonic.ends_with('X')),
         inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
-        parts: at + 1..asm.next(),
+        parts: at + 1..builder.next(),
     };
-    asm.out.program.timekeeping.instructions.insert(at, timed);
+    builder.out.program.timekeeping.instructions.insert(at, timed);
 }
 
-fn reset_flag(asm: &mut Assembly, reset: u32, flag: Cell, setting: &Setting) {
-    let choice = asm.choice();
-    asm.product(&[(reset, true)]);
-    let value = setting.unless_wrong(asm, Logic::Const(false), flag);
+fn reset_flag(builder: &mut OmronBuilder, reset: u32, flag: Cell, setting: &Setting) {
+    let choice = builder.choice();
+    builder.product(&[(reset, true)]);
+    let value = setting.unless_wrong(builder, Logic::Const(false), flag);
     let effects =
         vec![fired(Write::Bit(BitTarget::Cell(flag), value)), fired(havoc_present(flag, choice))];
-    asm.act(Logic::Condition, effects, None);
-    setting.note(asm);
+    builder.act(Logic::Condition, effects, None);
+    setting.note(builder);
 }
 
-/// SFT: on the second branch's rising edge all bits go one place up and the first branch comes in.
-fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
+/// SFT: on the rising edge of the second branch, all bits move one place up, and the first branch comes in.
+fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, reset: u32) {
     let words = match (item.operands.first(), item.operands.get(1)) {
         (Some(Operand::Word(first)), Some(Operand::Word(last)))
             if first.area == last.area
@@ -328,14 +342,15 @@ fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
         }
         _ => None,
     };
-    let edge = asm.world();
+    let edge = builder.external_choice();
     let moves = Logic::All(vec![Logic::Condition, Logic::Bit(scanbound_ir::BitSource::Free(edge))]);
-    asm.product(&[(1, true), (reset, false)]);
+    builder.product(&[(1, true), (reset, false)]);
     let Some((first, count)) = words else {
-        let choice = asm.choice();
-        let effects = data::havoc(asm, item, choice).into_iter().map(always).collect();
-        asm.act(moves, effects, None);
-        asm.note("which words are shifted is not known: all they may be take any value");
+        let choice = builder.choice();
+        let effects = data::havoc(builder, item, choice).into_iter().map(always).collect();
+        builder.act(moves, effects, None);
+        builder
+            .approximate("the shifted words are unknown: every possible word may have any value");
         return;
     };
     let place = |bit: u32| (first.plus(bit / 16), (bit % 16) as u8);
@@ -346,12 +361,16 @@ fn shift_register(asm: &mut Assembly, item: &Item<'_>, reset: u32) {
         effects.push(fired(Write::Bit(BitTarget::WordBit(to.0, to.1), value)));
     }
     effects.push(fired(Write::Bit(BitTarget::WordBit(first, 0), Logic::Const(false))));
-    asm.act(moves.clone(), effects, None);
-    asm.product(&[(0, true), (1, true), (reset, false)]);
-    asm.act(moves, vec![fired(Write::Bit(BitTarget::WordBit(first, 0), Logic::Const(true)))], None);
-    asm.product(&[(reset, true)]);
+    builder.act(moves.clone(), effects, None);
+    builder.product(&[(0, true), (1, true), (reset, false)]);
+    builder.act(
+        moves,
+        vec![fired(Write::Bit(BitTarget::WordBit(first, 0), Logic::Const(true)))],
+        None,
+    );
+    builder.product(&[(reset, true)]);
     let words = (0..count).map(|n| scanbound_ir::WordTarget::Cell(first.plus(n))).collect();
     let zeros =
         scanbound_ir::Number::Words(vec![scanbound_ir::WordSource::Const(0); count as usize]);
-    asm.act(Logic::Condition, vec![fired(Write::Words(words, zeros))], None);
+    builder.act(Logic::Condition, vec![fired(Write::Words(words, zeros))], None);
 }

@@ -1,33 +1,33 @@
-//! One line of OMRON mnemonics: marks, mnemonic, function number, operands, in both spellings.
+//! Parses one line of OMRON mnemonics: prefixes, mnemonic, function number and operands, in both notations.
 
 use super::catalog;
 use super::source::{Edge, FunctionNumber, RawInstruction};
 use scanbound_front::WordPositions;
 
-/// What a line is.
+/// The content of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Line {
-    /// Nothing, a comment or a rule.
+    /// Nothing, a comment or a separator line.
     Empty,
     /// An instruction.
     Instruction(RawInstruction),
-    /// Operands alone: they belong to the instruction before, as in the manuals' tables.
+    /// Only operands: they belong to the instruction before, as in the tables of the manuals.
     Operands(Vec<String>, WordPositions),
-    /// Neither.
+    /// Something else.
     Unknown,
 }
 
-/// Areas that are written apart from their number: `DM 0100`, `TIM 000`.
-const APART: [&str; 17] = [
+/// Area letters that are separated from the number: `DM 0100`, `TIM 000`.
+const SEPARATED_AREAS: [&str; 17] = [
     "DM", "*DM", "@DM", "EM", "*EM", "HR", "*HR", "AR", "LR", "SR", "IR", "CIO", "TR", "TIM",
     "CNT", "TC", "*LR",
 ];
 
-/// Reads a line of the text; `number` is its number in the file.
+/// Parses a line; `number` is its line number in the file.
 pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
     let code = code(line);
     let mut words: Vec<&str> = code.split_whitespace().collect();
-    // Up to two numbers in front: the rung's and the program address.
+    // A line may begin with two numbers: rung number and program address.
     let mut step = None;
     for _ in 0..2 {
         let numbered = words.first().is_some_and(|word| is_digits(word))
@@ -52,7 +52,7 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
             (instruction.operands, starts) = operands(&words[used..]);
             instruction.places =
                 WordPositions::of_slices(text, std::iter::once(words[0]).chain(starts));
-            // `LD !0.00` is `!LD 0.00`.
+            // `LD !0.00` means `!LD 0.00`.
             for operand in &mut instruction.operands {
                 if let Some(rest) = operand.strip_prefix('!').map(str::to_owned) {
                     (*operand, instruction.immediate) = (rest, true);
@@ -73,7 +73,7 @@ pub(super) fn read(text: &str, line: &str, number: u32) -> Line {
     }
 }
 
-/// The line without comments and rules.
+/// The line without comments and separators.
 fn code(line: &str) -> &str {
     let trimmed = line.trim();
     let rule = ["---", "***", "===", "'", ";", "//"].iter().any(|mark| trimmed.starts_with(mark));
@@ -87,7 +87,7 @@ fn code(line: &str) -> &str {
             '"' => quoted = !quoted,
             ';' if !quoted => return &trimmed[..at],
             '/' if !quoted && before == '/' => return &trimmed[..at - 1],
-            // A remark in parentheses stands apart; a function number does not, or it is a number.
+            // A remark in parentheses has a blank before it; a function number has none, or has digits only.
             '(' if !quoted && before.is_whitespace() && !is_function(&trimmed[at..]) => {
                 return &trimmed[..at];
             }
@@ -105,7 +105,7 @@ fn is_function(text: &str) -> bool {
         .is_some_and(|(inner, _)| is_number_text(inner))
 }
 
-/// What stands between a function's parentheses: two or three digits, or dashes where no number is assigned.
+/// Whether the text in parentheses is a function number: two or three digits, or dashes for an unassigned one.
 fn is_number_text(text: &str) -> bool {
     (is_digits(text) && (2..=3).contains(&text.len()))
         || (!text.is_empty() && text.chars().all(|c| matches!(c, '-' | '–' | '—' | '_')))
@@ -117,7 +117,7 @@ fn begins_instruction(word: &str) -> bool {
             && !is_operand(word))
 }
 
-/// The instruction that the words begin with, without operands, and how many words it takes.
+/// The instruction at the start of the words, without operands, and the number of words it takes.
 fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
     let first = *words.first()?;
     let marks = first.len() - first.trim_start_matches(['@', '%', '!']).len();
@@ -137,7 +137,7 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
                 name.push_str(next.as_deref().unwrap_or_default());
                 used = 2;
             }
-            // `MOV (21)`, and the programming console's `FUN 21`, `FUN(21)`.
+            // Also `MOV (21)`, and `FUN 21` and `FUN(21)` of the programming console.
             (_, Some(next)) if is_function(next) && next.ends_with(')') => {
                 number_text = words.get(1).map(|word| word.trim_matches(['(', ')']));
                 used = 2;
@@ -155,7 +155,7 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
     if name == "FUN" && number.is_some() {
         name.clear();
     }
-    // The tool's two-word names for contacts with comparisons: `LD =`, `AND <>L`.
+    // CX-Programmer's two-word names of comparison contacts: `LD =`, `AND <>L`.
     let known = catalog::knows(&name) || (name.is_empty() && number.is_some());
     let user = number_text.is_some() || (is_name(&name) && !is_operand(&name));
     (known || user).then(|| {
@@ -178,16 +178,17 @@ fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
     })
 }
 
-/// Whether a word can be the name of a user's instruction.
+/// Whether a word can be the name of a user-defined instruction.
 fn is_name(word: &str) -> bool {
     word.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && word.chars().all(|c| c.is_alphanumeric() || c == '_')
 }
 
-/// Whether a word has the form of an operand other than a symbol.
+/// Whether a word looks like an operand that is not a symbol.
 pub(super) fn is_operand(word: &str) -> bool {
     let upper = word.to_ascii_uppercase();
-    if APART.contains(&upper.as_str()) || upper.starts_with('#') || upper.starts_with('&') {
+    if SEPARATED_AREAS.contains(&upper.as_str()) || upper.starts_with('#') || upper.starts_with('&')
+    {
         return true;
     }
     let body = upper.trim_start_matches(['*', '@', '+', '-']);
@@ -202,21 +203,21 @@ pub(super) fn is_operand(word: &str) -> bool {
         && number.bytes().all(|b| b.is_ascii_digit() || b == b'.' || b == b'_')
 }
 
-/// The operands, each with the word that it begins with; an area that stands apart from its number is joined to it.
+/// The operands, each with its first word; area letters are joined with the number after them.
 fn operands<'w>(words: &[&'w str]) -> (Vec<String>, Vec<&'w str>) {
     let (mut out, mut starts): (Vec<String>, Vec<&str>) = (Vec::new(), Vec::new());
     let mut words = words.iter().peekable();
     while let Some(word) = words.next() {
         starts.push(word);
         let upper = word.to_ascii_uppercase();
-        // `# 0020`: the mark stands apart from its digits.
+        // In `# 0020` the prefix is separated from its digits.
         if matches!(upper.as_str(), "#" | "&")
             && let Some(digits) = words.next_if(|next| next.bytes().all(|b| b.is_ascii_hexdigit()))
         {
             out.push(format!("{upper}{}", digits.trim_end_matches(',')));
             continue;
         }
-        let joined = APART.contains(&upper.as_str())
+        let joined = SEPARATED_AREAS.contains(&upper.as_str())
             && words.peek().is_some_and(|next| next.starts_with(|c: char| c.is_ascii_digit()));
         match (joined, words.peek()) {
             (true, Some(next)) => {

@@ -233,7 +233,7 @@ fn an_unlisted_dedicated_instruction_may_write_all_its_operands() {
     for known in ["GP.READ", "J.SWRITE", "SP.DATE+", "ZP.PSTRT3", "D.CHGV"] {
         assert!(find(known, 4).unwrap().entry.also.is_empty(), "{known}");
     }
-    assert!(KEPT_TO_OPERANDS.is_sorted());
+    assert!(WRITES_ONLY_OPERANDS.is_sorted());
 }
 
 /// A class with a time per unit needs to know how many there are: from an operand, by a limit or from the text.

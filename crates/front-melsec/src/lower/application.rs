@@ -1,0 +1,484 @@
+//! Lowers application instructions by their catalog row, exactly or with any value as the result, and user instructions.
+
+use super::access::{BitPlace, WordPlace};
+use super::{Lowering, timing};
+use crate::catalog::{Amount, Axis, CatalogMatch, EVERYWHERE, Entry, Extent, Operation, Role};
+use crate::memory::{DeviceType, area};
+use crate::operand::{Operand as Written, Place};
+use crate::source::RawInstruction;
+use scanbound_base::code::Code;
+use scanbound_front::builder::fired;
+use scanbound_ir::meaning::Operand;
+use scanbound_ir::{
+    AccessedDevices, BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey,
+    Units, When, WordSource, WordTarget, Write,
+};
+
+/// The largest number of words that is modelled exactly; larger blocks are havocked.
+const MOST_WORDS: u32 = 512;
+
+impl Lowering<'_> {
+    /// Lowers an instruction that only the timing table knows: it may write any of its operands.
+    pub(super) fn user(&mut self, raw: &RawInstruction) {
+        self.output_here(&raw.mnemonic);
+        let mut effects = Vec::new();
+        for text in &raw.operands {
+            let Ok(Written::Device(_)) = self.parsed(text) else { continue };
+            for region in self.regions(text, Some(1)).unwrap_or_default() {
+                effects.push(fired(Write::Havoc(region, self.choice())));
+            }
+        }
+        if !effects.is_empty() {
+            self.approximate(format!(
+                "{} is a user instruction: its operands may have any value after it",
+                raw.mnemonic
+            ));
+        }
+        let names = vec![raw.mnemonic.clone()];
+        let key = TimingKey {
+            names,
+            class: "user",
+            units: Units::None,
+            use_larger_time: false,
+            optional: false,
+            accessed: AccessedDevices::default(),
+        };
+        self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
+    }
+
+    /// Lowers an instruction of the catalog.
+    pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &CatalogMatch) {
+        let entry = &found.entry;
+        let free = entry.meaning == Operation::Free;
+        if !free {
+            self.output_here(mnemonic);
+        } else if self.rung.depth > 0 && !mnemonic.starts_with("NOP") {
+            // The instruction is an output of the rung, even if contacts follow.
+            self.rung.has_output = true;
+        }
+        if !self.sources_are_read(raw, entry) {
+            return;
+        }
+        if self.modes.counts_elsewhere && entry.class == "module" {
+            self.fault(
+                Code::NotModelled,
+                &raw.mnemonic,
+                format!(
+                    "with M8164 on, D8164 sets how many words `{}` moves, which scanbound does not follow",
+                    raw.mnemonic
+                ),
+                "do not use M8164; write the count as the last operand",
+            );
+        }
+        let units = self.units(raw, entry);
+        let key = timing(mnemonic, found.pulsed, None, entry.class, units, free);
+        let Some(mut effects) = self.operation(raw, entry) else { return };
+        self.note_indexed(raw, entry, &effects);
+        self.note_errors(raw, entry);
+        for &name in &entry.also {
+            let everywhere = name == EVERYWHERE;
+            let region = if everywhere { Region::Everything } else { Region::Area(area(name)) };
+            effects.push(fired(Write::Havoc(region, self.choice())));
+            // A module that writes to any device does so between scans. Operands may be written at any moment.
+            match (entry.meaning, region) {
+                (Operation::HavocAnytime, Region::Everything) => {
+                    self.out.program.external.push(region);
+                }
+                (Operation::HavocAnytime, _) => self.out.program.volatile.push(region),
+                _ => {}
+            }
+            self.approximate(format!(
+                "{} may write any {}",
+                raw.mnemonic,
+                if everywhere { "device" } else { name }
+            ));
+        }
+        let fires = if free { Logic::Const(true) } else { self.fires(found.pulsed, &mut effects) };
+        self.add(Some(key), effects, Step::Act { fires });
+        self.havoc_on_overflow();
+    }
+
+    /// Checks that every source operand can be read and every destination is a device.
+    fn sources_are_read(&mut self, raw: &RawInstruction, entry: &Entry) -> bool {
+        let mut fine = true;
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            fine &= match operand.role {
+                Role::Address => true,
+                Role::Source | Role::Number | Role::ReadWriteIfDevice | Role::Extra(Axis) => {
+                    self.operand(text).is_some()
+                }
+                Role::Destination | Role::ReadWrite if entry.class == "dedicated" => {
+                    self.operand(text).is_some()
+                }
+                Role::Destination | Role::ReadWrite => self.device(text).is_some(),
+            };
+        }
+        fine
+    }
+
+    /// The effects of the instruction, exact if possible.
+    fn operation(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Vec<Effect>> {
+        let exact = match entry.meaning {
+            Operation::Nothing | Operation::Free => return Some(Vec::new()),
+            Operation::HavocAlways => return Some(self.havoc_all(raw, entry, When::Always)),
+            Operation::HavocAnytime => {
+                let effects = self.havoc_all(raw, entry, When::Fired);
+                self.out.program.volatile.extend(effects.iter().filter_map(|effect| {
+                    match effect.write {
+                        Write::Havoc(region, _) => Some(region),
+                        _ => None,
+                    }
+                }));
+                return Some(effects);
+            }
+            Operation::Copy | Operation::Fill => self.copy(raw, entry)?,
+            Operation::Exchange => self.exchange(raw, entry)?,
+            Operation::Clear => self.clear(raw, entry)?,
+            Operation::ClearRange => self.clear_range(raw)?,
+            Operation::SetBit | Operation::ResetBit => {
+                self.bit_of_word(raw, entry.meaning == Operation::SetBit)?
+            }
+            Operation::ShiftOne => self.shift(raw)?,
+            Operation::Alternate => {
+                let now = self.read_bit(&raw.operands[0])?;
+                Some(self.bit_effects(&raw.operands[0], now.not(), false)?)
+            }
+            Operation::SlideUp | Operation::SlideDown => {
+                self.slide(raw, entry, entry.meaning == Operation::SlideUp)?
+            }
+            Operation::Pairwise => self.pairwise(raw, entry)?,
+            Operation::Text => self.constant_text(raw)?,
+            Operation::Order => self.compare_to_bits(raw, entry)?,
+            Operation::Havoc | Operation::Swap => None,
+            _ => self.arithmetic(raw, entry)?,
+        };
+        Some(match exact {
+            Some(effects) => effects,
+            None => {
+                let mut effects = self.havoc_all(raw, entry, When::Fired);
+                self.set_exact_meaning(raw, entry, &mut effects);
+                effects
+            }
+        })
+    }
+
+    /// The write of a number to its destination when the instruction fires; a havoc if the cells are unknown.
+    pub(super) fn write_number(
+        &mut self,
+        text: &str,
+        words: usize,
+        number: Number,
+    ) -> Option<Vec<Effect>> {
+        Some(match self.word_place(text, words)? {
+            WordPlace::All(targets) => vec![fired(Write::Words(targets, number))],
+            WordPlace::Somewhere(region) => {
+                let choice = self.indexed_write(text, Operand::Number(number), words);
+                vec![fired(Write::Havoc(region, choice))]
+            }
+            WordPlace::Nowhere => Vec::new(),
+        })
+    }
+
+    fn arithmetic(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        let last = raw.operands.len() - 1;
+        let Extent::Words(Amount::Fixed(words)) = entry.operands[last].extent else {
+            return Some(None);
+        };
+        let words = words as usize;
+        let constant = |value: u16| {
+            Number::Words(
+                (0..words)
+                    .map(|n| WordSource::Const(if n == 0 || value == u16::MAX { value } else { 0 }))
+                    .collect(),
+            )
+        };
+        let (a, b) = match (entry.meaning, last) {
+            (Operation::Increment | Operation::Decrement, _) => {
+                (self.number(&raw.operands[0], words)?, constant(1))
+            }
+            (Operation::Negate, _) => (constant(0), self.number(&raw.operands[0], words)?),
+            (Operation::WordNot, _) => (self.number(&raw.operands[0], words)?, constant(u16::MAX)),
+            // With two operands, the second one is both a source and the destination.
+            (_, 1) => {
+                (self.number(&raw.operands[1], words)?, self.number(&raw.operands[0], words)?)
+            }
+            _ => (self.number(&raw.operands[0], words)?, self.number(&raw.operands[1], words)?),
+        };
+        if self.has_unknown_overflow(entry) {
+            if words == 2 && self.modes.sums_reals {
+                return Some(None);
+            }
+            return Some(Some(self.effects_with_overflow(
+                &raw.operands[last],
+                entry,
+                (a, b),
+                words,
+            )?));
+        }
+        let (a, b) = (Box::new(a), Box::new(b));
+        let number = match entry.meaning {
+            Operation::Add | Operation::Increment => Number::Add(a, b),
+            Operation::Subtract | Operation::Decrement | Operation::Negate => Number::Sub(a, b),
+            Operation::WordAnd => Number::And(a, b),
+            Operation::WordOr => Number::Or(a, b),
+            Operation::WordXor | Operation::WordNot => Number::Xor(a, b),
+            Operation::WordXnr => {
+                Number::Xor(Box::new(Number::Xor(a, b)), Box::new(constant(u16::MAX)))
+            }
+            _ => return Some(None),
+        };
+        Some(Some(self.write_number(&raw.operands[last], words, number)?))
+    }
+
+    /// The number of words of an operand, if it is known and small enough. Blocks of digit designations are not supported.
+    fn block_words(&mut self, raw: &RawInstruction, extent: Extent) -> Option<usize> {
+        let (unit, count) = match extent {
+            Extent::Words(Amount::Fixed(words)) => return Some(words as usize),
+            Extent::Words(Amount::Counted { unit, operand }) => {
+                (unit, self.constant(&raw.operands[operand])?)
+            }
+            _ => return None,
+        };
+        let has_digits = raw.operands.iter().any(|text| match self.parsed(text) {
+            Ok(Written::Device(device)) => {
+                matches!(device.place, Place::Digits(..) | Place::IndexedDigits(..))
+            }
+            _ => false,
+        });
+        let words = u32::try_from(count).ok()?.checked_mul(unit)?;
+        let fits = !has_digits && words <= MOST_WORDS && self.has_room(i64::from(words));
+        fits.then_some(words as usize)
+    }
+
+    fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        if self.modes.turns_moves && entry.mnemonic == "BMOV" {
+            return self.havoc_both(raw, entry);
+        }
+        let Some(words) = self.block_words(raw, entry.operands[1].extent) else {
+            return Some(None);
+        };
+        if words == 0 {
+            return Some(Some(Vec::new()));
+        }
+        let sources = if entry.meaning == Operation::Fill {
+            let unit = match entry.operands[1].extent {
+                Extent::Words(Amount::Counted { unit, .. }) => unit as usize,
+                _ => words,
+            };
+            let one = self.read_words(&raw.operands[0], unit)?;
+            one.into_iter().cycle().take(words).collect()
+        } else {
+            self.read_words(&raw.operands[0], words)?
+        };
+        Some(Some(self.write_number(&raw.operands[1], words, Number::Words(sources))?))
+    }
+
+    /// A move whose direction or type depends on a special relay: both operands get any value.
+    fn havoc_both(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        let what = "its operands may have any value";
+        self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
+        let mut effects = Vec::new();
+        for text in &raw.operands[..2] {
+            for region in self.reach(raw, entry, text, entry.operands[1].extent) {
+                effects.push(fired(Write::Havoc(region, self.choice())));
+            }
+        }
+        Some(Some(effects))
+    }
+
+    fn exchange(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        if self.modes.turns_moves {
+            return self.havoc_both(raw, entry);
+        }
+        let Some(words) = self.block_words(raw, entry.operands[0].extent) else {
+            return Some(None);
+        };
+        let (first, second) =
+            (self.word_place(&raw.operands[0], words)?, self.word_place(&raw.operands[1], words)?);
+        let (WordPlace::All(mut targets), WordPlace::All(more)) = (first, second) else {
+            return Some(None);
+        };
+        let mut sources = self.read_words(&raw.operands[1], words)?;
+        sources.extend(self.read_words(&raw.operands[0], words)?);
+        targets.extend(more);
+        Some(Some(vec![fired(Write::Words(targets, Number::Words(sources)))]))
+    }
+
+    fn clear(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
+        let count = match entry.operands[0].extent {
+            Extent::Bits(Amount::Counted { unit, operand })
+            | Extent::Words(Amount::Counted { unit, operand })
+            | Extent::Devices(Amount::Counted { unit, operand }) => {
+                self.constant(&raw.operands[operand]).map(|count| count * i64::from(unit))
+            }
+            _ => None,
+        };
+        let place = self.device(&raw.operands[0])?.place;
+        // Whether ZRST clears whole words or single bits here is unknown, so the value is unknown.
+        let is_word = matches!(place, Place::At(DeviceType::Word(_), _));
+        let count = count.filter(|&count| !is_word && self.has_room(count));
+        Some(count.and_then(|count| cleared(place, count)))
+    }
+
+    fn clear_range(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
+        let (first, last) =
+            (self.device(&raw.operands[0])?.place, self.device(&raw.operands[1])?.place);
+        // Two types of timers can share the same areas.
+        let count = match (first, last) {
+            (Place::At(kind, from), Place::At(other, to))
+                if kind.cell(0).is_some() && kind.cell(0) == other.cell(0) && from <= to =>
+            {
+                Some(to - from + 1)
+            }
+            _ => None,
+        };
+        let spelled = count.map(i64::from).filter(|&count| self.has_room(count));
+        if let Some(effects) = spelled.and_then(|count| cleared(first, count)) {
+            return Some(Some(effects));
+        }
+        self.approximate(format!("what {} writes may have any value", raw.mnemonic));
+        let mut regions = self.regions(&raw.operands[0], count)?;
+        regions.extend(self.regions(&raw.operands[1], Some(1))?);
+        let lost = |region| fired(Write::Havoc(region, self.choice()));
+        Some(Some(regions.into_iter().map(lost).collect()))
+    }
+
+    fn bit_of_word(&mut self, raw: &RawInstruction, value: bool) -> Option<Option<Vec<Effect>>> {
+        let Some(bit) = self.constant(&raw.operands[1]) else { return Some(None) };
+        let bit = (bit & 15) as u8;
+        let target = match self.device(&raw.operands[0])?.place {
+            Place::At(DeviceType::Word(area), index) if !self.modes.switches_file_register => {
+                BitTarget::WordBit(Cell { area, index }, bit)
+            }
+            _ => return Some(None),
+        };
+        Some(Some(vec![fired(Write::Bit(target, Logic::Const(value)))]))
+    }
+
+    fn shift(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
+        let (to, from, from_target) = match self.bit_place(&raw.operands[0])? {
+            BitPlace::One(to @ BitTarget::Cell(cell)) if cell.index > 0 => {
+                let before = Cell { index: cell.index - 1, ..cell };
+                (to, BitSource::Cell(before), BitTarget::Cell(before))
+            }
+            BitPlace::One(to @ BitTarget::WordBit(cell, bit)) if bit > 0 => {
+                (to, BitSource::WordBit(cell, bit - 1), BitTarget::WordBit(cell, bit - 1))
+            }
+            _ => return Some(None),
+        };
+        Some(Some(vec![
+            fired(Write::Bit(to, Logic::Bit(from))),
+            fired(Write::Bit(from_target, Logic::Const(false))),
+        ]))
+    }
+
+    /// Each written operand gets any value, over its whole extent.
+    fn havoc_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
+        let mut effects = Vec::new();
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            match operand.role {
+                Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice => {}
+                Role::Extra(Axis) if self.is_bit(text) => {}
+                Role::Extra(Axis) => {
+                    let region = Region::Area(const { area("Y") });
+                    effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
+                    continue;
+                }
+                Role::Source | Role::Number | Role::Address => continue,
+            }
+            for region in self.reach(raw, entry, text, operand.extent) {
+                effects.push(Effect { when, write: Write::Havoc(region, self.choice()) });
+            }
+        }
+        if !effects.is_empty() {
+            self.approximate(format!("what {} writes may have any value", raw.mnemonic));
+        }
+        effects
+    }
+
+    /// Whether an operand is a bit device.
+    fn is_bit(&self, text: &str) -> bool {
+        let Ok(Written::Device(device)) = self.parsed(text) else { return false };
+        matches!(
+            device.place,
+            Place::At(DeviceType::Bit(_) | DeviceType::VolatileBit, _)
+                | Place::Indexed(DeviceType::Bit(_) | DeviceType::VolatileBit, _)
+                | Place::BitOf(..)
+                | Place::Indexed(_, true)
+                | Place::Fixed(_)
+        )
+    }
+
+    /// The regions that an operand covers.
+    fn reach(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        text: &str,
+        extent: Extent,
+    ) -> Vec<Region> {
+        let mut count = match extent.amount() {
+            Amount::Fixed(count) => Some(count),
+            Amount::Counted { unit, operand } => {
+                let (_, high, known) = self.block_count(raw, entry, operand);
+                u32::try_from(high).ok().filter(|_| known).and_then(|high| high.checked_mul(unit))
+            }
+            Amount::Power { operand } => {
+                let power = self.constant(&raw.operands[operand]);
+                power.filter(|power| (0..=16).contains(power)).map(|power| 1 << power)
+            }
+            Amount::UpTo { .. } | Amount::Unknown => None,
+        };
+        if let Ok(Written::Device(device)) = self.parsed(text) {
+            // A word in a bit area without a digit designation is sixteen bits.
+            if matches!(
+                (extent, device.place),
+                (Extent::Words(_), Place::At(DeviceType::Bit(_), _))
+            ) {
+                count = count.and_then(|count| count.checked_mul(16));
+            }
+            // Each result fills the digits of the designation, one after another. Whether several words are one result or several is
+            // unknown. No word fills more than sixteen bits.
+            if let (Extent::Words(Amount::Fixed(words)), Place::Digits(_, _, digits)) =
+                (extent, device.place)
+            {
+                count = Some(words.min((4 * words).div_ceil(u32::from(digits))));
+            }
+        }
+        self.regions(text, count).unwrap_or_default()
+    }
+}
+
+/// Writes of zero to `count` devices; `None` if there are too many to model.
+fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
+    let count = u32::try_from(count).ok().filter(|&count| count <= MOST_WORDS)?;
+    let bit =
+        |area, n| fired(Write::Bit(BitTarget::Cell(Cell { area, index: n }), Logic::Const(false)));
+    let word = |area, n| {
+        let target = WordTarget::Cell(Cell { area, index: n });
+        fired(Write::Words(vec![target], Number::Words(vec![WordSource::Const(0)])))
+    };
+    Some(match place {
+        Place::At(DeviceType::Bit(area), index) => {
+            (index..index + count).map(|n| bit(area, n)).collect()
+        }
+        Place::At(DeviceType::Word(area), index) => {
+            (index..index + count).map(|n| word(area, n)).collect()
+        }
+        Place::At(DeviceType::Timed(timed), index) => (index..index + count)
+            .flat_map(|n| {
+                let ran = timed.ran(n).map(|ran| bit(ran.area, n));
+                let cells = [bit(timed.contact, n), bit(timed.coil, n), word(timed.value, n)];
+                cells.into_iter().chain(ran)
+            })
+            .collect(),
+        Place::BitOf(DeviceType::Word(area), index, from) => (u32::from(from)
+            ..u32::from(from) + count)
+            .map(|n| {
+                let cell = Cell { area, index: index + n / 16 };
+                fired(Write::Bit(BitTarget::WordBit(cell, (n % 16) as u8), Logic::Const(false)))
+            })
+            .collect(),
+        _ => return None,
+    })
+}

@@ -1,0 +1,173 @@
+//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. If an instruction runs
+//! repeatedly in a scan, the value that it remembers between its executions may be anything. For M2800 to M3071 of the FX,
+//! only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
+
+use super::Lowering;
+use crate::memory::{Family, area};
+use scanbound_front::builder::{always, fired};
+use scanbound_ir::flow;
+use scanbound_ir::{BitTarget, Cell, Logic, Program, Step, Write};
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+/// The relays of the FX whose edge only one pulse contact detects. Smaller CPUs do not have them.
+const SINGLE: RangeInclusive<u32> = 2800..=3071;
+
+/// An instruction that acts on an edge.
+pub(super) struct Edge {
+    /// Its instruction index.
+    at: usize,
+    /// The bit that holds the value of the last execution.
+    memory: Cell,
+    /// Whether it is a contact. Then its device may change several times in a scan.
+    is_contact: bool,
+}
+
+/// The hidden bits for edges, and the instructions that need special treatment.
+#[derive(Default)]
+pub(super) struct Edges {
+    /// The number of hidden bits so far.
+    pub count: u32,
+    /// The instructions of the FX and FX5 that act on edges.
+    pub at: Vec<Edge>,
+    /// For each relay whose edge only one pulse contact detects, its pulse contacts.
+    pub single: BTreeMap<Cell, Vec<usize>>,
+}
+
+impl Lowering<'_> {
+    /// A new hidden bit for the instruction to be added next, which acts on an edge.
+    pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
+        let memory = self.memory();
+        if matches!(self.family, Family::Fx | Family::Fx5) {
+            self.edges.at.push(Edge {
+                at: self.out.program.instructions.len(),
+                memory,
+                is_contact,
+            });
+        }
+        memory
+    }
+
+    /// Records the pulse contact to be added next, if only one contact can detect the edge of its relay.
+    pub(super) fn note_single(&mut self, value: &Logic) {
+        if let (Logic::Bit(scanbound_ir::BitSource::Cell(cell)), Family::Fx) = (value, self.family)
+            && cell.area == const { area("M") }
+            && SINGLE.contains(&cell.index)
+        {
+            let at = self.out.program.instructions.len();
+            self.edges.single.entry(*cell).or_default().push(at);
+        }
+    }
+
+    /// After each coil of such a relay, only one pulse contact detects the edge. Contacts that may run several times in a scan
+    /// are not restricted.
+    pub(super) fn limit_edges_to_one_contact(&mut self) {
+        if self.edges.single.is_empty() {
+            return;
+        }
+        let again = repeated_instructions(&self.out.program);
+        for (relay, contacts) in std::mem::take(&mut self.edges.single) {
+            let all = 0..self.out.program.instructions.len();
+            let writes = |&at: &usize| {
+                flow::written(&self.out.program, at).iter().any(|region| region.contains(relay))
+            };
+            let coils: Vec<usize> = all.filter(writes).collect();
+            let mut behind: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+            for at in contacts.into_iter().filter(|&at| !again[at]) {
+                behind.entry(coils.partition_point(|&coil| coil < at)).or_default().push(at);
+            }
+            for contacts in behind.into_values().filter(|contacts| contacts.len() > 1) {
+                self.limit_to_one_contact(relay, &coils, &contacts);
+            }
+        }
+    }
+
+    /// Restricts these contacts with a hidden bit that records that the edge was detected. It is cleared at the start of the
+    /// scan and at each coil.
+    fn limit_to_one_contact(&mut self, relay: Cell, coils: &[usize], contacts: &[usize]) {
+        let seen = self.memory();
+        let name = format!("edge of {} was detected", self.out.program.cell_name(relay));
+        self.out.program.names.insert(seen, name);
+        let set = |value| Write::Bit(BitTarget::Cell(seen), Logic::Const(value));
+        for (place, &at) in contacts.iter().enumerate() {
+            let others = Logic::cell(seen).not();
+            // The manual does not say whether a later contact detects an edge that the first one does not execute.
+            let may_see = if place == 0 { Logic::Const(true) } else { self.free_bit() };
+            let one = &mut self.out.program.instructions[at];
+            one.effects.push(fired(set(true)));
+            if let (Step::Logic { value, .. }, true) = (&mut one.step, place > 0) {
+                let edge = std::mem::replace(value, Logic::Const(false));
+                *value = Logic::All(vec![edge, others, may_see]);
+                let what = "only the first pulse contact after a coil detects an edge of M2800 to M3071: this one may or may not detect it if no other did";
+                self.out.program.approximate(at, what);
+            }
+        }
+        let begin = self.out.program.mains.first().map(|main| main.start);
+        for &at in coils {
+            self.out.program.instructions[at].effects.push(always(set(false)));
+        }
+        if let Some(first) = begin.and_then(|at| self.out.program.instructions.get_mut(at)) {
+            first.effects.insert(0, always(set(false)));
+        }
+    }
+
+    /// Lets the hidden bits of the FX and FX5 have any value at instructions that may run several times in a scan.
+    pub(super) fn widen_edges(&mut self) {
+        if self.edges.at.is_empty() {
+            return;
+        }
+        let again = repeated_instructions(&self.out.program);
+        for edge in std::mem::take(&mut self.edges.at) {
+            if !again[edge.at] && !edge.is_contact {
+                continue;
+            }
+            let free = self.free_bit();
+            for effect in &mut self.out.program.instructions[edge.at].effects {
+                match &mut effect.write {
+                    Write::Bit(BitTarget::Cell(cell), value) if *cell == edge.memory => {
+                        *value = free.clone();
+                    }
+                    _ => {}
+                }
+            }
+            if again[edge.at] {
+                let what = "an edge belongs to the scan, not to each execution: it may or may not be detected again";
+                self.out.program.approximate(edge.at, what);
+            }
+        }
+    }
+}
+
+/// Which instructions may run several times in a scan: those in loops, in interrupt programs, and in routines that are called
+/// at two places or from such code.
+fn repeated_instructions(program: &Program) -> Vec<bool> {
+    let mut again = vec![false; program.instructions.len()];
+    for (begin, end) in flow::loops(program) {
+        again[begin..=end].fill(true);
+    }
+    let extent = |entry| flow::routine_end(program, entry).map(|end| entry..=end);
+    for interrupt in &program.interrupts {
+        if let Some(range) = extent(interrupt.entry) {
+            again[range].fill(true);
+        }
+    }
+    let calls = flow::calls(program);
+    let mut times: BTreeMap<usize, usize> = BTreeMap::new();
+    calls.iter().for_each(|&(_, target)| *times.entry(target).or_default() += 1);
+    loop {
+        let mut grows = false;
+        for &(at, target) in &calls {
+            let is_called_again = again[at] || times[&target] > 1;
+            if is_called_again
+                && !again[target]
+                && let Some(range) = extent(target)
+            {
+                again[range].fill(true);
+                grows = true;
+            }
+        }
+        if !grows {
+            return again;
+        }
+    }
+}

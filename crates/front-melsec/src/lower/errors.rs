@@ -1,0 +1,250 @@
+//! Operation errors: invalid operands, blocks that exceed their area, nesting that is too deep. Most CPUs stop at such an
+//! error by default; those of MELSEC-F record it and continue.
+
+use super::Lowering;
+use crate::catalog::{Amount, Entry, Extent};
+use crate::memory::{DeviceType, Family, area};
+use crate::operand::{Device, Operand, Place};
+use crate::source::RawInstruction;
+use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
+use scanbound_ir::meaning::{Meaning, Operand as Input, Operation, Unary};
+use scanbound_ir::{
+    AreaId, Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The maximum nesting depth of FOR and CALL. MELSEC-F allows five levels and does not start a program with more.
+const DEEPEST: usize = 16;
+const DEEPEST_FX: usize = 5;
+/// Bit patterns of IEEE 754 singles, without sign: 1.0, and the largest values below 2^15 and 2^31.
+const ONE: i64 = 0x3F80_0000;
+const LARGEST_WORD: i64 = 0x46FF_FFFF;
+const LARGEST_DOUBLE: i64 = 0x4EFF_FFFF;
+
+impl Lowering<'_> {
+    /// Whether the CPU stops at an operation error.
+    pub(super) fn stops_on_error(&self) -> bool {
+        self.options.facts.stops_on_error.unwrap_or(self.family != Family::Fx)
+    }
+
+    /// Records the condition under which the current instruction is an operation error.
+    pub(super) fn note_error(&mut self, error: Option<Logic>) {
+        if let Some(error) = error
+            && !self.current.errors.contains(&error)
+        {
+            self.current.errors.push(error);
+        }
+    }
+
+    /// Records the operation errors of a catalog instruction that its exact meaning does not cover.
+    pub(super) fn note_errors(&mut self, raw: &RawInstruction, entry: &Entry) {
+        if !self.stops_on_error() {
+            return;
+        }
+        // Errors in its operands were already reported.
+        self.current.quiet = true;
+        let error = self.operand_error(raw, entry);
+        self.note_error(error);
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            let error = self.block_error(raw, entry, text, operand.extent);
+            self.note_error(error);
+        }
+        self.current.quiet = false;
+    }
+
+    /// The condition under which an operand has a value that the instruction refuses.
+    fn operand_error(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Logic> {
+        let texts: Vec<&str> = raw.operands.iter().map(String::as_str).collect();
+        let name = entry.mnemonic.strip_suffix("_U").unwrap_or(&entry.mnemonic);
+        let double = name.strip_prefix('D').filter(|rest| !rest.is_empty());
+        match (name, &texts[..]) {
+            ("DECO" | "ENCO", [.., power]) => self.power_error(power),
+            ("DIS" | "UNI", [.., count]) => match self.constant(count) {
+                Some(count) => (!(0..=4).contains(&count)).then_some(Logic::Const(true)),
+                None => Some(is_outside(&self.number(count, 1)?, 0, 4)),
+            },
+            ("E/" | "EDIV" | "DEDIV", [.., divisor, _]) => {
+                Some(is_zero(&magnitude(self.read_words(divisor, 2)?)))
+            }
+            ("SQR" | "ESQR" | "DESQR" | "ESQRT", [root, _]) => {
+                Some(is_below(&self.number(root, 2)?, 0))
+            }
+            ("SQRD" | "EDSQRT", [root, _]) => Some(is_below(&self.number(root, 4)?, 0)),
+            ("BDSQR", [root, _]) => is_invalid_bcd(&self.number(root, 2)?),
+            ("LOG" | "LOG10" | "DLOGE" | "DLOG10", [number, _]) => {
+                Some(is_above(&self.number(number, 2)?, 0).not())
+            }
+            ("ASIN" | "ACOS" | "DASIN" | "DACOS", [number, _]) => {
+                Some(is_above(&magnitude(self.read_words(number, 2)?), ONE))
+            }
+            ("INT" | "DINT", [number, _]) if self.family != Family::Fx5 => {
+                let most = if name == "INT" { LARGEST_WORD } else { LARGEST_DOUBLE };
+                Some(is_above(&magnitude(self.read_words(number, 2)?), most))
+            }
+            _ => {
+                let (plain, words) = match double.filter(|_| name != "DIV") {
+                    Some(plain) => (plain, 2),
+                    None => (name, 1),
+                };
+                let (operation, read) = match plain {
+                    "BCD" => (Operation::Each(Unary::ToBcd), 1),
+                    "BIN" | "BSQR" => (Operation::Each(Unary::FromBcd), 1),
+                    "/" | "DIV" => (Operation::Divide { signed: true }, 2),
+                    "B/" => (Operation::DecimalDivide, 2),
+                    "B+" | "B-" | "B*" => (Operation::DecimalMultiply, 2),
+                    "LIMIT" | "BAND" | "ZONE" if !entry.mnemonic.ends_with("_U") => {
+                        (Operation::Limit, 2)
+                    }
+                    _ => return None,
+                };
+                let inputs = texts.iter().take(read).map(|text| self.number(text, words));
+                let inputs =
+                    inputs.map(|number| number.map(Input::Number)).collect::<Option<_>>()?;
+                Meaning { operation, inputs, outputs: Vec::new() }.operand_error()
+            }
+        }
+    }
+
+    fn power_error(&mut self, power: &str) -> Option<Logic> {
+        match self.constant(power) {
+            Some(power) => (!(0..=8).contains(&power)).then_some(Logic::Const(true)),
+            None => Some(is_outside(&self.number(power, 1)?, 0, 8)),
+        }
+    }
+
+    /// The condition under which an operand's block exceeds the end of its area.
+    fn block_error(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        text: &str,
+        extent: Extent,
+    ) -> Option<Logic> {
+        let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
+        if let Place::Indirect = device.place {
+            // Whether the words hold a valid address is unknown.
+            return Some(self.free_bit());
+        }
+        let (Extent::Words(amount) | Extent::Devices(amount) | Extent::Bits(amount)) = extent
+        else {
+            return None;
+        };
+        let is_words = matches!(extent, Extent::Words(_));
+        let (area, first, each) = match device.place {
+            Place::At(DeviceType::Word(area), first) if !matches!(extent, Extent::Bits(_)) => {
+                (area, first, 1)
+            }
+            Place::At(DeviceType::Bit(area), first) => (area, first, if is_words { 16 } else { 1 }),
+            Place::Digits(DeviceType::Bit(area), first, digits) if is_words => {
+                (area, first, 4 * u32::from(digits))
+            }
+            _ => return None,
+        };
+        let room = self.devices_of(area)?.saturating_sub(first);
+        let (unit, operand) = match amount {
+            Amount::Fixed(units) => {
+                let is_short =
+                    !matches!(device.place, Place::Digits(..)) && units.saturating_mul(each) > room;
+                return is_short.then_some(Logic::Const(true));
+            }
+            Amount::Counted { unit, operand } => (unit, operand),
+            Amount::Power { .. } | Amount::UpTo { .. } | Amount::Unknown => return None,
+        };
+        let most = i64::from(room / unit.saturating_mul(each).max(1));
+        match self.constant(&raw.operands[operand]) {
+            Some(count) => (count > most).then_some(Logic::Const(true)),
+            None => {
+                let words = self.count_words(raw, entry, operand)?;
+                let (left, right) = (Number::Words(words.clone()), limit(most, words.len())?);
+                let (relation, format) = (Relation::Greater, NumberFormat::Unsigned);
+                Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
+            }
+        }
+    }
+
+    /// The number of devices of an area: the CPU's default, or more if the program names more. `None` if unknown.
+    fn devices_of(&self, cells: AreaId) -> Option<u32> {
+        let defaults: &[(&str, u32)] = match self.family {
+            Family::Q | Family::L => &[
+                ("X", 8192),
+                ("Y", 8192),
+                ("M", 8192),
+                ("L", 8192),
+                ("B", 8192),
+                ("D", 12_288),
+                ("W", 8192),
+            ],
+            Family::Iqr => &[("M", 12_288), ("L", 8192), ("B", 8192), ("D", 18_432), ("W", 8192)],
+            Family::Fx5 => &[("M", 7680), ("L", 7680), ("B", 256), ("D", 8000), ("W", 512)],
+            Family::Fx => &[],
+        };
+        let known = defaults.iter().find(|(name, _)| area(name) == cells)?.1;
+        Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
+    }
+
+    /// Records an error at each loop and call that is nested too deeply.
+    pub(super) fn note_nesting(&mut self) {
+        let is_fx = self.family == Family::Fx;
+        if self.stops_on_error() || is_fx {
+            let deepest = if is_fx { DEEPEST_FX } else { DEEPEST };
+            let deep = too_deep(&self.out.program, deepest);
+            let errors = &mut self.out.program.errors;
+            errors.extend(deep.into_iter().map(|at| (at, Logic::Const(true))));
+        }
+    }
+}
+
+/// The two words of a single, without its sign bit.
+fn magnitude(words: Vec<WordSource>) -> Number {
+    let mask = [u16::MAX, 0x7FFF].map(WordSource::Const).to_vec();
+    Number::And(Box::new(Number::Words(words)), Box::new(Number::Words(mask)))
+}
+
+/// An unsigned constant of this many words.
+fn limit(value: i64, words: usize) -> Option<Number> {
+    let value = u32::try_from(value).ok()?.min(if words == 1 { u16::MAX.into() } else { u32::MAX });
+    let parts = [value as u16, (value >> 16) as u16].map(WordSource::Const);
+    parts.get(..words).map(|parts| Number::Words(parts.to_vec()))
+}
+
+/// The loops and calls that are nested deeper than `deepest`.
+fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
+    let loops = flow::loops(program);
+    let depth =
+        |at: usize| loops.iter().filter(|(begin, end)| (*begin..=*end).contains(&at)).count();
+    let deep_loops = loops.iter().filter(|(begin, _)| depth(*begin) > deepest);
+    let mut found: BTreeSet<usize> = deep_loops.map(|(begin, _)| *begin).collect();
+    // The largest number of nested calls that lead to a routine. Recursive calls are refused elsewhere.
+    let calls = flow::calls(program);
+    let extents: BTreeMap<usize, usize> = calls
+        .iter()
+        .filter_map(|&(_, target)| Some((target, flow::routine_end(program, target)?)))
+        .collect();
+    let mut level: BTreeMap<usize, usize> = BTreeMap::new();
+    for _ in 0..=deepest + 1 {
+        for &(at, target) in &calls {
+            let around = extents.iter().filter(|(entry, end)| (**entry..=**end).contains(&at));
+            let outer = around.filter_map(|(entry, _)| level.get(entry)).max().copied();
+            let own = level.entry(target).or_default();
+            *own = (*own).max(outer.unwrap_or(0) + 1);
+        }
+    }
+    for &(at, target) in &calls {
+        if level[&target] > deepest && matches!(program.instructions[at].step, Step::Call { .. }) {
+            found.insert(at);
+        }
+    }
+    found
+}
+
+/// The number of devices of each area that the program surely uses: the highest one that a plain operand names.
+pub(super) fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
+    let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
+    for device in devices {
+        if let Place::At(DeviceType::Bit(area) | DeviceType::Word(area), number) = device.place {
+            let known = highest.entry(area).or_default();
+            *known = (*known).max(number.saturating_add(1));
+        }
+    }
+    highest
+}

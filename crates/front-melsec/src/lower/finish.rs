@@ -1,0 +1,78 @@
+//! The last stage, when all files are lowered: resolves jump, call and loop targets, and finds what runs repeatedly.
+
+use super::Lowering;
+use super::ranges;
+use scanbound_base::diagnostic::{Diagnostic, Severity};
+use scanbound_front::{Faults, absent};
+use scanbound_ir::{Program, Step};
+use std::collections::BTreeMap;
+
+/// Jump targets: the instruction index of each item, and the instructions that lead to it.
+#[derive(Default)]
+pub(super) struct JumpTargets {
+    stands: BTreeMap<usize, usize>,
+    leads: Vec<(usize, usize)>,
+    /// The calls of missing routines, with their names.
+    pub(super) absent: Vec<(usize, String)>,
+    /// The calls that may run their routine with all coils off.
+    pub(super) calls_with_coils_off: Vec<usize>,
+}
+
+impl JumpTargets {
+    /// Records that an item begins at this instruction.
+    pub(super) fn define_target(&mut self, item: usize, at: usize) {
+        self.stands.insert(item, at);
+    }
+
+    /// Records that this instruction jumps to or calls an item.
+    pub(super) fn add_jump(&mut self, at: usize, item: usize) {
+        self.leads.push((at, item));
+    }
+}
+
+impl Lowering<'_> {
+    /// Finishes the program, or returns all errors.
+    pub(crate) fn finish(mut self) -> Result<Program, Vec<Diagnostic>> {
+        if !self.faults.iter().any(Faults::any_error) {
+            self.connect();
+            self.allow_coils_off();
+            self.widen_edges();
+            self.limit_edges_to_one_contact();
+            self.note_nesting();
+        }
+        let mut found = self.resolved.project.warnings.clone();
+        let faults = std::mem::take(&mut self.faults);
+        found.extend(faults.into_iter().flat_map(Faults::in_order));
+        if found.iter().any(|fault| fault.severity == Severity::Error) {
+            return Err(found);
+        }
+        found.extend(self.start_ranges());
+        if found.iter().any(|fault| fault.severity == Severity::Error) {
+            return Err(found);
+        }
+        Ok(self.out.program)
+    }
+
+    /// Writes the target of each jump, call and loop into the program; until now targets are items.
+    fn connect(&mut self) {
+        for (at, item) in std::mem::take(&mut self.targets.leads) {
+            let to = self.targets.stands[&item];
+            match &mut self.out.program.instructions[at].step {
+                Step::Jump { target, .. } | Step::Call { target, .. } => *target = to,
+                Step::ForBegin { end, .. } => *end = to,
+                _ => {}
+            }
+        }
+        let switches = self.modes.switches_file_register;
+        for (at, name) in std::mem::take(&mut self.targets.absent) {
+            let known = self.options.facts.calls.get(&name).map(|stated| {
+                absent::stated_routine(
+                    stated,
+                    |text| ranges::written(text, self.family, switches),
+                    &[],
+                )
+            });
+            self.out.call_absent(at, &name, known);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Special relays and instructions in a project that change the meaning of other instructions.
+
+use super::errors::highest;
+use crate::memory::{DeviceType, Family};
+use crate::operand::{Device, Operand, Place};
+use crate::resolve::Item;
+use scanbound_ir::AreaId;
+use std::collections::BTreeMap;
+
+/// Which of these a project uses.
+pub(super) struct Modes {
+    /// It switches the file register block, so `R` may be any `ZR`.
+    pub switches_file_register: bool,
+    /// FX, FX5: special relays change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
+    pub turns_moves: bool,
+    /// FX: with M8023 on, double-word additions and subtractions work on real numbers.
+    pub sums_reals: bool,
+    /// Q, L: with SM702 on, searches use binary search and expect sorted blocks.
+    pub searches_by_halves: bool,
+    /// FX, FX5: M8040 or IST may inhibit transitions of a step ladder.
+    pub states_may_stay: bool,
+    /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
+    pub counts_elsewhere: bool,
+    /// The smallest possible number of devices of each area whose devices are contiguous: the highest one that the program
+    /// names.
+    pub named: BTreeMap<AreaId, u32>,
+    /// The same for all areas, contiguous or not.
+    pub highest: BTreeMap<AreaId, u32>,
+}
+
+impl Modes {
+    /// Examines a project.
+    pub fn of(items: &[Item<'_>], family: Family) -> Modes {
+        let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
+        let touches = |relays: &[u32]| items.iter().any(|item| touches(item, relays));
+        let is_fx = matches!(family, Family::Fx | Family::Fx5);
+        Modes {
+            switches_file_register: has(&["RSET", "RSETP", "QDRSET", "QDRSETP"]),
+            turns_moves: is_fx && touches(&[8024, 8160]),
+            sums_reals: family == Family::Fx && touches(&[8023]),
+            searches_by_halves: touches(&[702]),
+            states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
+            counts_elsewhere: family == Family::Fx && touches(&[8164]),
+            named: named(items),
+            highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
+        }
+    }
+}
+
+fn device(operand: &Result<Operand, String>) -> Option<&Device> {
+    match operand {
+        Ok(Operand::Device(device)) => Some(device),
+        _ => None,
+    }
+}
+
+/// The smallest possible number of devices of each contiguous area. D and W are not contiguous: extended registers follow
+/// with other numbers.
+fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
+    let mut named: BTreeMap<AreaId, u32> = BTreeMap::new();
+    for operand in items.iter().flat_map(|item| &item.operands) {
+        let Ok(Operand::Device(device)) = operand else { continue };
+        let (area, number) = match device.place {
+            Place::At(DeviceType::Bit(area), number) => (area, number),
+            Place::At(DeviceType::Word(area), number) if matches!(device.name, "R" | "ZR") => {
+                (area, number)
+            }
+            _ => continue,
+        };
+        let known = named.entry(area).or_default();
+        *known = (*known).max(number.saturating_add(1));
+    }
+    named
+}
+
+/// Whether an instruction may access one of these special relays of the FX (`M8023`) or FX5 (`SM8023`): directly, as part of
+/// a digit designation or a ZRST range, or through an index.
+fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
+    let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
+    let in_name = |operand: &Result<Operand, String>| match operand {
+        Ok(Operand::Device(device)) if matches!(device.name, "M" | "SM") => match device.place {
+            Place::At(_, relay) => touched(relay, relay),
+            Place::Digits(_, first, digits) => {
+                // A digit designation covers four relays for each digit.
+                touched(first, first + 4 * u32::from(digits) - 1)
+                    || (first >= FIRST_SPECIAL && touched(first, u32::MAX))
+            }
+            Place::Indexed(DeviceType::VolatileBit, _)
+            | Place::IndexedDigits(DeviceType::VolatileBit, _) => true,
+            _ => false,
+        },
+        _ => false,
+    };
+    let number = |operand: &Result<Operand, String>| match operand {
+        Ok(Operand::Device(Device { place: Place::At(_, at), .. })) => Some(*at),
+        _ => None,
+    };
+    let between = match &item.operands[..] {
+        [first, last] if item.name.starts_with("ZRST") => {
+            number(first).zip(number(last)).is_some_and(|(from, to)| touched(from, to))
+        }
+        _ => false,
+    };
+    between || item.operands.iter().any(in_name)
+}
+
+/// The number of the first special relay of the FX.
+const FIRST_SPECIAL: u32 = 8000;

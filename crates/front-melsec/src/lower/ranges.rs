@@ -1,0 +1,170 @@
+//! The facts about words: their ranges at the start of a scan, and the devices written through indirect addresses.
+
+use super::{DecodeOptions, Lowering};
+use crate::memory::{DeviceType, Family, area};
+use crate::operand::{Device, Operand, Place, parse, upper};
+use crate::source::RawInstruction;
+use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::Part;
+use scanbound_front::absent;
+use scanbound_ir::{Approximated, Cell, Effect, Region, StartRange, Write};
+
+/// The largest number of errors that are listed; more are only counted.
+const MOST_FAULTS: usize = 100;
+
+/// What can be written in the device or device range that `text` names. If the program switches file register blocks, `R`
+/// may be any word of the file register.
+pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
+    let (kind, first, count) = devices(text, family)?;
+    let is_switched = switches && upper(text.trim()).starts_with('R');
+    let region = |area| match is_switched {
+        true => Region::Area(area),
+        false => Region::Range { first: Cell { area, index: first }, count },
+    };
+    Some(match kind {
+        DeviceType::Bit(area) | DeviceType::Word(area) => vec![region(area)],
+        DeviceType::Timed(timed) => timed.areas().map(region).collect(),
+        // Some special registers of the FX are its index registers.
+        DeviceType::VolatileWord if family == Family::Fx => {
+            [area("Z"), area("V index ")].map(Region::Area).to_vec()
+        }
+        DeviceType::VolatileBit | DeviceType::VolatileWord => Vec::new(),
+    })
+}
+
+/// Parses a device or a device range: its type, first number and count.
+fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {
+    let place = |text: &str| match parse(text.trim(), family) {
+        Ok(Operand::Device(Device { place: Place::At(kind, number), .. })) => Some((kind, number)),
+        _ => None,
+    };
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let ((kind, first), (other, last)) = (place(first)?, place(last)?);
+    if kind != other || first > last {
+        return None;
+    }
+    Some((kind, first, last - first + 1))
+}
+
+/// As [`written`], for indirect addresses, which cannot point to timers or counters.
+fn addressed(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
+    let (kind, ..) = devices(text, family)?;
+    let has_one = matches!(kind, DeviceType::Bit(_) | DeviceType::Word(_));
+    written(text, family, switches).filter(|_| has_one)
+}
+
+/// All that may be written through indirect addresses, if stated. Invalid devices are reported later.
+pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Vec<Region>> {
+    let stated = options.facts.indirect.as_ref()?;
+    let regions = stated.iter().filter_map(|text| addressed(text, options.family, switches));
+    Some(regions.flatten().collect())
+}
+
+impl Lowering<'_> {
+    /// Limits the current instruction's effects through an indirect address to the stated devices.
+    pub(super) fn pointed(&self, effects: Vec<Effect>) -> Vec<Effect> {
+        let is_indirect = |raw: &&RawInstruction| {
+            raw.operands.iter().any(|operand| operand.trim_start().starts_with('@'))
+        };
+        let (Some(indirect), Some(_)) = (&self.indirect, self.current.raw.filter(is_indirect))
+        else {
+            return effects;
+        };
+        let mut kept = Vec::with_capacity(effects.len());
+        for effect in effects {
+            match effect.write {
+                Write::Havoc(Region::Everything, choice) => {
+                    kept.extend(indirect.iter().map(|&region| Effect {
+                        when: effect.when,
+                        write: Write::Havoc(region, choice),
+                    }));
+                }
+                _ => kept.push(effect),
+            }
+        }
+        kept
+    }
+
+    /// The smallest and largest count in an operand, and whether it is a constant. For a word it is 0 to `largest`; later
+    /// analysis narrows this.
+    pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
+        if let Some(value) = self.constant(text) {
+            return (value, value, true);
+        }
+        self.approximate(Approximated::UnknownCount {
+            word: text.into(),
+            most: largest,
+            can_be_stated: true,
+        });
+        (0, largest, false)
+    }
+
+    /// The cell of a plain word device.
+    fn word(&self, text: &str) -> Option<Cell> {
+        let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
+        let Place::At(kind @ DeviceType::Word(_), index) = device.place else { return None };
+        kind.cell(index)
+    }
+
+    /// Adds the stated ranges of words as constraints on the scan's start. Returns an error for each text that is not a word,
+    /// and for each range that could mean one word or two.
+    pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
+        let facts = self.options.facts;
+        let mut faults = absent::faults(facts, |text| written(text, self.family, false));
+        for text in facts.indirect.iter().flatten() {
+            if addressed(text, self.family, false).is_none() {
+                faults.push(facts.fault(
+                    ["index", "indirect"],
+                    Part::Value,
+                    Code::Fact,
+                    format!("'{text}' is not a device or a device range"),
+                    "write \"ZR1000-ZR1999\" or \"D500\": devices as in the program, the lowest number first",
+                ));
+            }
+        }
+        let mut dropped = 0;
+        let mut fault = |device: &str, part: Part, message: String, help: &str| {
+            if faults.len() < MOST_FAULTS {
+                faults.push(facts.fault(["ranges", device], part, Code::Fact, message, help));
+            } else {
+                dropped += 1;
+            }
+        };
+        for (text, &(low, high)) in &self.options.facts.ranges {
+            let wide = low < -0x8000 || high > 0xFFFF;
+            match self.word(text) {
+                None => fault(
+                    text,
+                    Part::Key,
+                    format!("'{text}' has a stated range, but is not a word"),
+                    "write the word as in the program, such as D100",
+                ),
+                // The range could be of one unsigned word or of two signed ones.
+                Some(_) if !wide && high > 0x7FFF => fault(
+                    text,
+                    Part::Value,
+                    format!(
+                        "the range of '{text}' ends at {high}, above 32767, the largest signed word"
+                    ),
+                    "state a range of signed words (up to 32767), or of double words (above 65535)",
+                ),
+                Some(first) => {
+                    let count = if wide { 2 } else { 1 };
+                    let cells = (0..count).map(|n| first.plus(n)).collect();
+                    self.out.program.stated_ranges.push(StartRange {
+                        cells,
+                        low,
+                        high,
+                        values: Vec::new(),
+                    });
+                }
+            }
+        }
+        if dropped > 0 {
+            let message = format!("and {dropped} more stated ranges with errors, not listed");
+            faults.push(Diagnostic::file(Code::Fact, "", message, "correct the listed ones first"));
+        }
+        faults
+    }
+}

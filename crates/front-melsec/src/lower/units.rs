@@ -1,0 +1,201 @@
+//! The number of units (words, digits, characters) that an application instruction processes.
+
+use super::Lowering;
+use crate::catalog::{Amount, Entry, Extent, Operation, Role};
+use crate::memory::{DeviceType, Family};
+use crate::operand::{Operand, Place};
+use crate::source::RawInstruction;
+use scanbound_ir::{Approximated, Counted, Units, WordSource};
+
+/// The longest string of a PLC, in characters.
+pub(super) const LONGEST_TEXT: u64 = 16_383;
+
+/// Instructions of the FX whose count is at most `FX_MOST`.
+const FX_SHORT: [&str; 20] = [
+    "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
+    "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
+];
+/// The longest block of these instructions.
+const FX_MOST: i64 = 512;
+/// The largest number of devices of one type in any CPU. A larger count is an operation error, and nothing is executed.
+const MOST_DEVICES: i64 = 0x100_0000;
+
+impl Lowering<'_> {
+    /// The units of a catalog instruction, for times per unit: the count of its counting operand, else the characters of
+    /// constant texts, else the length of its longest operand.
+    pub(super) fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
+        if let Some(operand) = entry.units {
+            let (low, high, _) = self.block_count(raw, entry, operand);
+            let most = u64::try_from(high).unwrap_or(0);
+            if low == high {
+                return Units::Exactly(most.saturating_mul(entry.unit_size));
+            }
+            return match self.count_words(raw, entry, operand) {
+                Some(words) => Units::Counted(Counted {
+                    words,
+                    each: entry.unit_size,
+                    most,
+                    executes_up_to: self.executable_count(raw, entry, operand),
+                }),
+                None => Units::AtMost(most.saturating_mul(entry.unit_size)),
+            };
+        }
+        if entry.meaning == Operation::ClearRange {
+            return self.units_of_range(raw, entry);
+        }
+        if let Some(most) = entry.most_units {
+            return Units::AtMost(most);
+        }
+        match entry.class {
+            "block" | "string" | "search" | "module" | "table" | "dedicated" => self
+                .constant_texts(raw, entry)
+                .map_or_else(|| self.units_of_operands(raw, entry), Units::Exactly),
+            _ => Units::None,
+        }
+    }
+
+    /// The words that hold a count, if these are one or two plain cells.
+    pub(super) fn count_words(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        operand: usize,
+    ) -> Option<Vec<WordSource>> {
+        let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
+        let words = self.read_words(&raw.operands[operand], if is_long { 2 } else { 1 })?;
+        words.iter().all(|word| matches!(word, WordSource::Cell(_))).then_some(words)
+    }
+
+    /// The largest count with which the instruction surely executes: everything that it accesses exists in each CPU of the
+    /// family. 0 if unknown.
+    fn executable_count(&mut self, raw: &RawInstruction, entry: &Entry, counting: usize) -> u64 {
+        let mut all = None;
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            let (Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount)) =
+                operand.extent
+            else {
+                continue;
+            };
+            if amount.counter() != Some(counting) {
+                continue;
+            }
+            let Amount::Counted { unit, .. } = amount else { return 0 };
+            let room = match self.parsed(text) {
+                Ok(Operand::Device(device)) => match device.place {
+                    Place::At(kind @ DeviceType::Word(_), index) => {
+                        kind.cell(index).and_then(|cell| {
+                            self.points(cell.area, device.name)?.checked_sub(cell.index)
+                        })
+                    }
+                    _ => None,
+                },
+                // A constant in place of a block has no end that a count could exceed.
+                Ok(Operand::Constant(_)) if operand.role == Role::Source => continue,
+                _ => None,
+            };
+            let words = matches!(operand.extent, Extent::Words(_));
+            let Some(room) = room.filter(|_| words && unit > 0) else { return 0 };
+            let most = u64::from(room / unit);
+            all = Some(all.map_or(most, |all: u64| all.min(most)));
+        }
+        all.unwrap_or(0).min(self.most_elements().into())
+    }
+
+    /// The total characters of all texts that are read, if all are constants.
+    fn constant_texts(&self, raw: &RawInstruction, entry: &Entry) -> Option<u64> {
+        if !entry
+            .operands
+            .iter()
+            .any(|operand| operand.extent == Extent::Text && operand.role != Role::Destination)
+        {
+            return None;
+        }
+        let mut characters = 0;
+        for (text, operand) in raw.operands.iter().zip(&entry.operands) {
+            if operand.extent == Extent::Text && operand.role != Role::Destination {
+                match self.parsed(text) {
+                    Ok(Operand::Text(text)) => characters += text.chars().count() as u64,
+                    _ => return None,
+                }
+            }
+        }
+        Some(characters)
+    }
+
+    /// The number of devices from the first operand to the second.
+    fn units_of_range(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
+        if let (Some(first), Some(last)) =
+            (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
+            && let (Place::At(kind, from), Place::At(other, to)) = (first.place, last.place)
+            && kind.cell(0).is_some()
+            && kind.cell(0) == other.cell(0)
+        {
+            return Units::Exactly(u64::from(to.saturating_sub(from)) + 1);
+        }
+        Units::AtMost(self.most_counted(entry) as u64)
+    }
+
+    /// The units of an instruction without a counting operand: the length of its longest operand.
+    fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
+        let mut most = 1;
+        for operand in &entry.operands {
+            if operand.extent == Extent::Text {
+                match operand.role {
+                    Role::Destination => continue,
+                    _ => return Units::AtMost(LONGEST_TEXT),
+                }
+            }
+            most = most.max(match operand.extent.amount() {
+                Amount::Fixed(count) => u64::from(count),
+                Amount::Counted { unit, operand } => match self.constant(&raw.operands[operand]) {
+                    Some(count) if count >= 0 => count.unsigned_abs() * u64::from(unit).max(1),
+                    _ => {
+                        return Units::AtMost(
+                            self.most_counted(entry) as u64 * u64::from(unit).max(1),
+                        );
+                    }
+                },
+                Amount::Power { .. } | Amount::Unknown if matches!(operand.role, Role::Address) => {
+                    1
+                }
+                Amount::Power { operand } => match self.constant(&raw.operands[operand]) {
+                    Some(power) => 1 << power.clamp(0, 16),
+                    None => 1 << 8,
+                },
+                Amount::UpTo { .. } | Amount::Unknown => {
+                    return Units::AtMost(self.most_counted(entry) as u64);
+                }
+            });
+        }
+        Units::Exactly(most)
+    }
+
+    /// The largest possible count in a word.
+    fn most_counted(&self, entry: &Entry) -> i64 {
+        let is_short = self.family == Family::Fx && FX_SHORT.contains(&&*entry.mnemonic);
+        if is_short { FX_MOST } else { 65_535 }
+    }
+
+    /// The smallest and largest count of words or bits, and whether it is known. Counts are unsigned, so a negative number is a
+    /// large count.
+    pub(super) fn block_count(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        operand: usize,
+    ) -> (i64, i64, bool) {
+        let text = &raw.operands[operand];
+        let is_long = entry.operands[operand].extent == Extent::Words(Amount::Fixed(2));
+        if is_long && self.constant(text).is_none() {
+            // A stated range is about the lower word only.
+            self.approximate(Approximated::UnknownCount {
+                word: text.as_str().into(),
+                most: MOST_DEVICES,
+                can_be_stated: false,
+            });
+            return (0, MOST_DEVICES, false);
+        }
+        let (low, high, known) = self.count_range(text, self.most_counted(entry));
+        if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }
+    }
+}

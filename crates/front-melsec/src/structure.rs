@@ -1,0 +1,536 @@
+//! The control structure of a project: labels, jumps, calls, loops, master control regions, step ladders and program ends. It
+//! is checked before lowering.
+
+mod targets;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::mem::take;
+
+use super::memory::Family;
+use super::operand::{HOW_TO_WRITE, Operand, Place};
+use super::resolve::{Category, Control, DecodeOptions, Item, Resolved, fault, miscounted};
+use scanbound_base::code::Code;
+use scanbound_base::facts::normalized;
+use scanbound_front::{Faults, absent};
+use scanbound_ir::Cell;
+
+/// The deepest nesting of loops that is accepted; no CPU allows as many.
+const MOST_NESTED: usize = 64;
+
+/// On the FX, P63 means END and needs no label.
+const END_OF_FX: u32 = 63;
+
+/// The role of an item in the control structure. Other items are named by their indices.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Part {
+    /// A pointer label.
+    Label,
+    /// The start of an interrupt program.
+    Interrupt,
+    /// A jump to this label or end.
+    Jump(usize),
+    /// A call of the routine at this label.
+    Call(usize),
+    /// A call of a missing routine, with its name in the facts.
+    Absent(String),
+    /// The end of a routine.
+    Return,
+    /// The end of a step ladder.
+    LadderEnd,
+    /// The end of a program.
+    End,
+    /// A stop of the CPU.
+    Stop,
+    /// A NEXT, with the FOR that begins its loop.
+    For(usize),
+    Next,
+    /// The start of a master control region of this nesting level.
+    Master(u32),
+    /// The end of all regions from this nesting level on.
+    MasterEnd(u32),
+    /// A state of a step ladder, with the relays that must all be on.
+    LadderState(Vec<Cell>),
+}
+
+/// The regions around an item.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Site {
+    /// The item that begins the innermost region that may hold it off: a master control or a state.
+    pub(super) master: Option<usize>,
+    /// The item that begins the step ladder state around it.
+    pub(super) state: Option<usize>,
+}
+
+/// The control structure.
+#[derive(Debug, Default)]
+pub(super) struct Structure {
+    /// The control items by index. An item with a reported error is missing.
+    parts: BTreeMap<usize, Part>,
+    /// The regions around each item.
+    sites: Vec<Site>,
+    /// For each file whose program need not run in every scan, the end to which it then jumps.
+    skip_targets: Vec<Option<usize>>,
+    /// The files that contain only routines and do not run by themselves.
+    standby: BTreeSet<usize>,
+}
+
+impl Structure {
+    /// The role of an item in the control structure.
+    pub(super) fn part(&self, item: usize) -> Option<&Part> {
+        self.parts.get(&item)
+    }
+
+    /// The regions around an item.
+    pub(super) fn site(&self, item: usize) -> Site {
+        self.sites.get(item).copied().unwrap_or_default()
+    }
+
+    /// The end to which a file's program may jump at once, if it need not run in every scan.
+    pub(super) fn skip_target(&self, file: usize) -> Option<usize> {
+        self.skip_targets.get(file).copied().flatten()
+    }
+
+    /// Whether a file contains only routines and does not run by itself.
+    pub(super) fn on_standby(&self, file: usize) -> bool {
+        self.standby.contains(&file)
+    }
+}
+
+/// Builds the control structure, and reports all errors in it.
+pub(super) fn structure(
+    resolved: &Resolved<'_>,
+    options: &DecodeOptions<'_>,
+    faults: &mut [Faults<'_>],
+) -> Structure {
+    let mut walk = Checker {
+        resolved,
+        options,
+        faults,
+        structure: Structure::default(),
+        file: 0,
+        labels: vec![BTreeMap::new(); resolved.files.len()],
+        wanted: Vec::new(),
+        transfers: Vec::new(),
+        loops: Vec::new(),
+        masters: Vec::new(),
+        state: None,
+    };
+    for file in 0..resolved.files.len() {
+        walk.file(file);
+    }
+    walk.connect();
+    walk.standby();
+    walk.skip_targets();
+    if !walk.faults.iter().any(Faults::any_error) {
+        walk.check_jumps();
+    }
+    if !walk.faults.iter().any(Faults::any_error) {
+        walk.check_routines();
+    }
+    walk.structure
+}
+
+/// An open region, with the item that begins it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Region {
+    Master(u32, usize),
+    LadderState(usize),
+}
+
+impl Region {
+    fn begin(self) -> usize {
+        match self {
+            Region::Master(_, begin) | Region::LadderState(begin) => begin,
+        }
+    }
+}
+
+/// A routine's name in the facts.
+fn routine(program: Option<&str>, label: u32) -> String {
+    // The text after a dot is the program's file name extension.
+    let stem = |program: &str| program.split('.').next().unwrap_or(program).to_owned();
+    let program = program.map_or(String::new(), |program| stem(program) + ":");
+    normalized(&format!("{program}P{label}"))
+}
+
+/// A jump or call whose label is not resolved yet.
+struct UnresolvedJump {
+    item: usize,
+    label: u32,
+    /// The file that is searched first.
+    file: usize,
+    /// Whether only this file is searched.
+    only: bool,
+    is_call: bool,
+}
+
+/// A control transfer from one item to another.
+#[derive(Debug, Clone, Copy)]
+struct Transfer {
+    from: usize,
+    to: usize,
+    /// The innermost regions around both items.
+    masters: [Option<usize>; 2],
+}
+
+struct Checker<'r, 'f> {
+    resolved: &'r Resolved<'r>,
+    options: &'r DecodeOptions<'r>,
+    faults: &'r mut [Faults<'f>],
+    structure: Structure,
+    /// The current file.
+    file: usize,
+    /// The labels of each file, and the items where they are.
+    labels: Vec<BTreeMap<u32, usize>>,
+    wanted: Vec<UnresolvedJump>,
+    transfers: Vec<Transfer>,
+    /// The FOR items of open loops.
+    loops: Vec<usize>,
+    /// Open regions.
+    masters: Vec<Region>,
+    /// The open state of a step ladder, and the region around it.
+    state: Option<(usize, Option<usize>)>,
+}
+
+impl<'r> Checker<'r, '_> {
+    fn item(&self, at: usize) -> &'r Item<'r> {
+        &self.resolved.items[at]
+    }
+
+    /// Reports an error at an item of the current file; `part` is a slice of it or one of its words.
+    fn fault(&mut self, at: usize, code: Code, part: &str, message: String, help: &str) {
+        self.fault_in(self.file, at, (code, part), message, help);
+    }
+
+    fn fault_in(
+        &mut self,
+        file: usize,
+        at: usize,
+        what: (Code, &str),
+        message: String,
+        help: &str,
+    ) {
+        let raw_file = &self.resolved.project.files[file];
+        let fault = fault(self.item(at).raw, raw_file, what, message, help);
+        self.faults[file].push(fault);
+    }
+
+    /// Reports an error at an item of any file.
+    fn fault_at(&mut self, at: usize, code: Code, message: String, help: &str) {
+        let file = self.resolved.files.iter().position(|items| items.contains(&at));
+        self.fault_in(file.unwrap_or(0), at, (code, ""), message, help);
+    }
+
+    fn file(&mut self, file: usize) {
+        self.file = file;
+        let items = self.resolved.files[file].clone();
+        for at in items.clone() {
+            let part = match self.item(at).category {
+                Category::Control(control) => self.control(at, control),
+                _ => None,
+            };
+            // The instruction that begins a state or region is itself outside of it.
+            let open = |begin: &usize| *begin != at;
+            let master = self.masters.iter().rev().map(|region| region.begin()).find(open);
+            let state = self.state.map(|(begin, _)| begin);
+            self.structure.sites.push(Site { master, state });
+            self.structure.parts.extend(part.map(|part| (at, part)));
+        }
+        self.end_of_file(items.end);
+    }
+
+    /// Finds the role of a control instruction, and opens and closes regions and loops.
+    fn control(&mut self, at: usize, control: Control) -> Option<Part> {
+        let count = match control {
+            Control::Break | Control::Master => 2,
+            Control::Jump | Control::For | Control::MasterEnd | Control::LadderState => 1,
+            Control::Call | Control::Label(_) | Control::Interrupt => self.item(at).operands.len(),
+            _ => 0,
+        };
+        // This happens even if operands are wrong, so that no further error follows.
+        let ends_state = match control {
+            Control::LadderState | Control::End | Control::LadderEnd | Control::Return => {
+                self.close_state(at)
+            }
+            Control::For => {
+                self.loop_begins(at);
+                false
+            }
+            _ => false,
+        };
+        if !self.takes(at, count) {
+            return None;
+        }
+        Some(match control {
+            Control::Label(label) => self.label(at, label),
+            Control::Interrupt => Part::Interrupt,
+            Control::Jump => return self.jump(at),
+            Control::JumpToEnd => return self.jump_to_end(at),
+            Control::Call => return self.call(at),
+            Control::Return if ends_state => Part::LadderEnd,
+            Control::Return | Control::OnlyReturn => Part::Return,
+            Control::LadderEnd => Part::LadderEnd,
+            Control::End => Part::End,
+            Control::Stop => Part::Stop,
+            // Its NEXT is not known yet.
+            Control::For => Part::For(at),
+            Control::Next => return self.loop_ends(at),
+            Control::Break => return self.breaks(at),
+            Control::Master => return self.master_begins(at),
+            Control::MasterEnd => return self.master_ends(at),
+            Control::LadderState => return self.state_begins(at),
+        })
+    }
+
+    fn takes(&mut self, at: usize, count: usize) -> bool {
+        let fault = miscounted(self.item(at).raw, &self.resolved.project.files[self.file], count);
+        let fits = fault.is_none();
+        fault.into_iter().for_each(|fault| self.faults[self.file].push(fault));
+        fits
+    }
+
+    /// A parsed operand; reports an error if it is invalid.
+    fn operand(&mut self, at: usize, n: usize) -> Option<&'r Operand> {
+        let item = self.item(at);
+        match &item.operands[n] {
+            Ok(operand) => Some(operand),
+            Err(message) => {
+                let text = &item.raw.operands[n];
+                self.fault(at, Code::Operand, text, message.clone(), HOW_TO_WRITE);
+                None
+            }
+        }
+    }
+
+    fn wrong<T>(&mut self, at: usize, n: usize, what: &str, help: &str) -> Option<T> {
+        let text = &self.item(at).raw.operands[n];
+        self.fault(at, Code::Operand, text, format!("`{text}` is not a {what}"), help);
+        None
+    }
+
+    /// The label number of an operand.
+    fn pointer(&mut self, at: usize, n: usize) -> Option<u32> {
+        match self.operand(at, n)? {
+            Operand::Pointer(label) => Some(*label),
+            _ => self.wrong(at, n, "label", "write a label such as P10"),
+        }
+    }
+
+    fn nesting(&mut self, at: usize) -> Option<u32> {
+        match self.operand(at, 0)? {
+            Operand::Nesting(level) => Some(*level),
+            _ => self.wrong(at, 0, "nesting level", "write N0 to N14"),
+        }
+    }
+
+    fn label(&mut self, at: usize, label: u32) -> Part {
+        if self.labels[self.file].insert(label, at).is_some() {
+            let name = &*self.item(at).name;
+            let message = format!("the label {name} exists twice in this file");
+            self.fault(at, Code::DoubleLabel, name, message, "use a different label at each place");
+        }
+        Part::Label
+    }
+
+    fn jump(&mut self, at: usize) -> Option<Part> {
+        let label = self.pointer(at, 0)?;
+        if label == END_OF_FX && self.options.family == Family::Fx {
+            return self.jump_to_end(at);
+        }
+        self.wanted.push(UnresolvedJump {
+            item: at,
+            label,
+            file: self.file,
+            only: true,
+            is_call: false,
+        });
+        None
+    }
+
+    fn jump_to_end(&mut self, at: usize) -> Option<Part> {
+        let to = self.end_behind(self.file, at + 1);
+        if to.is_none() {
+            let message = "the program has no END after this jump to the end".to_owned();
+            self.fault(at, Code::NoEnd, "", message, "write END after the last instruction");
+        }
+        self.transfers.extend(to.map(|to| Transfer { from: at, to, masters: [None, None] }));
+        to.map(Part::Jump)
+    }
+
+    /// The next program end of a file, after an item.
+    fn end_behind(&self, file: usize, from: usize) -> Option<usize> {
+        let is_end =
+            |at: &usize| matches!(self.item(*at).category, Category::Control(Control::End));
+        (from..self.resolved.files[file].end).find(is_end)
+    }
+
+    fn call(&mut self, at: usize) -> Option<Part> {
+        let item = self.item(at);
+        let by_file = item.name.starts_with('E');
+        let first = usize::from(by_file);
+        if item.operands.len() <= first {
+            self.takes(at, first + 1);
+            return None;
+        }
+        let program = if by_file { self.program(at).map(Some) } else { Some(None) };
+        let label = self.pointer(at, first);
+        let (Some(program), Some(label)) = (program, label) else { return None };
+        let file = program.map_or(Some(self.file), |program| self.resolved.named(program));
+        let Some(file) = file else { return self.without_program(at, program?, label) };
+        self.wanted.push(UnresolvedJump { item: at, label, file, only: by_file, is_call: true });
+        None
+    }
+
+    /// The program name in the first operand.
+    fn program(&mut self, at: usize) -> Option<&'r str> {
+        match self.operand(at, 0)? {
+            Operand::Text(name) => Some(name),
+            _ => self.wrong(at, 0, "program name", "write the name in quotes"),
+        }
+    }
+
+    /// Handles a call of a program that is missing.
+    fn without_program(&mut self, at: usize, program: &str, label: u32) -> Option<Part> {
+        let name = routine(Some(program), label);
+        if self.may_lack(&name) {
+            return Some(Part::Absent(name));
+        }
+        let message = format!("the program `{program}` is not among the given files");
+        let text = &self.item(at).raw.operands[0];
+        let help = absent::help(
+            "give all files of the project, and name each file like its program",
+            &name,
+        );
+        self.fault(at, Code::NoProgram, text, message, &help);
+        None
+    }
+
+    /// Whether a call of this missing routine is allowed.
+    fn may_lack(&self, name: &str) -> bool {
+        self.options.absent_calls_take_no_time || self.options.facts.calls.contains_key(name)
+    }
+
+    fn loop_begins(&mut self, at: usize) {
+        self.loops.push(at);
+        if self.loops.len() > MOST_NESTED {
+            let message = format!("loops are nested more than {MOST_NESTED} levels deep");
+            self.fault(
+                at,
+                Code::Nesting,
+                "FOR",
+                message,
+                "nest at most 16 loops, the limit of the CPUs",
+            );
+        }
+    }
+
+    fn loop_ends(&mut self, at: usize) -> Option<Part> {
+        let Some(begin) = self.loops.pop() else {
+            let message = "`NEXT` has no FOR before it".to_owned();
+            self.fault(at, Code::NoLoop, "NEXT", message, "begin the loop with FOR");
+            return None;
+        };
+        if let Some(Part::For(next)) = self.structure.parts.get_mut(&begin) {
+            *next = at;
+        }
+        if self.structure.sites[begin].master != self.masters.last().map(|region| region.begin()) {
+            let message = "the loop and a master control region overlap".to_owned();
+            let help = "end the inner one before the outer one";
+            self.fault(at, Code::CrossedMasterControl, "NEXT", message, help);
+        }
+        Some(Part::Next)
+    }
+
+    fn breaks(&mut self, at: usize) -> Option<Part> {
+        if self.loops.is_empty() {
+            let message = "`BREAK` is outside a loop".to_owned();
+            let help = "put it between FOR and NEXT";
+            self.fault(at, Code::NoLoop, &self.item(at).name, message, help);
+            return None;
+        }
+        let label = self.pointer(at, 1)?;
+        self.wanted.push(UnresolvedJump {
+            item: at,
+            label,
+            file: self.file,
+            only: true,
+            is_call: false,
+        });
+        None
+    }
+
+    fn master_begins(&mut self, at: usize) -> Option<Part> {
+        let level = self.nesting(at)?;
+        if matches!(self.masters.last(), Some(Region::Master(open, _)) if *open >= level) {
+            let text = &self.item(at).raw.operands[0];
+            let message = format!("a master control region of level N{level} is already open here");
+            let help = "use a higher level number for an inner region";
+            self.fault(at, Code::Nesting, text, message, help);
+        }
+        self.masters.push(Region::Master(level, at));
+        Some(Part::Master(level))
+    }
+
+    fn master_ends(&mut self, at: usize) -> Option<Part> {
+        let level = self.nesting(at)?;
+        let is_open = |region: &Region| matches!(region, Region::Master(open, _) if *open == level);
+        if !self.masters.iter().any(is_open) {
+            let text = &self.item(at).raw.operands[0];
+            let message = format!("no MC begins a region of level N{level} before this line");
+            self.fault(at, Code::NoMasterControl, text, message, "begin the region with MC");
+            return None;
+        }
+        // A state is above all nesting levels.
+        self.masters.retain(|region| matches!(region, Region::Master(open, _) if *open < level));
+        Some(Part::MasterEnd(level))
+    }
+
+    fn state_begins(&mut self, at: usize) -> Option<Part> {
+        let relay = match self.operand(at, 0)? {
+            Operand::Device(device) => match device.place {
+                Place::At(kind, index) if device.name == "S" => kind.cell(index),
+                _ => None,
+            },
+            _ => return self.wrong(at, 0, "device", "write a device"),
+        };
+        let Some(relay) = relay else {
+            return self.wrong(at, 0, "step relay", "write S0, S1 ...");
+        };
+        // Consecutive STL instructions are in series: all relays must be on.
+        let before =
+            at.checked_sub(1).filter(|before| self.resolved.files[self.file].contains(before));
+        let mut relays = match before.and_then(|before| self.structure.parts.get(&before)) {
+            Some(Part::LadderState(relays)) => relays.clone(),
+            _ => Vec::new(),
+        };
+        relays.push(relay);
+        self.state = Some((at, self.masters.last().map(|region| region.begin())));
+        self.masters.push(Region::LadderState(at));
+        Some(Part::LadderState(relays))
+    }
+
+    /// Ends the open state before an item, if there is one; the jump over the state leads to that item.
+    fn close_state(&mut self, at: usize) -> bool {
+        let Some((begin, around)) = self.state.take() else { return false };
+        self.masters.retain(|region| matches!(region, Region::Master(..)));
+        let masters = [around, self.masters.last().map(|region| region.begin())];
+        self.transfers.push(Transfer { from: begin, to: at, masters });
+        true
+    }
+
+    /// Reports what is still open at the end of a file.
+    fn end_of_file(&mut self, end: usize) {
+        self.close_state(end);
+        let (loops, masters) = (take(&mut self.loops), take(&mut self.masters));
+        let Some(last) = end.checked_sub(1) else { return };
+        if let Some(&begin) = loops.first() {
+            let message = format!("the FOR in line {} has no NEXT", self.item(begin).raw.line);
+            self.fault(last, Code::OpenLoop, "", message, "end the loop with NEXT");
+        }
+        if let Some(&Region::Master(level, begin)) = masters.first() {
+            let line = self.item(begin).raw.line;
+            let message = format!("the MC N{level} in line {line} has no MCR");
+            self.fault(last, Code::OpenMasterControl, "", message, "end the region with MCR");
+        }
+    }
+}

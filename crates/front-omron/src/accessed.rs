@@ -1,0 +1,76 @@
+//! For the price of an instruction: the cells and word bits that its operands access. This is known even if the instruction's
+//! effects are only "any value".
+
+use super::catalog::{Amount, Extent, Role};
+use super::extent::length;
+use super::memory::Memory;
+use super::operand::Operand;
+use super::resolve::Item;
+use scanbound_front::operand_spans;
+use scanbound_ir::{AccessedDevices, Cell, Device, Region};
+use std::sync::Arc;
+
+/// Stands for an unknown count. The price then uses the instruction's units.
+const MANY: u32 = u32::MAX / 2;
+
+/// The operands of an instruction that are devices.
+pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
+    let spans = operand_spans(&item.raw.text, &item.raw.operands);
+    let named = item.operands.iter().zip(spans).filter_map(|(operand, (start, end))| {
+        let device = device(operand)?;
+        Some(scanbound_ir::Operand { start, end, device })
+    });
+    named.collect()
+}
+
+/// The device of an operand.
+pub(super) fn device(operand: &Operand) -> Option<Device> {
+    match *operand {
+        Operand::Word(cell) | Operand::Flag(cell) => Some(Device { cell, bit: None }),
+        Operand::Bit(cell, bit) => Some(Device { cell, bit: Some(bit) }),
+        _ => None,
+    }
+}
+
+/// What an instruction accesses.
+pub(super) fn touched(item: &Item<'_>, memory: Memory) -> AccessedDevices {
+    let mut touched = AccessedDevices::default();
+    for (at, operand) in item.operands.iter().enumerate() {
+        let slot = item.row.and_then(|row| row.operands.get(at));
+        let words = match slot.map(|slot| (slot.role, slot.extent)) {
+            // A block that is copied has the same length as its destination.
+            Some((Role::Source, Extent::Words(Amount::Unknown))) => item.row.and_then(|row| {
+                row.operands.iter().find_map(|slot| match slot.written_words() {
+                    Some(amount @ Amount::Counted { .. }) => length(memory, item, amount),
+                    _ => None,
+                })
+            }),
+            // An operand that is only an address is not accessed.
+            Some((Role::Address | Role::Number, _)) => continue,
+            Some((Role::Extra(_), _)) => Some(1),
+            Some((_, Extent::Words(amount))) => length(memory, item, amount),
+            _ => Some(1),
+        };
+        let count = words.map_or(MANY, |words| words.min(MANY));
+        // What is both read and written counts as two accesses.
+        let changed = slot.is_some_and(|slot| slot.role == Role::ReadWrite);
+        for _ in 0..1 + usize::from(changed) {
+            let mut range = |first: Cell, count: u32| {
+                touched.regions.push(Region::Range { first, count });
+            };
+            match operand {
+                Operand::Word(first) => range(*first, count),
+                Operand::Flag(cell) => range(*cell, 1),
+                Operand::Bit(cell, _) => {
+                    range(*cell, 1);
+                    touched.word_bits += 1;
+                }
+                Operand::Within(areas) => {
+                    areas.iter().for_each(|&area| range(Cell { area, index: 0 }, count));
+                }
+                _ => {}
+            }
+        }
+    }
+    touched
+}

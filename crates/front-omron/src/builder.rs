@@ -1,0 +1,313 @@
+//! Adds instructions to the program: effects, choices, saved branches, and the list of over-approximations.
+
+use scanbound_base::code::Code;
+use scanbound_base::location::Location;
+use std::collections::BTreeSet;
+
+use super::accessed;
+use super::memory::Memory;
+use super::operand::moved_register;
+use super::resolve::Item;
+use super::source::Edge;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_front::builder::{Builder, always};
+use scanbound_front::shown;
+use scanbound_ir::meaning::Meaning;
+use scanbound_ir::{
+    Approximated, BitSource, BitTarget, Cell, ChoiceId, Effect, Join, Logic, Program, Region, Step,
+    TimingKey, Units, Write,
+};
+
+/// From this number on, saved branches belong to an instruction; those below are TR0 to TR15.
+pub(super) const BRANCHES: u32 = 16;
+
+/// A program under construction.
+pub(super) struct OmronBuilder {
+    pub(super) out: Builder,
+    pub(super) memory: Memory,
+    /// The errors so far.
+    pub(super) faults: Vec<Diagnostic>,
+    /// The index of the current file.
+    pub(super) file: u32,
+    /// The number of branches that have no output yet.
+    pub(super) depth: usize,
+    /// Whether the last instruction was a coil, so that the next LD begins a rung.
+    pub(super) closed: bool,
+    /// The temporary relays (TR) that hold a branch of this rung.
+    pub(super) branches: BTreeSet<u32>,
+    /// The completion flags of timers that count between instructions.
+    pub(super) fast: BTreeSet<Cell>,
+    /// Whether the current instruction may run several times in a scan.
+    pub(super) repeated: bool,
+    /// Whether the current instruction is in an interlock, where families treat edges differently.
+    pub(super) interlocked: bool,
+    /// The number of hidden bits so far.
+    edges: u32,
+    /// What the current instruction stores in hidden bits; it is added last.
+    remembered: Vec<Effect>,
+    /// Loops with the count in a word: the index of the FOR, and the word if it is known.
+    pub(super) counted: Vec<(usize, Option<Cell>)>,
+    /// Index registers that the current operands increment or decrement; the effect is added last.
+    moved: Vec<Cell>,
+}
+
+impl OmronBuilder {
+    pub(super) fn new(memory: Memory, dialect: &str) -> Self {
+        let program =
+            Program { dialect: dialect.to_owned(), areas: memory.areas(), ..Program::default() };
+        OmronBuilder {
+            out: Builder::new(program),
+            memory,
+            faults: Vec::new(),
+            file: 0,
+            depth: 0,
+            closed: true,
+            branches: BTreeSet::new(),
+            fast: BTreeSet::new(),
+            repeated: false,
+            interlocked: false,
+            edges: 0,
+            remembered: Vec::new(),
+            counted: Vec::new(),
+            moved: Vec::new(),
+        }
+    }
+
+    /// Sets the source place of the instructions that are added next.
+    pub(super) fn at(&mut self, item: &Item<'_>) {
+        let place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
+        self.out.at(place, item.raw.text.clone(), accessed::operands(item));
+        self.remembered.clear();
+        let memory = self.memory;
+        let operands = item.raw.operands.iter();
+        self.moved = operands.filter_map(|text| moved_register(text, memory)).collect();
+    }
+
+    /// Reports an error at an instruction.
+    pub(super) fn fault(
+        &mut self,
+        item: &Item<'_>,
+        code: Code,
+        message: impl Into<String>,
+        help: &str,
+    ) {
+        let file = self.out.program.files.get(self.file as usize).map_or("", |file| &file.name);
+        let fault =
+            Diagnostic::line(code, file, item.raw.line, shown(&item.raw.text), message, help);
+        self.faults.push(fault.at_step(item.raw.step));
+    }
+
+    /// A new choice (nondeterministic value).
+    pub(super) fn choice(&mut self) -> ChoiceId {
+        self.out.choice()
+    }
+
+    /// A choice that something outside determines: elapsed time, or a value from the last scan. If the instruction may run several
+    /// times in a scan, it is an ordinary choice, because the earlier execution is not modelled.
+    pub(super) fn external_choice(&mut self) -> ChoiceId {
+        if self.repeated { self.out.choice() } else { self.out.external_choice() }
+    }
+
+    /// A bit that something outside determines.
+    pub(super) fn external_bit(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.external_choice()))
+    }
+
+    /// A bit that may have any value.
+    pub(super) fn free_bit(&mut self) -> Logic {
+        self.out.free_bit()
+    }
+
+    /// Begins a new rung.
+    pub(super) fn rung(&mut self) {
+        // Instructions without a time do not begin a rung of their own.
+        let mut priced =
+            self.out.program.instructions.iter().rev().filter(|last| last.timing.is_some());
+        let begun = priced.next().map_or(0, |last| last.block);
+        self.out.program.blocks = begun + 1;
+        self.depth = 0;
+        self.closed = true;
+        self.branches.clear();
+    }
+
+    /// The index of the next instruction to be added.
+    pub(super) fn next(&self) -> usize {
+        self.out.next()
+    }
+
+    /// Adds an instruction and returns its index.
+    pub(super) fn push(
+        &mut self,
+        step: Step,
+        mut effects: Vec<Effect>,
+        timing: Option<TimingKey>,
+    ) -> usize {
+        if timing.is_some() {
+            effects.append(&mut self.remembered);
+            for first in std::mem::take(&mut self.moved) {
+                let choice = self.choice();
+                effects.push(always(Write::Havoc(Region::Range { first, count: 2 }, choice)));
+            }
+        }
+        self.out.add(timing, effects, step)
+    }
+
+    /// Lists an over-approximation at the last instruction.
+    pub(super) fn approximate(&mut self, what: impl Into<Approximated>) {
+        let instruction = self.next().saturating_sub(1);
+        self.out.program.approximate(instruction, what);
+    }
+
+    /// Records the meaning that computes the value of a choice.
+    pub(super) fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
+        self.out.define(choice, meaning);
+    }
+
+    /// The condition on which an instruction executes, by its edge prefix. For instructions that are lowered to one.
+    pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
+        match edge {
+            None => Logic::Condition,
+            Some(edge) => self.edge(Logic::Condition, edge),
+        }
+    }
+
+    /// The same for instructions that are lowered to several.
+    pub(super) fn fires_or_not(&mut self, edge: Option<Edge>) -> Logic {
+        match edge {
+            None => Logic::Condition,
+            Some(edge) => self.unknown_edge(Logic::Condition, edge),
+        }
+    }
+
+    /// Whether a value has an edge since the next instruction last executed. If this instruction may run several times in a scan
+    /// or be skipped in an interlock, the answer is a free bit.
+    pub(super) fn edge(&mut self, value: Logic, edge: Edge) -> Logic {
+        if self.repeated || self.interlocked {
+            return self.unknown_edge(value, edge);
+        }
+        let memory = self.memory.edge(self.edges);
+        self.edges += 1;
+        self.remembered.push(always(Write::Bit(BitTarget::Cell(memory), value.clone())));
+        let was = Logic::cell(memory);
+        Logic::All(match edge {
+            Edge::Rising => vec![value, was.not()],
+            Edge::Falling => vec![value.not(), was],
+        })
+    }
+
+    fn unknown_edge(&mut self, value: Logic, edge: Edge) -> Logic {
+        let changed = self.external_bit();
+        Logic::All(match edge {
+            Edge::Rising => vec![value, changed],
+            Edge::Falling => vec![value.not(), changed],
+        })
+    }
+
+    /// Adds a coil or an application instruction.
+    pub(super) fn act(
+        &mut self,
+        fires: Logic,
+        effects: Vec<Effect>,
+        timing: Option<TimingKey>,
+    ) -> usize {
+        self.push(Step::Act { fires }, effects, timing)
+    }
+
+    /// Adds a part of an instruction that changes the result.
+    fn result(&mut self, join: Join, value: Logic) {
+        self.push(Step::Logic { join, value }, Vec::new(), None);
+    }
+
+    /// Negates the result.
+    pub(super) fn invert(&mut self) {
+        self.result(Join::Replace, Logic::Condition.not());
+    }
+
+    /// Makes the result true.
+    pub(super) fn always(&mut self) {
+        self.result(Join::Replace, Logic::Const(true));
+    }
+
+    /// Saves the result while this instruction is lowered.
+    pub(super) fn keep(&mut self) {
+        self.push(Step::Save(BRANCHES), Vec::new(), None);
+    }
+
+    /// Restores the result that `keep` saved.
+    pub(super) fn restore(&mut self) {
+        self.push(Step::Fetch(BRANCHES), Vec::new(), None);
+    }
+
+    /// Reads a temporary relay as a further branch, or as the first one of a rung.
+    pub(super) fn fetch(&mut self, register: u32, join: Join, timing: TimingKey) {
+        self.result(join, Logic::Const(true));
+        self.push(Step::Fetch(register), Vec::new(), Some(timing));
+    }
+
+    /// Saves the topmost branches separately for `product`; one result stays on the stack.
+    pub(super) fn split(&mut self, count: u32) {
+        for branch in (1..count).rev() {
+            self.push(Step::Save(BRANCHES + branch), Vec::new(), None);
+            self.result(Join::Replace, Logic::Const(false));
+            self.push(Step::OrBlock, Vec::new(), None);
+        }
+        self.keep();
+        self.depth = self.depth + 1 - count as usize;
+    }
+
+    /// Makes the result the product (AND) of branches; `false` means the negated branch.
+    pub(super) fn product(&mut self, branches: &[(u32, bool)]) {
+        for (at, &(branch, positive)) in branches.iter().enumerate() {
+            if at > 0 {
+                self.result(Join::Load, Logic::Const(true));
+            }
+            self.push(Step::Fetch(BRANCHES + branch), Vec::new(), None);
+            if !positive {
+                self.invert();
+            }
+            if at > 0 {
+                self.push(Step::AndBlock, Vec::new(), None);
+            }
+        }
+    }
+
+    /// The key of an instruction's time. With `dearer`, the larger of the two times counts, because its condition does not match
+    /// the on-time and off-time of tables.
+    pub(super) fn key(&self, item: &Item<'_>, dearer: bool) -> TimingKey {
+        let class = item.row.map_or("special", |row| row.class);
+        let mut names = vec![item.name.clone()];
+        if let Some(row) = item.row.filter(|row| row.mnemonic != item.name) {
+            names.push(row.mnemonic.to_string());
+        }
+        for (joined, apart) in [
+            ("LDNOT", "LD NOT"),
+            ("ANDNOT", "AND NOT"),
+            ("ORNOT", "OR NOT"),
+            ("OUTNOT", "OUT NOT"),
+            ("ANDLD", "AND LD"),
+            ("ORLD", "OR LD"),
+        ] {
+            if item.name == joined {
+                names.push(apart.to_owned());
+            }
+        }
+        let indirect = item.operands.iter().any(super::operand::Operand::is_indirect);
+        let tags = [
+            (item.raw.immediate, "immediate"),
+            (item.raw.edge.is_some(), "edge"),
+            (indirect, "indirect"),
+        ];
+        let tags = tags.iter().filter(|(has, _)| *has).map(|(_, tag)| *tag);
+        let tagged: Vec<String> =
+            tags.flat_map(|tag| names.iter().map(move |name| format!("{name}:{tag}"))).collect();
+        names.splice(0..0, tagged);
+        TimingKey {
+            names,
+            class,
+            units: Units::None,
+            use_larger_time: dearer,
+            optional: false,
+            accessed: accessed::touched(item, self.memory),
+        }
+    }
+}
