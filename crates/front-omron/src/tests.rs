@@ -301,14 +301,11 @@ fn a_shift_register_shifts_on_the_rising_edge() {
 #[test]
 fn what_is_not_followed_is_havocked_and_noted() {
     for (text, what) in [
-        ("ADD(30) DM 0 #5 DM 10", "DM 10 takes any value"),
-        ("MUL(32) DM 0 #5 DM 10", "DM 10 and the word behind it takes any value"),
-        ("MOV(21) #5 *DM 3", "all that *DM 3 may lead to takes any value"),
-        (
-            "CMP(20) *DM 3 DM 4",
-            "*DM 3 is read through an address that is not known: any value is taken",
-        ),
-        ("XFER(70) DM 0 DM 1 LR 00", "the whole area of LR 00 takes any value"),
+        ("ADD(30) DM 0 #5 DM 10", "DM 10 may have any value"),
+        ("MUL(32) DM 0 #5 DM 10", "DM 10 and the word after it may have any value"),
+        ("MOV(21) #5 *DM 3", "everything that *DM 3 may point to may have any value"),
+        ("CMP(20) *DM 3 DM 4", "*DM 3 is read through an unknown address: it may have any value"),
+        ("XFER(70) DM 0 DM 1 LR 00", "the whole area of LR 00 may have any value"),
     ] {
         let program = c(&format!("LD 00000\n{text}\nEND(01)"));
         let notes: Vec<String> =
@@ -430,7 +427,7 @@ fn names_and_numbers_must_agree_where_they_are_fixed() {
 fn a_users_instruction_may_write_its_operands() {
     let program = cx("LD 0.00\nSwOp0 D10\nEND(001)");
     assert_eq!(program.instructions[1].timing.as_ref().unwrap().names, ["SwOp0"]);
-    assert_eq!(program.approximations[0].what.to_string(), "D10 takes any value");
+    assert_eq!(program.approximations[0].what.to_string(), "D10 may have any value");
 }
 
 #[test]
