@@ -7,7 +7,8 @@ use scanbound_ir::{Step, WordSource, flow};
 /// that the program does not write.
 pub(super) fn apply_stated_ranges(builder: &mut OmronBuilder) {
     for (at, word) in std::mem::take(&mut builder.counted) {
-        let stated = builder.out.program.stated_ranges.iter().find(|range| Some(range.cells[0]) == word);
+        let stated =
+            builder.out.program.stated_ranges.iter().find(|range| Some(range.cells[0]) == word);
         let Some((cell, low, high)) = stated
             .filter(|range| range.cells.len() == 1 && range.low >= 0)
             .map(|range| (range.cells[0], range.low, range.high))
