@@ -115,13 +115,13 @@ impl Analysis {
         self
     }
 
-    /// Says whose writes between scans the bound covers (`--trust`).
+    /// Sets which writers between scans the bound assumes (`--trust`).
     pub fn trust(mut self, trust: Trust) -> Analysis {
         self.trust = trust;
         self
     }
 
-    /// Names the task whose scan is bounded, where the project has several.
+    /// Names the task whose scan is bounded, if the project has several.
     pub fn task(mut self, name: impl Into<String>) -> Analysis {
         self.task = Some(name.into());
         self
@@ -175,8 +175,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// No scan takes longer, provided that what the report lists as not stated adds nothing
-    /// (see [`Report::check`], which knows).
+    /// No scan takes longer, unless something that the report lists as not stated adds time ([`Report::check`] takes
+    /// that into account).
     #[must_use]
     pub fn upper(&self) -> Picos {
         self.audit.bound.upper
@@ -194,7 +194,7 @@ impl Report {
         self.audit.bound.exact()
     }
 
-    /// Whether every scan keeps to a limit: proved, refuted, or undecided with the reasons.
+    /// Whether every scan stays within a limit: proved, refuted, or undecided with the reasons.
     #[must_use]
     pub fn check(&self, limit: Picos) -> Verdict {
         Check::new(&self.audit, limit, Margin::default()).verdict
@@ -216,7 +216,7 @@ impl Report {
         String::from_utf8(bytes).ok()
     }
 
-    /// All that is known, as the formats show it. Its fields may change with each version.
+    /// The complete result, as the formats show it. Its fields may change with each version.
     #[must_use]
     pub fn audit(&self) -> &Audit {
         &self.audit

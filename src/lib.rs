@@ -1,12 +1,12 @@
 //! Sound worst-case scan times of PLC programs.
 //!
-//! The road, a room a stage: a [`front`] reads source text into a [`program::Program`]; [`passes`] make of it what is the
-//! same for every dialect; [`timing`] gives every instruction its times from a table; [`scan`] executes one scan symbolically, yields a
-//! [`scan::model::ScanModel`], and slices it into groups; [`solve`] finds each group's maximum; [`replay`] checks
-//! each witness. [`audit`](mod@audit) is all that as one call, and holds its result against a limit; [`measured`] holds
-//! it against measurements; [`report`] shows it. [`minasec`] emulates one machine, [`emulated`] a CPU that runs any
-//! program by a table's times; [`link`] talks with PLCs; [`iec`] reads the languages of IEC 61131-3 and studies their
-//! charts, on Petri nets ([`net`]); [`base`] is what all stand on.
+//! The stages, each in its own module: a [`front`] reads source text into a [`program::Program`]; the [`passes`] process
+//! it in the same way for every dialect; [`timing`] gives every instruction its times from a table; [`scan`] executes one
+//! scan symbolically into a [`scan::model::ScanModel`] and divides it into groups; [`solve`] finds each group's maximum;
+//! [`replay`] checks each witness. [`audit`](mod@audit) calls all of these and compares the result with a limit;
+//! [`measured`] compares it with measurements; [`report`] shows it. [`minasec`] emulates one machine, [`emulated`] a CPU
+//! that runs any program with a table's times; [`link`] communicates with PLCs; [`iec`] reads the languages of IEC 61131-3
+//! and analyses their charts, using Petri nets ([`net`]); all of them use [`base`].
 //! `docs/glossary.md` explains the terms.
 //!
 //! # Examples
@@ -36,7 +36,7 @@ pub use scanbound_snet as snet;
 pub use scanbound_solve as solve;
 pub use scanbound_timing as timing;
 
-/// Fronts: each reads the dialects of one kind of PLC and says what programs in them mean.
+/// Fronts: each reads the dialects of one kind of PLC and defines the meaning of their programs.
 pub mod front {
     pub use scanbound_front::*;
     pub use scanbound_front_flowchart as flowchart;
@@ -47,7 +47,7 @@ pub mod front {
     pub use scanbound_fronts::{FRONTS, detect, input, read};
 }
 
-/// Executes one scan symbolically into a model, and slices it into groups.
+/// Executes one scan symbolically into a model, and divides it into groups.
 pub mod scan {
     pub use scanbound_model as model;
     pub use scanbound_model::groups;

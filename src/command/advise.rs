@@ -1,4 +1,4 @@
-//! `scanbound advise`: which one statement more would lower the bound most.
+//! `scanbound advise`: which one additional statement would lower the bound most.
 
 use super::options::ProjectOptions;
 use super::sheet::{Sheet, SheetOptions};
@@ -15,8 +15,7 @@ const ABOUT: &str = "\
 Ask which one fact or interlock would lower the bound most
 
 Reads off the dearest scan what might be worth stating: counts and indices that nobody knows; pairs of inputs or relays \
-that are both on in it and drive different rungs, as if no interlock kept them apart; that nobody but the program writes \
-its own devices; the base unit of the modules. Then it audits the project again with each of these statements alone, \
+that are both on in it and drive different rungs, as if no interlock kept them apart; that only the program writes its own devices; the base unit of the modules. Then it audits the project again with each of these statements alone, \
 and lists them with the bound that was found, the lowest first. Nothing is estimated: each bound is the one that \
 `scanbound audit --facts` finds with that line in the facts file. Whether a line is true only you know.";
 
@@ -36,7 +35,7 @@ Exit codes: 0 done, 2 bad input or usage, 70 internal error";
 #[derive(Debug, Args)]
 #[command(long_about = ABOUT, after_help = EXAMPLES)]
 pub struct Arguments {
-    /// What each unknown count is stated to be at most
+    /// The limit that is assumed for each unknown count
     #[arg(long, value_name = "COUNTS", default_value = "20", value_parser = values::most)]
     most: Most,
     /// How long all audits together may take
@@ -58,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Most(most) = &arguments.most;
     let (start, budget) = (Instant::now(), arguments.budget);
     let advice = project.with_request(|request| {
-        // The first audit leaves time for the others.
+        // The first audit must leave time for the others.
         let own = request.time_limit.map_or(budget / 2, |limit| limit.min(budget / 2));
         let first = Request { time_limit: Some(own), ..*request };
         let concluded = conclude(follow(&first)?, &first)?;

@@ -29,13 +29,13 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Add the worst time from an input's edge to an output's
+    /// Add the worst-case response time from an input's edge to an output's
     #[arg(long)]
     response: bool,
-    /// The longest time from an input terminal to the scan, in place of the table's
+    /// The longest delay from an input terminal to the scan, in place of the table's
     #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::delay, allow_hyphen_values = true)]
     input_delay: Option<Picos>,
-    /// The longest time from the scan to an output terminal, in place of the table's
+    /// The longest delay from the scan to an output terminal, in place of the table's
     #[arg(long, value_name = "DURATION", requires = "response", value_parser = values::delay, allow_hyphen_values = true)]
     output_delay: Option<Picos>,
     #[command(flatten)]
@@ -48,10 +48,11 @@ pub struct Arguments {
     report: ReportOptions,
     #[command(flatten)]
     watch: WatchOptions,
-    /// The net that the program is the code of (.snet, .pnml): what it knows of relays is asked of the code (--trust all)
+    /// The net from which the program was generated (.snet, .pnml): its knowledge about relays is checked on the code
+    /// (--trust all)
     #[arg(long, value_name = "NET")]
     net: Option<PathBuf>,
-    /// Draw the net with the marks with which the longest scan starts (.svg .dot)
+    /// Draw the net with the marks at the start of the longest scan (.svg .dot)
     #[arg(long, value_name = "FILE", requires = "net")]
     draw: Option<PathBuf>,
     /// Write SMT-LIB 2 files that prove each group's bound and its scan, and what these rest on; README.txt lists them
@@ -59,7 +60,7 @@ pub struct Arguments {
     certificate: Option<PathBuf>,
 }
 
-/// Audits the project and reports, whenever its files change if that is asked for.
+/// Audits the project and reports, and again whenever its files change if that is requested.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut written = arguments.report.writes(&arguments.search);
     written.extend(arguments.certificate.clone());
@@ -103,7 +104,7 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     arguments.report.write(&concluded.audit, None, reports)?;
     if !arguments.watch.watch {
-        // The process ends here, and all of its memory with it: taking it apart piece by piece takes longer.
+        // The process ends here. Freeing the memory piece by piece would take longer.
         std::mem::forget(concluded);
     }
     Ok(Outcome::Done)
@@ -111,7 +112,7 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 fn certify(concluded: &audit::Concluded, directory: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(directory).with_context(|| {
-        format!("--certificate {}: this directory cannot be made", directory.display())
+        format!("--certificate {}: this directory cannot be created", directory.display())
     })?;
     for file in audit::certificates(concluded) {
         Target::new(Some(&directory.join(file.name)))?.write(&file.text)?;

@@ -1,4 +1,4 @@
-//! `scanbound calibrate`: measures what a CPU's instructions take.
+//! `scanbound calibrate`: measures the times of a CPU's instructions.
 
 use super::live::{PlcOptions, fault};
 use super::options::{ProjectOptions, stop_on_interrupt};
@@ -20,8 +20,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 const ABOUT: &str = "\
-Measures what a CPU's instructions take: writes a program that measures by itself, reads its results, and makes a \
-timing table of them. docs/measuring.md tells it from end to end.";
+Measures the times of a CPU's instructions: writes a program that measures them, reads its results, and makes a timing table from them. docs/measuring.md describes all steps.";
 
 /// The arguments of `calibrate`.
 #[derive(Debug, Args)]
@@ -33,11 +32,11 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Write the program for a CPU: of what programs use, else of the instructions that its table has rows of
+    /// Write the program for a CPU: for the instructions that programs use, or for those in the CPU's table
     Write(WriteArguments),
-    /// Read the results from a CPU that runs it; nothing is written to the CPU
+    /// Read the results from a CPU that runs the program; nothing is written to the CPU
     Read(ReadArguments),
-    /// Make a timing table of the results
+    /// Make a timing table from the results
     Fit(FitArguments),
 }
 
@@ -50,20 +49,20 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = WRITE_EXAMPLES)]
 struct WriteArguments {
-    /// A directory for the programs and the plan, which is made
+    /// A new directory for the programs and the plan
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Over how many scans each step is read
+    /// The number of scans over which each step is measured
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..10_000))]
     scans: u32,
-    /// What a scan is to take at most by the table [default: a third of the CPU's watchdog time, 100ms at most]
+    /// The longest scan of the program by the table [default: a third of the CPU's watchdog time, at most 100ms]
     #[arg(long, value_name = "DURATION", value_parser = values::duration)]
     scan_time: Option<Picos>,
-    /// How many steps of program memory a part may take
+    /// The most steps of program memory for each part
     #[arg(long, value_name = "N", default_value_t = 15_000, value_parser = clap::value_parser!(u32).range(1000..))]
     memory: u32,
-    /// Devices that nothing hangs on, which the program may write besides its own: an output (Y1F0), a latched relay
-    /// (L100), 64 words of a module's buffer memory (U4\G100; TO writes there what stands there)
+    /// Unused devices that the program may write in addition to its own: an output (Y1F0), a latched relay (L100), 64
+    /// words of a module's buffer memory (U4\G100; TO writes their current values back)
     #[arg(long, value_name = "DEVICE", value_delimiter = ',')]
     spare: Vec<String>,
     #[command(flatten)]
@@ -73,16 +72,16 @@ struct WriteArguments {
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("plc").required(true))]
 struct ReadArguments {
-    /// What `calibrate write` made
+    /// The directory from `calibrate write`
     #[arg(value_name = "DIR")]
     directory: PathBuf,
-    /// Which part runs
+    /// The part that is running
     #[arg(long, value_name = "N", default_value_t = 1)]
     part: usize,
     /// A file for the results (CSV)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Wait for so long until all is measured [default: three times what the plan says, and a minute]
+    /// How long to wait until everything is measured [default: three times the planned time, plus a minute]
     #[arg(long, value_name = "DURATION", value_parser = values::span)]
     wait: Option<Duration>,
     #[command(flatten)]
@@ -91,7 +90,7 @@ struct ReadArguments {
 
 #[derive(Debug, Args)]
 struct FitArguments {
-    /// What `calibrate write` made
+    /// The directory from `calibrate write`
     #[arg(value_name = "DIR")]
     directory: PathBuf,
     /// The results, one file for each part, in their order
@@ -103,7 +102,7 @@ struct FitArguments {
     /// The CPU's serial number, for the table
     #[arg(long, value_name = "TEXT", default_value = "")]
     serial: String,
-    /// The modules stay as they were: the refresh of their points is in the scan that was measured, and not added again
+    /// The I/O modules are unchanged: the refresh of their points is part of the measured scan, and is not added again
     #[arg(long)]
     fitted: bool,
     /// The day of the measurement [default: today]
@@ -120,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
 }
 
-/// The name of a plan.
+/// The file name of a plan.
 const PLAN: &str = "plan.json";
 
 /// The table of the CPU that is calibrated, and the CPU's name.
@@ -137,7 +136,7 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
     let (table, cpu) = table_of(&arguments.project)?;
     let family = table.family.clone().unwrap_or_default();
     let Some(language) = Language::of(&family) else {
-        return Err(anyhow!("calibration programs are written for MELSEC-Q, L, iQ-R, FX5 and F and for OMRON CS, CJ and CP, not for family {family}: it has no loops in which short times add up to a step of its scan-time register").into());
+        return Err(anyhow!("calibration programs are written for MELSEC-Q, L, iQ-R, FX5 and F and for OMRON CS, CJ and CP, not for family {family}: its programs have no loops in which short times add up to a step of its scan-time register").into());
     };
     let third = table.watchdog().map_or(u64::MAX, |watchdog| watchdog.0 / 3);
     let usual = Picos(third.min(100_000_000_000));
@@ -151,12 +150,12 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
         false => Some(arguments.project.with_request(|request| Ok(read(request)?))?),
     };
     let spare = Spare::new(&arguments.spare).map_err(|device| {
-        anyhow!("--spare: {device} is no device; write it as Y1F0, L100 or U4\\G100")
+        anyhow!("--spare: {device} is not a device; write it as Y1F0, L100 or U4\\G100")
     })?;
     let program = program.as_ref();
     let written = scanbound::calibrate::write(program, &table, &cpu, settings, &spare, FRONTS);
     let Some(Written { plan, files, lists }) = written else {
-        return Err(anyhow!("nothing is left to be measured: all times of these programs are measured, published or stated, or cannot be measured").into());
+        return Err(anyhow!("there is nothing to measure: all times of these programs are measured, published or stated, or cannot be measured").into());
     };
     let directory = &arguments.output;
     let cannot = || format!("{} cannot be written", directory.display());
@@ -172,7 +171,7 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What the calibration takes, before it is loaded.
+/// What the calibration needs and does, shown before it is loaded into the CPU.
 fn told(plan: &Plan, language: Language, directory: &Path, table: &Table, spare: &Spare) -> String {
     let mut text = format!("calibration of {} in {}\n", plan.cpu, directory.display());
     for part in &plan.parts {
@@ -190,8 +189,10 @@ fn told(plan: &Plan, language: Language, directory: &Path, table: &Table, spare:
         );
     }
     if !spare.devices().is_empty() {
-        text +=
-            &format!("  what writes {} is measured on these, too\n", spare.devices().join(", "));
+        text += &format!(
+            "  instructions that write {} are measured on these devices, too\n",
+            spare.devices().join(", ")
+        );
     }
     let mut rows: Vec<&str> = Vec::new();
     for measure in plan.parts.iter().flat_map(|part| &part.measures) {
@@ -206,7 +207,7 @@ fn told(plan: &Plan, language: Language, directory: &Path, table: &Table, spare:
     text + &left(&plan.left)
 }
 
-/// What stays as it is.
+/// The list of times that are not measured.
 fn left(left: &[Left]) -> String {
     let mut text = String::new();
     if !left.is_empty() {
@@ -230,10 +231,13 @@ fn plan_of(directory: &Path) -> Result<Plan, Failure> {
     let name = file.display();
     let text = aside(&file).with_context(|| format!("{name} cannot be read"))?;
     let plan: Plan = serde_json::from_slice(&text)
-        .with_context(|| format!("{name} is no plan that scanbound calibrate write made"))?;
+        .with_context(|| format!("{name} is not a plan from scanbound calibrate write"))?;
     match plan.schema == scanbound::calibrate::plan::SCHEMA {
         true => Ok(plan),
-        false => Err(anyhow!("{name} is of another version: write the calibration anew").into()),
+        false => {
+            Err(anyhow!("{name} is from another version of scanbound: write the calibration again")
+                .into())
+        }
     }
 }
 
@@ -255,7 +259,7 @@ fn read_results(arguments: &ReadArguments) -> Result<Outcome, Failure> {
         }
         if step > part.steps {
             return Err(anyhow!(
-                "D{STEP} is {step}, and {} has {} steps: another program runs there",
+                "D{STEP} is {step}, but {} has {} steps: another program is running",
                 part.file,
                 part.steps
             )
@@ -300,7 +304,7 @@ fn make_table(arguments: &FitArguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What was found, in rows.
+/// A summary of the results, one line for each row.
 fn summary(plan: &Plan, found: &Fit) -> String {
     let mut text = format!("{} rows measured on {}\n", found.rows.len(), plan.cpu);
     if let Some(empty) = found.empty {
@@ -312,7 +316,9 @@ fn summary(plan: &Plan, found: &Fit) -> String {
     }
     for row in &found.rows {
         let units = match row.per_unit {
-            Some(unit) => format!(", {} to {} us a unit", unit.low.us_text(), unit.high.us_text()),
+            Some(unit) => {
+                format!(", {} to {} us per unit", unit.low.us_text(), unit.high.us_text())
+            }
             None => String::new(),
         };
         text += &format!(
@@ -326,7 +332,7 @@ fn summary(plan: &Plan, found: &Fit) -> String {
     }
     for check in &found.checks {
         text += &format!(
-            "{}: half of the steps scatter by {} ms or less",
+            "{}: half of the steps vary by {} ms or less",
             check.file,
             tenths(check.scatter)
         );
@@ -348,20 +354,23 @@ fn tenths(tenths: u64) -> String {
     format!("{}.{}", tenths / 10, tenths % 10)
 }
 
-/// Why a run may have been disturbed.
+/// The warning that a run may have been disturbed.
 fn doubt(check: &Check) -> String {
     let mut why = Vec::new();
     if !check.steady {
-        why.push("the same block took another time at the end than at the beginning".to_owned());
+        why.push("the same block took different times at the beginning and at the end".to_owned());
     }
     if !check.outliers.is_empty() {
-        why.push(format!("readings are far apart at {}", check.outliers.join(", ")));
+        why.push(format!("readings differ too much at {}", check.outliers.join(", ")));
     }
     if !check.sum_agrees() {
-        why.push("a block of many takes another time than the single times say".to_owned());
+        why.push(
+            "the time of a block of many instructions differs from the sum of the single times"
+                .to_owned(),
+        );
     }
     format!(
-        "warning: {} was disturbed: {}. Measure again without communication, monitoring and interrupts; the table holds the upper ends all the same\n",
+        "warning: {} was disturbed: {}. Measure again without communication, monitoring and interrupts; the table still contains the upper limits\n",
         check.file,
         why.join("; ")
     )
@@ -373,7 +382,7 @@ fn today() -> String {
     date_of(seconds / 86_400)
 }
 
-/// The date of so many days after the first of 1970.
+/// The date that is this many days after 1 January 1970.
 fn date_of(mut days: u64) -> String {
     let leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))

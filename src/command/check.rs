@@ -1,4 +1,4 @@
-//! `scanbound check`: whether the project keeps to a limit.
+//! `scanbound check`: whether the project stays within a limit.
 
 use super::options::{ProjectOptions, ReportOptions, Reports, SearchOptions};
 use super::output::say;
@@ -14,10 +14,10 @@ use scanbound::base::time::Picos;
 use scanbound::report::format::{Checked, Project};
 use std::path::Path;
 
-/// Which scan refutes.
+/// Which scan refutes the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Refute {
-    /// One that nothing known here excludes
+    /// One that nothing known excludes
     #[default]
     Admissible,
     /// One to which a run from power-up was found
@@ -37,19 +37,20 @@ Exit codes: 0 proved, 1 refuted, 2 bad input or usage, 3 undecided, 70 internal 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The limit that no scan may pass, such as 10ms or 2min, or the CPU's watchdog [default: that of scanbound.toml]
+    /// The limit that no scan may exceed, such as 10ms or 2min, or the CPU's watchdog [default: that of scanbound.toml]
     #[arg(long, value_name = "DURATION|watchdog", value_parser = values::limit, allow_hyphen_values = true)]
     limit: Option<Limit>,
-    /// What is added to the scan before it is held against the limit, such as 10%
+    /// The margin that is added to the scan time before it is compared with the limit, such as 10%
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
     margin: Option<Margin>,
-    /// How much of the time that decides may rest on assumed times, such as 30%; with more the limit is undecided
+    /// The largest share of assumed times in the deciding time, such as 30%; above that, the limit is undecided
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
     max_assumed: Option<MostAssumed>,
-    /// Which scan refutes: one that nothing known here excludes, or only one to which a run from power-up was found
+    /// Which scan refutes the limit: one that nothing known excludes, or only one to which a run from power-up was
+    /// found
     #[arg(long, value_enum, default_value_t)]
     refute: Refute,
-    /// Check every project that has a scanbound.toml here or below; the gravest exit code of all counts
+    /// Check every project that has a scanbound.toml here or below; the most serious exit code counts
     #[arg(long, conflicts_with_all = ["programs", "trace_search", "watch"])]
     all: bool,
     #[command(flatten)]
@@ -71,7 +72,7 @@ struct Wanted {
 }
 
 impl Wanted {
-    /// What the command line says, and a project file where it is silent.
+    /// The settings of the command line, completed by those of a project file.
     fn of(arguments: &Arguments, file: Option<&ProjectFile>) -> Result<Wanted, Failure> {
         let limit = arguments.limit.or_else(|| file?.limit);
         let margin = arguments.margin.or_else(|| file?.margin);
@@ -91,20 +92,20 @@ impl Wanted {
         })
     }
 
-    /// Holds an audit against the limit.
+    /// Checks an audit against the limit.
     fn check(&self, audit: &Audit) -> Result<Check, Failure> {
         match self.limit {
             Limit::Time(limit) => Ok(Check::new(audit, limit, self.margin)),
             Limit::Watchdog => Check::of_watchdog(audit, self.margin).ok_or_else(|| {
                 let name = &audit.table.name;
-                anyhow!("--limit watchdog: the table {name} does not say the CPU's watchdog time; give a time such as 200ms").into()
+                anyhow!("--limit watchdog: the table {name} does not give the CPU's watchdog time; give a time such as 200ms").into()
             }),
         }
     }
 
-    /// When it is decided whether a scan takes longer than the limit, where nothing else counts: the search may end then.
+    /// The limit at which the search may end, if nothing but the limit matters.
     fn decided_at(&self, followed: &Followed) -> Option<Picos> {
-        // What a search that ends early leaves open would count as assumed.
+        // Whatever a search that ends early leaves open would count as assumed.
         let limit = match self.limit {
             _ if self.max_assumed.is_some() => None,
             Limit::Time(limit) => Some(limit),
@@ -114,7 +115,7 @@ impl Wanted {
         limit.map(|limit| self.margin.room(limit))
     }
 
-    /// Audits the project, judges and reports.
+    /// Audits the project, checks and reports.
     fn run(&self, arguments: &Arguments) -> Result<Outcome, Failure> {
         let (reports, trace) = arguments.report.targets(&self.project, &arguments.search)?;
         let (audit, check) = match self.judge(arguments, Some(&reports)) {
@@ -126,7 +127,7 @@ impl Wanted {
         Ok(outcome(&check))
     }
 
-    /// Audits the project, with all that reports show, and judges.
+    /// Audits the project with everything that reports show, and checks.
     fn judge(
         &self,
         arguments: &Arguments,
@@ -161,7 +162,7 @@ fn outcome(check: &Check) -> Outcome {
     }
 }
 
-/// Checks the project that is named, the one here, or all that there are.
+/// Checks the named project, the one here, or all projects.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.all {
         return all(arguments);
@@ -177,11 +178,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     )
 }
 
-/// Exit codes, the gravest first.
+/// Exit codes, the most serious first.
 const GRAVEST: [u8; 5] = [70, 2, 1, 3, 0];
 
-/// Checks one project after the other; what is wrong with one does not keep the others from being checked. Each document
-/// holds all of them.
+/// Checks one project after the other. A fault in one does not prevent the others from being checked. Each document
+/// contains all of them.
 fn all(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = project_file::all(Path::new("."))?;
     let projects: Vec<(String, Result<Wanted, Failure>)> = files

@@ -1,4 +1,4 @@
-//! `scanbound compare`: measured scan times against the bound.
+//! `scanbound compare`: compares measured scan times with the bound.
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome};
@@ -25,10 +25,10 @@ pub struct Arguments {
     /// The column of scan times, or with --pulses of time stamps [default: found by its name]
     #[arg(long, value_name = "NAME", conflicts_with = "signal")]
     column: Option<String>,
-    /// The column holds the time stamps of a pulse a scan
+    /// The column holds the time stamps of one pulse per scan
     #[arg(long, conflicts_with = "signal")]
     pulses: bool,
-    /// The column's unit, where its name does not say it: s, ms, us, ns or ps
+    /// The column's unit, if its name does not give it: s, ms, us, ns or ps
     #[arg(long, value_name = "UNIT", value_parser = unit)]
     unit: Option<Unit>,
     /// A captured signal whose edges begin the scans
@@ -40,13 +40,13 @@ pub struct Arguments {
     /// Where an analog signal changes: a level (2.5), or two between which it stays (0.8..2.0)
     #[arg(long, value_name = "LEVEL", requires = "signal", value_parser = threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
-    /// Leave out what lies over a time at which this signal is off [default: running, in the emulator's dumps]
+    /// Ignore intervals that contain a time at which this signal is off [default: running, in the emulator's dumps]
     #[arg(long = "while", value_name = "NAME", requires = "signal")]
     during: Option<String>,
-    /// What marks decimals, where the file leaves it open
+    /// The decimal separator, if the file does not show it
     #[arg(long, value_enum)]
     decimal: Option<DecimalName>,
-    /// Propose the clock, or the scale of the table, that the measurements support
+    /// Suggest the clock, or the scale of the table, that fits the measurements
     #[arg(long)]
     fit: bool,
     #[command(flatten)]
@@ -88,7 +88,7 @@ fn unit(text: &str) -> Result<Unit, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some((project, measured)) = arguments.project.split_last() else {
         return Err(
-            anyhow!("give the program's files, and behind them the file of measurements").into()
+            anyhow!("give the program's files, followed by the file of measurements").into()
         );
     };
     let (reports, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
@@ -120,8 +120,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let file = first.to.of(&audit.files);
         let line = first.to.line;
         let what = match first.certain {
-            true => "a scan can go round without end",
-            false => "nothing is known to end",
+            true => "a scan can stay for ever in",
+            false => "nothing known ends",
         };
         return Err(anyhow!("nothing bounds the scan: {what} the loop to line {line} of {file} (scanbound audit shows it)").into());
     }

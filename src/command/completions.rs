@@ -1,4 +1,5 @@
-//! `scanbound completions` and `scanbound man`: what shells and `man` take from the description of the command line.
+//! `scanbound completions` and `scanbound man`: shell completions and manual pages, generated from the command line's
+//! description.
 
 use super::output::Target;
 use super::{Failure, Outcome};

@@ -28,10 +28,10 @@ pub struct Arguments {
     /// The dialect [default: found from the content]
     #[arg(long, value_name = "NAME", value_parser = values::minasec())]
     dialect: Option<String>,
-    /// What to write [default: by the output's name, else assembly]
+    /// What to write [default: by the suffix of the output, otherwise assembly]
     #[arg(long, value_enum)]
     to: Option<Form>,
-    /// Write to a file, whole or not at all
+    /// Write to a file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -40,7 +40,7 @@ pub struct Arguments {
 enum Form {
     /// Assembly, up to the last word that is not empty
     Asm,
-    /// The listing: addresses and the bits to set the switches by beside it
+    /// A listing: addresses, and the switch settings for each word
     List,
     /// Intel HEX of all 256 words
     Hex,
@@ -69,7 +69,7 @@ pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
         Failure::Input(vec![Diagnostic::file(
             Code::OtherDialect,
             &name,
-            "this is a program, but none of a MINASEC-U",
+            "this is a program, but not for a MINASEC-U",
             "give MINASEC-U assembly (LD X00, ST Y00), Intel HEX or the memory's 256 bytes",
         )])
     })
@@ -82,7 +82,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (Some(form), _) | (None, Some(Some(form))) => form,
         (None, None) => Form::Asm,
         (None, Some(None)) => {
-            let help = "name the output .asm, .lst, .hex or .bin, or say what to write with --to";
+            let help =
+                "give the output the suffix .asm, .lst, .hex or .bin, or choose the form with --to";
             return Err(anyhow!(help).into());
         }
     };

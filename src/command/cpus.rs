@@ -1,4 +1,4 @@
-//! `scanbound cpus`: on which CPU of the family the project keeps to a limit.
+//! `scanbound cpus`: on which CPUs of the family the project stays within a limit.
 
 use super::options::ProjectOptions;
 use super::project_file::ProjectFile;
@@ -11,7 +11,7 @@ use scanbound::audit::verdict::{Margin, MostAssumed};
 use scanbound::report::cpus::{csv, json, text};
 
 const ABOUT: &str = "\
-Hold the project against every CPU of its family
+Compare the scan time on every CPU of the project's family
 
 Audits the project by every built-in timing table of the family of its CPU, and shows them side by side: the bound, \
 its share of the limit, how much of it rests on assumed times, and the verdict. The slowest CPU that is proved to keep \
@@ -31,13 +31,13 @@ Exit codes: 0 done, with --limit: a CPU is proved to keep to it; 1 none is; 2 ba
 #[derive(Debug, Args)]
 #[command(long_about = ABOUT, after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The limit that no scan may pass, such as 10ms, or each CPU's watchdog
+    /// The limit that no scan may exceed, such as 10ms, or each CPU's watchdog
     #[arg(long, value_name = "DURATION|watchdog", value_parser = values::limit, allow_hyphen_values = true)]
     limit: Option<Limit>,
-    /// What is added to the scan before it is held against the limit, such as 10%
+    /// The margin that is added to the scan time before it is compared with the limit, such as 10%
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true, requires = "limit")]
     margin: Option<Margin>,
-    /// How much of the bound may rest on assumed times, such as 30%; with more the limit is undecided
+    /// The largest share of assumed times in the bound, such as 30%; above that, the limit is undecided
     #[arg(long, value_name = "PERCENT", allow_hyphen_values = true, requires = "limit")]
     max_assumed: Option<MostAssumed>,
     #[command(flatten)]
@@ -46,7 +46,7 @@ pub struct Arguments {
     report: SheetOptions,
 }
 
-/// Audits the project by every table of its family, and reports.
+/// Audits the project with every table of its family, and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let file = arguments.project.is_open().then(ProjectFile::here).transpose()?;
     let project = match &file {

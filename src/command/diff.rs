@@ -1,4 +1,4 @@
-//! `scanbound diff`: what two versions of a project differ in, and what each change costs.
+//! `scanbound diff`: the differences between two versions of a project, and what each change costs.
 
 use super::options::{ProjectOptions, ReportOptions, SearchOptions};
 use super::{Failure, Outcome, project_file};
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if found.is_above() { Outcome::Refuted } else { Outcome::Done })
 }
 
-/// The failure, with a word on the project file where its CPU would have been needed.
+/// The failure, with a note about the project file if its CPU would have been needed.
 fn unread(mut failure: Failure) -> Failure {
     if let Failure::Input(faults) = &mut failure {
         let lacking = faults.iter_mut().filter(|fault| fault.code == Code::NoTable);

@@ -1,4 +1,4 @@
-//! `scanbound doctor`: all that stands in the way of a bound, in one list.
+//! `scanbound doctor`: everything that prevents a bound, in one list.
 
 use super::options::ProjectOptions;
 use super::sheet::{Sheet, SheetOptions};
@@ -8,7 +8,7 @@ use scanbound::audit::doctor::diagnose;
 use scanbound::report::doctor::{csv, json, text};
 
 const ABOUT: &str = "\
-List all that stands in the way of a bound, and what to do about it
+List everything that prevents a bound, and what to do about it
 
 Looks at every file, does not stop at the first fault, and says in one list what is read, what is refused and why, which \
 instructions are not known or have no time, which routines are not there, what is stated wrongly, what the bound needs \
@@ -34,7 +34,7 @@ pub struct Arguments {
     report: SheetOptions,
 }
 
-/// Looks at the project and lists what was found.
+/// Examines the project and lists the findings.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let place = arguments.report.place(&project.reads())?;

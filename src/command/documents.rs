@@ -46,7 +46,7 @@ impl Document {
             self.sink.flush()
         });
         match written {
-            // A reader of stdout that has gone away is not an error.
+            // It is not an error if the reader of stdout has gone.
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
                 Err(anyhow::anyhow!(error).context("the report cannot be written").into())
             }
@@ -55,7 +55,7 @@ impl Document {
     }
 }
 
-/// All documents that are asked for.
+/// All documents that are requested.
 pub struct Documents(pub Vec<Document>);
 
 impl Documents {

@@ -29,16 +29,16 @@ pub struct Arguments {
     /// A MINASEC-U program: assembly, Intel HEX, or the program memory's bytes; - for stdin
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
-    /// What the plant does: a CSV of times and of inputs and switches that change then (docs/minasec-u.md)
+    /// The inputs and switches over time: a CSV of times and changes (docs/minasec-u.md)
     #[arg(long, value_name = "FILE")]
     stimulus: Option<PathBuf>,
-    /// Run so many scans
+    /// The number of scans to run
     #[arg(long, value_name = "N", group = "length", value_parser = values::count::<u64>, allow_negative_numbers = true)]
     scans: Option<u64>,
     /// Run the scans that begin within this time
     #[arg(long = "for", value_name = "DURATION", group = "length", value_parser = values::duration, allow_hyphen_values = true)]
     duration: Option<Picos>,
-    /// Write a row a scan (CSV) to a file in place of stdout
+    /// Write one row per scan (CSV) to this file instead of stdout
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Write every change (VCD, for GTKWave and PulseView) to a file
@@ -47,13 +47,13 @@ pub struct Arguments {
     /// The clock: a frequency (30.3kHz), the period of a word (33us), fast or slow
     #[arg(long, value_name = "CLOCK", default_value = "fast")]
     clock: StatedClock,
-    /// How far this board's clock may lie from that, drawn with the seed
+    /// How far this board's clock may differ from the nominal one; the seed determines by how much
     #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     tolerance: Fraction,
-    /// How far each period may lie from the board's, drawn with the seed
+    /// How far each period may differ from the board's; the seed determines by how much
     #[arg(long, value_name = "PERCENT", default_value = "0%", allow_hyphen_values = true)]
     jitter: Fraction,
-    /// What the drawn numbers follow from
+    /// The seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::count::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// T0's delay, 0.1 s to 1.1 s
@@ -65,10 +65,10 @@ pub struct Arguments {
     /// The count at which the counter stops: its two rotary switches
     #[arg(long, value_name = "0-99", default_value_t = 10, value_parser = values::two_digits, allow_negative_numbers = true)]
     setting: u8,
-    /// The count that the counter kept from before
+    /// The count at power-up, which the counter kept without power
     #[arg(long, value_name = "0-99", default_value_t = 0, value_parser = values::two_digits, allow_negative_numbers = true)]
     count: u8,
-    /// How long an input's edge takes through the filter
+    /// The delay of the input filter
     #[arg(long, value_name = "DURATION", default_value_t = FILTER, value_parser = values::duration, allow_hyphen_values = true)]
     filter: Picos,
     /// The dialect [default: found from the content]
@@ -107,7 +107,7 @@ impl Arguments {
     }
 }
 
-/// Writes a dump if one was asked for.
+/// Writes a dump, if one is requested.
 enum Watch<'a> {
     Nobody,
     Dump(Box<Dump<&'a mut Sink>>),
@@ -202,7 +202,7 @@ fn summary(times: &[Picos], machine: &Machine) -> String {
     )
 }
 
-/// Refuses what runs for longer than times can hold.
+/// Refuses a run that is longer than times can represent.
 fn in_range(
     arguments: &Arguments,
     settings: &Settings,
@@ -214,7 +214,7 @@ fn in_range(
     let end = stimulus.changes.last().map_or(0, |change| u128::from(change.at.0));
     let scans = u128::from(arguments.scans.unwrap_or(0));
     let duration = u128::from(arguments.duration.unwrap_or(Picos::ZERO).0);
-    // The stimulus may hold the machine back, and the last scan runs to its end.
+    // The stimulus may halt the machine, and the last scan runs to its end.
     if end + (scans + 2) * scan + duration > u128::from(u64::MAX / 2) {
         return Err(anyhow!("that is longer than 100 days of machine time: run fewer scans").into());
     }

@@ -1,4 +1,4 @@
-//! `scanbound explain`: what is known of an instruction, or what a code of findings means.
+//! `scanbound explain`: what is known of an instruction, or the meaning of a finding code.
 
 use super::output::Target;
 use super::{Failure, Outcome, tables};
@@ -13,7 +13,7 @@ use scanbound::timing::table::{Table, builtin};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Tell what is known of an instruction, or what a code of findings means
+Show what is known of an instruction, or the meaning of a finding code
 
 Of an instruction: its times by a CPU's table where it runs and where it does not, what they are made of, how well they \
 are founded and by which document, its variants, and what the analysis follows of it. What it tells is what an audit \
@@ -29,10 +29,10 @@ Examples:
 
 Exit codes: 0 done, 2 there is no such instruction or code";
 
-/// Nothing less alike than this is offered in place of an unknown name.
+/// The least similarity of a name that is suggested in place of an unknown one.
 const ALIKE: f64 = 0.7;
 
-/// How it is told.
+/// The output format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Form {
     /// For people
@@ -45,24 +45,24 @@ enum Form {
 #[derive(Debug, Args)]
 #[command(long_about = ABOUT, after_help = EXAMPLES)]
 pub struct Arguments {
-    /// An instruction, a code, or the word codes
+    /// An instruction, a finding code, or the word `codes`
     #[arg(value_name = "NAME|CODE")]
     name: String,
-    /// The CPU whose table tells the times
+    /// The CPU whose table gives the times
     #[arg(long, value_name = "NAME")]
     cpu: Option<String>,
     /// The timing table: a built-in one or a CSV file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "cpu")]
     table: Option<String>,
-    /// How it is told; codes are told as text
+    /// The output format; finding codes are always shown as text
     #[arg(long, value_enum, default_value = "text")]
     format: Form,
-    /// Write it to a file, whole or not at all
+    /// Write to this file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// Tells of an instruction or a code.
+/// Explains an instruction or a finding code.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let target = Target::new(arguments.output.as_deref())?;
     let name = arguments.name.trim();
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The tables that are asked for: that of the CPU, or all.
+/// The requested tables: that of the CPU, or all.
 fn tables_of(arguments: &Arguments) -> Result<Vec<Table>, Failure> {
     if let Some(name) = &arguments.table {
         return Ok(vec![tables::find("--table ", name)?.table]);
@@ -104,7 +104,7 @@ fn tables_of(arguments: &Arguments) -> Result<Vec<Table>, Failure> {
     Ok(vec![table.ok_or_else(unknown)?])
 }
 
-/// What to say of a name that nothing has.
+/// The message for an unknown name.
 fn unknown(name: &str, arguments: &Arguments) -> anyhow::Error {
     let (upper, lower) = (name.to_ascii_uppercase(), name.to_ascii_lowercase());
     let all = names(FRONTS);
@@ -112,7 +112,7 @@ fn unknown(name: &str, arguments: &Arguments) -> anyhow::Error {
         let of = arguments.cpu.as_ref().or(arguments.table.as_ref());
         let of = of.map_or(String::new(), |of| format!(" of {of}"));
         return anyhow!(
-            "{upper} is no instruction{of}: leave --cpu and --table out to see which tables have it"
+            "{upper} is not an instruction{of}: omit --cpu and --table to see which tables have it"
         );
     }
     let instructions =

@@ -1,4 +1,4 @@
-//! `scanbound export`: a group's question for other solvers.
+//! `scanbound export`: writes the problem of a group for other solvers.
 
 use super::options::ProjectOptions;
 use super::output::{Target, apart};
@@ -19,13 +19,13 @@ Examples:
 pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
-    /// The group, as the report numbers it
+    /// The group, as numbered in the report
     #[arg(long, value_name = "N", value_parser = values::positive::<usize>, allow_negative_numbers = true)]
     group: usize,
-    /// In which format
+    /// The file format
     #[arg(long, value_enum)]
     format: Format,
-    /// Write the question to a file, whole or not at all
+    /// Write the problem to this file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -38,7 +38,7 @@ enum Format {
     Smt2,
 }
 
-/// Follows the project and writes the group's question.
+/// Follows the project and writes the group's problem.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let form = match arguments.format {
@@ -52,8 +52,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let question = audit::question(&followed, arguments.group, form).ok_or_else(|| {
         let group = arguments.group;
         match groups {
-            0 => anyhow!("--group {group}: there are no groups, since every scan of the program costs the same"),
-            1 => anyhow!("--group {group}: there is group 1 only"),
+            0 => anyhow!("--group {group}: there are no groups, because every scan of the program takes the same time"),
+            1 => anyhow!("--group {group}: there is only group 1"),
             _ => anyhow!("--group {group}: the groups are numbered 1 to {groups}"),
         }
     })?;

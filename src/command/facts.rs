@@ -1,4 +1,4 @@
-//! `scanbound facts`: a facts file that offers what is worth stating.
+//! `scanbound facts`: writes a facts file with suggestions of what to state.
 
 use super::options::{ProjectOptions, WhatIfOptions};
 use super::output::{Target, apart, is_there};
@@ -24,19 +24,19 @@ pub struct Arguments {
     project: ProjectOptions,
     #[command(flatten)]
     what_if: WhatIfOptions,
-    /// Write the facts to a new file, whole or not at all
+    /// Write the facts to a new file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// Audits the project, routines that are not there let pass, and writes what is worth stating.
+/// Audits the project, accepting calls to routines without code, and writes what is worth stating.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here_without_facts()?;
     apart(&project.reads(), &[("--output", arguments.output.as_deref())])?;
     if let Some(file) = arguments.output.as_deref().filter(|file| is_there(file)) {
         let name = file.display();
         return Err(anyhow!(
-            "--output {name} is there already, and what is stated in it would be lost: name a new file, or leave --output out to have it on stdout"
+            "--output {name} exists, and the facts in it would be lost: name a new file, or omit --output to write to stdout"
         )
         .into());
     }

@@ -1,4 +1,4 @@
-//! How a serial line is set: the same options wherever one is opened.
+//! The settings of a serial line: the same options for every command that opens one.
 
 use clap::{Args, ValueEnum};
 use scanbound::link::serial;
@@ -30,7 +30,7 @@ enum Parity {
 }
 
 impl LineOptions {
-    /// The settings, those that are not stated as Host Link Units are delivered.
+    /// The settings. Those that are not given are the factory settings of Host Link Units.
     pub fn settings(&self) -> serial::Settings {
         let usual = serial::Settings::default();
         let parity = self.parity.map_or(usual.parity, |parity| match parity {
@@ -46,7 +46,7 @@ impl LineOptions {
         }
     }
 
-    /// The settings if one of them was stated; else the line stays as it is set.
+    /// The settings, if at least one was given. Otherwise the line keeps its settings.
     pub fn stated(&self) -> Option<serial::Settings> {
         let any = self.baud.is_some() || self.parity.is_some();
         (any || self.bits.is_some() || self.stop.is_some()).then(|| self.settings())

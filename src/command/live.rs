@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const ABOUT: &str = "\
-Reads a PLC's scan times while it runs, and holds them against the bound.
+Reads a PLC's scan times while it runs, and compares them with the bound.
 
 The CPU's own scan-time registers are read, again and again: the last scan, and the longest since the CPU runs, so that \
 a long scan between two readings is seen, too. Nothing is ever written to the PLC. With programs, or --bound, it says \
@@ -49,16 +49,16 @@ Exit codes: 0 done, 1 a scan lies above the bound, 2 the PLC cannot be read, or 
 pub struct Arguments {
     #[command(flatten)]
     plc: PlcOptions,
-    /// Read for so long
+    /// How long to read
     #[arg(long = "for", value_name = "DURATION", default_value = "60s", value_parser = values::span, allow_hyphen_values = true)]
     duration: Duration,
-    /// How long to wait between two readings
+    /// The pause between two readings
     #[arg(long, value_name = "DURATION", default_value = "20ms", value_parser = values::span, allow_hyphen_values = true)]
     every: Duration,
-    /// The bound, where no program is named
+    /// The bound, if no program is named
     #[arg(long, value_name = "DURATION", value_parser = values::duration, allow_hyphen_values = true)]
     bound: Option<Picos>,
-    /// Read the devices of the program's worst scan with each scan that is longer than all before
+    /// Read the devices of the program's worst scan whenever a scan is longer than all before
     #[arg(long)]
     watch_devices: bool,
     /// Write the readings to a file (CSV), which `scanbound compare` reads
@@ -70,14 +70,14 @@ pub struct Arguments {
     search: SearchOptions,
 }
 
-/// Which PLC, and how it is spoken with.
+/// The PLC, and the protocol to it.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "PLC")]
 pub struct PlcOptions {
     /// A PLC that speaks SLMP (MC protocol 3E) over TCP
     #[arg(long, value_name = "HOST:PORT", group = "plc")]
     slmp: Option<String>,
-    /// A PLC that speaks FINS over UDP; without a port 9600
+    /// A PLC that speaks FINS over UDP; the default port is 9600
     #[arg(long, value_name = "HOST[:PORT]", group = "plc")]
     fins: Option<String>,
     /// A PLC that speaks Host Link (C-mode): a serial line, or a serial device server
@@ -92,7 +92,7 @@ pub struct PlcOptions {
     /// The unit's number on the serial line
     #[arg(long, value_name = "0-31", default_value_t = 0, requires = "hostlink", value_parser = clap::value_parser!(u8).range(0..32))]
     unit: u8,
-    /// How long the PLC may take to answer
+    /// How long to wait for each answer of the PLC
     #[arg(long, value_name = "DURATION", default_value = "2s", value_parser = values::span, allow_hyphen_values = true)]
     timeout: Duration,
     #[command(flatten)]
@@ -100,8 +100,8 @@ pub struct PlcOptions {
 }
 
 impl PlcOptions {
-    /// How the PLC is spoken with, its name, and the family that a CPU has which is spoken with so, where nothing else
-    /// says it.
+    /// The protocol, the PLC's name, and the usual family of CPUs with this protocol, which is used if nothing else
+    /// gives the family.
     fn peer(&self) -> Result<(Protocol, String, &'static str), Fault> {
         Ok(match (&self.slmp, &self.fins, &self.hostlink) {
             (Some(peer), ..) => {
@@ -118,7 +118,9 @@ impl PlcOptions {
                 (Protocol::HostLink(self.unit, self.line.stated()), peer.clone(), "c")
             }
             _ => {
-                return Err(Fault::Usage("say which PLC: --slmp, --fins or --hostlink".to_owned()));
+                return Err(Fault::Usage(
+                    "name the PLC with --slmp, --fins or --hostlink".to_owned(),
+                ));
             }
         })
     }
@@ -128,7 +130,8 @@ impl PlcOptions {
         Plc::connect(protocol, &peer, self.timeout)
     }
 
-    /// Connects, and gives the family that a CPU has which is spoken with so, where nothing else says it.
+    /// Connects. Also returns the usual family of CPUs with this protocol, which is used if nothing else gives the
+    /// family.
     pub fn connect(&self) -> Result<(Plc, &'static str), Failure> {
         let (_, _, family) = self.peer().map_err(fault)?;
         Ok((self.reach().map_err(fault)?, family))
@@ -170,18 +173,21 @@ fn registers(
         let known: Vec<&str> = registers::families().collect();
         let known = known.join(", ");
         anyhow!(
-            "it is not known where CPUs of family {family} keep their scan times, only of {known}"
+            "the scan-time registers of CPUs of family {family} are unknown; known are those of {known}"
         )
         .into()
     })
 }
 
-/// Reads, and holds what was read against the bound.
+/// Reads scan times, and compares them with the bound.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let read: Vec<&Path> = arguments.project.reads();
     apart(&read, &[("--output", arguments.output.as_deref())])?;
     if arguments.watch_devices && arguments.project.is_open() {
-        return Err(anyhow!("--watch-devices: name the program whose worst scan it is").into());
+        return Err(anyhow!(
+            "--watch-devices: name the program, whose worst scan gives the devices"
+        )
+        .into());
     }
     let audited = audited(arguments)?;
     let (audit, family) = match audited {
@@ -224,7 +230,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if is_above { Outcome::Refuted } else { Outcome::Done })
 }
 
-/// The devices of the worst scan that the PLC can be asked for, and what they hold there.
+/// The devices of the worst scan that the protocol can read, and their values in that scan.
 fn devices(audit: &Audit, plc: &Plc) -> Vec<(String, Device, u16)> {
     let asked = audit.witness.iter().filter(|one| one.at_start && one.matters);
     asked
@@ -238,7 +244,7 @@ fn devices(audit: &Audit, plc: &Plc) -> Vec<(String, Device, u16)> {
         .collect()
 }
 
-/// How often the state is asked for, what is drawn is drawn anew, and a lost connection is tried again.
+/// The interval for reading the CPU's state, redrawing, and retrying a lost connection.
 const OFTEN: Duration = Duration::from_millis(500);
 
 fn unwritten(error: std::io::Error) -> Failure {
@@ -249,11 +255,11 @@ fn seconds(time: Duration) -> String {
     format!("{}.{} s", time.as_secs(), time.subsec_millis() / 100)
 }
 
-/// What ends a reading.
+/// Why reading ends.
 enum Trouble {
-    /// The PLC did not tell.
+    /// The PLC did not answer, or refused.
     Plc(Fault),
-    /// Anything else.
+    /// Any other reason.
     Other(Failure),
 }
 
@@ -269,19 +275,19 @@ impl From<Failure> for Trouble {
     }
 }
 
-/// What is being read.
+/// The state of a reading session.
 struct Watching<'a> {
     arguments: &'a Arguments,
     registers: &'static Registers,
     devices: Vec<(String, Device, u16)>,
     watch: Watch,
     longest: Picos,
-    /// How many lines are drawn.
+    /// The number of drawn lines.
     drawn: usize,
     stopped: bool,
-    /// Whether it told all that it was asked, once at least.
+    /// Whether it answered all requests at least once.
     answered: bool,
-    /// What the devices held at the longest scan.
+    /// The values of the devices at the longest scan.
     at_longest: Vec<(String, u16)>,
 }
 
@@ -342,7 +348,7 @@ impl Watching<'_> {
         let told = plc.scan_times(self.registers)?;
         let readings = self.watch.take(begun.elapsed(), told).to_vec();
         for reading in &readings {
-            // What was read is kept, even where the devices cannot be read any more.
+            // The reading is kept even if the devices can no longer be read.
             let held = match reading.time > self.longest {
                 true => self.held(plc),
                 false => Ok(Vec::new()),
@@ -362,8 +368,8 @@ impl Watching<'_> {
         Ok(())
     }
 
-    /// Connects again after the connection was lost, and marks the gap in the record. Gives up where the time is over, and
-    /// where the PLC answers that it will not.
+    /// Reconnects after the connection was lost, and marks the gap in the record. Gives up if the time is over, or if
+    /// the PLC refuses.
     fn reconnect(
         &mut self,
         plc: &mut Plc,
@@ -406,11 +412,11 @@ impl Watching<'_> {
         ended
     }
 
-    /// Asks whether the CPU runs, and says so where that has changed.
+    /// Reads whether the CPU runs, and reports a change.
     fn state(&mut self, plc: &mut Plc) -> Result<(), Fault> {
         let state = match plc.state(self.registers.family) {
             Ok(state) => state,
-            // A CPU that refuses this may tell its scan times all the same.
+            // A CPU that refuses this may still give its scan times.
             Err(Fault::EndCode { .. }) => State::Run,
             Err(why) => return Err(why),
         };
@@ -418,7 +424,9 @@ impl Watching<'_> {
         if stopped != self.stopped {
             self.clear();
             say(match stopped {
-                true => "the CPU is in STOP: it makes no scans, and its registers keep the last\n",
+                true => {
+                    "the CPU is in STOP: it makes no scans, and its registers keep the last values\n"
+                }
                 false => "the CPU is in RUN\n",
             });
         }
@@ -426,7 +434,7 @@ impl Watching<'_> {
         Ok(())
     }
 
-    /// What the devices of the worst scan hold.
+    /// The current values of the devices of the worst scan.
     fn held(&self, plc: &mut Plc) -> Result<Vec<(String, u16)>, Fault> {
         let held = self
             .devices
@@ -450,7 +458,7 @@ impl Watching<'_> {
         });
     }
 
-    /// Draws the figures anew, on a terminal.
+    /// Redraws the figures on a terminal.
     fn draw(&mut self) {
         if !std::io::stderr().is_terminal() {
             return;
@@ -461,7 +469,7 @@ impl Watching<'_> {
         say(&text);
     }
 
-    /// Takes away what was drawn.
+    /// Removes what was drawn.
     fn clear(&mut self) {
         if self.drawn > 0 {
             say(&format!("\x1b[{}A\x1b[J", self.drawn));
@@ -469,7 +477,7 @@ impl Watching<'_> {
         }
     }
 
-    /// What was read in all, against the bound.
+    /// Reports all readings, compared with the bound.
     fn conclude(&self, peer: &str, audit: Option<&Audit>) -> Result<(), Failure> {
         let times = self.watch.times();
         if times.is_empty() {
@@ -496,7 +504,7 @@ impl Watching<'_> {
         Target::new(None)?.write(&text)
     }
 
-    /// How the devices stood at the longest scan, beside how they stand in the program's worst.
+    /// The devices' values at the longest scan, compared with those in the program's worst scan.
     fn devices_at_longest(&self) -> String {
         let rows = self.devices.iter().zip(&self.at_longest);
         let differ: Vec<String> = rows
@@ -507,7 +515,7 @@ impl Watching<'_> {
         let rest =
             if differ.is_empty() { String::new() } else { format!(": {}", differ.join("; ")) };
         format!(
-            "\nread with the longest scan, {same} of {all} devices stood as in the program's worst scan{rest}\n"
+            "\nat the longest scan, {same} of {all} devices had the values of the program's worst scan{rest}\n"
         )
     }
 }

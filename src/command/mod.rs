@@ -39,11 +39,11 @@ use scanbound::base::diagnostic::Diagnostic;
 use scanbound::report::format::Checked;
 use std::panic::{UnwindSafe, catch_unwind};
 
-/// How long can one scan of a PLC program take, at most?
+/// How long can one scan of a PLC program take at most?
 ///
-/// Reads programs of MELSEC (GX Works2, GX Works3 and GX Developer CSV, list text), OMRON (mnemonics, .cxt),
-/// MINASEC-U and flowchart PCs, and in IEC 61131-3's languages (PLCopen XML, text); prices them with a timing table, and
-/// proves an upper bound on the scan time; shows the scan that attains it, and the reasons.
+/// Reads programs for MELSEC (GX Works2, GX Works3 and GX Developer CSV, list text), OMRON (mnemonics, .cxt), MINASEC-U
+/// and flowchart PCs, and in the languages of IEC 61131-3 (PLCopen XML, text). Takes the times of instructions from a
+/// timing table, and proves an upper bound on the scan time. Shows the longest scan found, and the reasons.
 #[derive(Debug, Parser)]
 #[command(version, long_version = version::long(), propagate_version = true, max_term_width = 100)]
 pub struct Cli {
@@ -56,49 +56,49 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Print the bound on the scan time, its parts, and the scan that attains it
+    /// Print the bound on the scan time, its parts, and the longest scan found
     Audit(audit::Arguments),
-    /// Prove that no scan takes longer than a limit, or show one that does
+    /// Prove that no scan exceeds a limit, or show one that does
     Check(check::Arguments),
-    /// Write a facts file that offers what is worth stating, with places and what it is worth
+    /// Write a facts file with suggestions of what to state, where, and how much it is worth
     Facts(facts::Arguments),
-    /// Write the question of a group for a MaxSAT or SMT solver
+    /// Write the problem of a group for a MaxSAT or SMT solver
     Export(export::Arguments),
     /// Draw rungs as ladder
     Show(show::Arguments),
-    /// Analyse sequential function charts: what runs together; rewrite them with explicit parallels
+    /// Analyse sequential function charts: what runs together; rewrite stored actions as explicit parallels
     Sfc(sfc::Arguments),
-    /// Nets for sequence control: study them, make code of them
+    /// Work with nets for sequence control (S-nets): check them, generate code
     Snet(snet::Arguments),
-    /// Hold measured scan times against the bound; the last file holds them
+    /// Compare measured scan times with the bound; the last file holds the measurements
     Compare(compare::Arguments),
     /// Compare two versions of a project: what each change costs
     Diff(diff::Arguments),
-    /// List all that stands in the way of a bound, and what to do about it
+    /// List everything that prevents a bound, and what to do about it
     Doctor(doctor::Arguments),
-    /// Ask which one fact or interlock would lower the bound most
+    /// Show which one additional fact or interlock would lower the bound most
     Advise(advise::Arguments),
-    /// Hold the project against every CPU of its family: the slowest that keeps to a limit
+    /// Compare the scan time on every CPU of the family; find the slowest that stays within a limit
     Cpus(cpus::Arguments),
     /// Emulate a MINASEC-U that runs a program
     Emulate(emulate::Arguments),
-    /// Emulate a CPU that runs a program and answers as a PLC does
+    /// Emulate a CPU that runs a program and answers requests like a PLC
     Serve(serve::Arguments),
-    /// Read a PLC's scan times while it runs, and hold them against the bound
+    /// Read a PLC's scan times while it runs, and compare them with the bound
     Live(live::Arguments),
-    /// Write a program that measures a CPU's instructions, and make a timing table of what it found
+    /// Write a program that measures a CPU's instructions, and make a timing table from its results
     Calibrate(calibrate::Arguments),
-    /// Assemble a MINASEC-U program, or take machine code apart
+    /// Assemble or disassemble a MINASEC-U program
     Convert(convert::Arguments),
-    /// Tell what is known of an instruction, or what a code of findings means
+    /// Show what is known of an instruction, or the meaning of a finding code
     Explain(explain::Arguments),
-    /// List the timing tables, show one, or check one of your own
+    /// List the timing tables, show one, or check your own
     Tables(tables::Arguments),
     /// Write the JSON schema of a report
     Schema(schema::Arguments),
-    /// Write the completions of a shell
+    /// Write shell completions
     Completions(completions::Completions),
-    /// Write the manual's pages, for `man`
+    /// Write manual pages for `man`
     Man(completions::Man),
 }
 
@@ -107,12 +107,12 @@ enum Command {
 pub enum Outcome {
     /// Done; for `check`: proved.
     Done,
-    /// `check`: refuted; `compare`: a measurement lies above the bound; `diff`: the bound grew by more than is allowed;
-    /// `cpus`: no CPU keeps to the limit; `doctor`: something stands in the way of a bound.
+    /// `check`: refuted. `compare`: a measurement exceeds the bound. `diff`: the bound grew by more than is allowed.
+    /// `cpus`: no CPU stays within the limit. `doctor`: something prevents a bound.
     Refuted,
     /// `check`: undecided.
     Undecided,
-    /// Of several, the gravest end, of which the user was told.
+    /// The most serious exit code of several projects. The user has already been told.
     Told(u8),
 }
 
@@ -131,11 +131,11 @@ impl Outcome {
 /// Why a command ended without a result.
 #[derive(Debug)]
 pub enum Failure {
-    /// The input can't be taken.
+    /// The input cannot be analysed.
     Input(Vec<Diagnostic>),
-    /// The arguments or the machine's files are at fault.
+    /// Wrong arguments, or files that cannot be read or written.
     Usage(anyhow::Error),
-    /// This program is at fault.
+    /// A fault of this program.
     Internal(String),
 }
 
@@ -169,7 +169,7 @@ impl Failure {
         }
     }
 
-    /// The same once more, for what was found before and is told later.
+    /// A copy of this failure, to report it a second time.
     pub fn again(&self) -> Failure {
         match self {
             Failure::Input(faults) => Failure::Input(faults.clone()),
@@ -178,7 +178,7 @@ impl Failure {
         }
     }
 
-    /// What became of a project whose check failed so.
+    /// The result of a project whose check failed in this way.
     pub fn checked(&self) -> Checked<'_> {
         match self {
             Failure::Input(faults) => Checked::Faulty(faults),
@@ -201,13 +201,13 @@ impl Failure {
     }
 }
 
-/// The exit code of a command, after the user was told on stderr why it failed, if it did. A panic is an internal
+/// Runs a command and returns its exit code. If it failed, the reason is written to stderr. A panic is an internal
 /// error.
 pub fn code(command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe) -> u8 {
     code_of(ended(command))
 }
 
-/// The same of an end.
+/// The exit code of a command's result.
 fn code_of(end: Result<Outcome, Failure>) -> u8 {
     match end {
         Ok(outcome) => outcome.code(),
@@ -228,7 +228,8 @@ fn ended(
     })
 }
 
-/// Runs the command that the arguments name. If it fails, nothing was written to stdout, but by formats that tell faults.
+/// Runs the command that the arguments name. If it fails, nothing is written to stdout, except by formats that report
+/// faults.
 pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
     output::colour(cli.color);
     match &cli.command {

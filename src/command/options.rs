@@ -1,4 +1,4 @@
-//! The options that `audit` and `check` have in common, and the audit that they ask for.
+//! The options that `audit` and `check` have in common, and the audit that they request.
 
 use super::documents::{Document, Documents};
 use super::output::{self, Target, say};
@@ -35,8 +35,8 @@ use std::time::Duration;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Project")]
 pub struct ProjectOptions {
-    /// Program files of one project, in the order in which they run; a directory stands for the programs in it, - for
-    /// stdin [default: those of scanbound.toml, which is read only where no program is named, docs/pipelines.md]
+    /// Program files of one project, in the order of execution; a directory stands for the programs in it, - for stdin
+    /// [default: those of scanbound.toml, which is read only if no program is named, docs/pipelines.md]
     #[arg(value_name = "PROGRAM")]
     programs: Vec<PathBuf>,
     /// Whether a project file named them.
@@ -48,7 +48,7 @@ pub struct ProjectOptions {
     /// Timing table: a built-in one (see `scanbound tables`) or a CSV file [default: by the program's CPU]
     #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
     table: Option<String>,
-    /// The CPU, where the program does not name it
+    /// The CPU, if the program does not name it
     #[arg(long, value_name = "NAME")]
     cpu: Option<String>,
     /// The dialect [default: found from the content]
@@ -56,34 +56,35 @@ pub struct ProjectOptions {
     dialect: Option<String>,
     #[command(flatten)]
     source_text: SourceText,
-    /// What the program does not say: ranges of words, interrupts, I/O points and bases, networks (TOML)
+    /// Facts that the program does not contain: ranges of words, interrupts, I/O points and bases, networks (TOML)
     #[arg(long, value_name = "FILE")]
     facts: Option<PathBuf>,
-    /// How often an interrupt routine runs: so many times in one scan at most (I0=2), or once in each interval (I28=4ms); may
-    /// be repeated
+    /// How often an interrupt routine runs: at most this many times in one scan (I0=2), or once in each interval
+    /// (I28=4ms); may be repeated
     #[arg(long, value_name = "LABEL=COUNT|INTERVAL", value_parser = interrupt)]
     interrupts: Vec<(String, InterruptRate)>,
-    /// The task whose scan is bounded, where an IEC 61131-3 project has several [default: the one of the least priority]
+    /// The task whose scan is bounded, if an IEC 61131-3 project has several [default: the one with the lowest
+    /// priority]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
-    /// The time of an instruction where it runs and where it does not; may be repeated
+    /// The time of an instruction if it runs, and if it does not; may be repeated
     #[arg(long, value_name = "NAME=ON[/OFF]", value_parser = parse_override)]
     time: Vec<Override>,
     /// The clock of a MINASEC-U: a frequency (30.3kHz), the period of a word (33us), fast or slow
     #[arg(long, value_name = "CLOCK")]
     clock: Option<StatedClock>,
-    /// Whose writes between two scans count: none = any device may hold anything when a scan starts; counts = words that
-    /// serve as counts, lengths or indices hold what this program writes into them in every scan; all = so does every
-    /// device that the program writes
+    /// Which writers between two scans are assumed: none = any device may hold anything when a scan starts; counts =
+    /// words used as counts, lengths or indices are written only by this program; all = every device that this program
+    /// writes is written only by it
     #[arg(long, value_enum, default_value = "counts")]
     trust: TrustName,
     /// Refuse times that the table only assumes
     #[arg(long)]
     strict_times: bool,
-    /// When the audit ends with what is proved by then, in whatever stage it is
+    /// When the audit ends with what is proved until then, in any stage
     #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = values::span, allow_hyphen_values = true)]
     time_limit: Duration,
-    /// How many threads to use [default: one a processor]
+    /// The number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = values::positive::<u16>, allow_negative_numbers = true)]
     jobs: Option<u16>,
     /// How the maximum of a group is searched for
@@ -95,32 +96,32 @@ pub struct ProjectOptions {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchOptions {
-    /// Show every condition, question and answer of the search (docs/method.md): on stderr, or in full in a file
+    /// Show every condition, query and answer of the search (docs/method.md): on stderr, or in full in a file
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     trace_search: Option<Option<PathBuf>>,
-    /// Ask Z3 anew whether any group can cost a picosecond more; the report says which it confirms
+    /// Ask Z3 independently whether any group can take a picosecond more; the report shows which groups it confirms
     #[arg(long)]
     confirm: bool,
 }
 
-/// What is solved beside the bound itself.
+/// Additional bounds that are computed.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Search")]
 pub struct WhatIfOptions {
-    /// Solve the bound again with the unknown counts stated to be at most so many, one after the other, and without the
-    /// trust in each word; each with the time limit for itself [default: 20,100]
+    /// Compute the bound again with limits on the unknown counts, one after the other, and without the trust in each
+    /// word; each may use the whole time limit [default: 20,100]
     #[arg(long, value_name = "COUNTS", num_args = 0..=1, require_equals = true, default_missing_value = "20,100", value_parser = values::most)]
     what_if: Option<Most>,
 }
 
 impl WhatIfOptions {
-    /// What counts are to be taken as at most, if that is asked for.
+    /// The limits for unknown counts, if requested.
     pub fn most(&self) -> Option<&[u32]> {
         self.what_if.as_ref().map(|Most(most)| most.as_slice())
     }
 }
 
-/// Where a trace goes, if one is asked for.
+/// Where a trace goes, if requested.
 pub enum TraceTarget {
     /// Nowhere.
     None,
@@ -131,7 +132,7 @@ pub enum TraceTarget {
 }
 
 impl SearchOptions {
-    /// The request with what these options ask for.
+    /// The request, extended by these options.
     pub fn of<'a>(&self, request: &Request<'a>) -> Request<'a> {
         Request { trace: self.trace_search.is_some(), confirm: self.confirm, ..*request }
     }
@@ -160,27 +161,28 @@ impl TraceTarget {
     }
 }
 
-/// How the report is written.
+/// The report's format and target.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportOptions {
-    /// How the report is written [default: by the suffix of --output, else text]. Beside several files that are called
-    /// after other formats it is written to stdout
+    /// The report's format [default: by the suffix of --output, otherwise text]. If several files have suffixes of
+    /// other formats, this format is written to stdout
     #[arg(long, value_name = "FORMAT", value_parser = values::format())]
     format: Option<String>,
-    /// Write the report to a file, whole or not at all; may be repeated, each file's suffix names its format
+    /// Write the report to a file, which appears only when it is complete; may be repeated, each file's suffix names
+    /// its format
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// How many groups, and rungs of each, the text shows
     #[arg(long, value_name = "N", default_value_t = Extent::default().top, value_parser = values::count::<usize>, allow_negative_numbers = true)]
     top: usize,
-    /// Share the bound out to programs, routines, rungs or kinds of instructions: parts that add up to it
+    /// Divide the bound by programs, routines, rungs or instructions: parts that add up to it
     #[arg(long, value_enum, value_name = "WHAT")]
     by: Option<ByName>,
-    /// Show more: of a check all that audit shows, of an audit every entry
+    /// Show more: for a check everything that audit shows, for an audit every entry
     #[arg(short, long)]
     verbose: bool,
-    /// Show nothing but errors: reports go to files only (--output), and the exit code is the answer
+    /// Show only errors: reports go only to files (--output), and the exit code is the answer
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
 }
@@ -189,11 +191,11 @@ pub struct ReportOptions {
 enum ByName {
     /// Files
     Program,
-    /// What is called, and the rest of its file
+    /// Called routines, and the rest of each file
     Routine,
-    /// Rungs, the dearest first
+    /// Rungs, the longest time first
     Rung,
-    /// Kinds of instructions
+    /// Instruction names
     Instruction,
 }
 
@@ -212,17 +214,17 @@ impl From<ByName> for By {
 enum TrustName {
     /// Any device may hold anything when a scan starts
     None,
-    /// Words that count hold what this program writes into them in every scan
+    /// Only this program writes words that are used as counts, lengths or indices
     Counts,
-    /// Devices that the program writes hold what it wrote since power-up
+    /// Only this program writes the devices that it writes
     All,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum MethodName {
-    /// By subsets where the group is small, else by cores
+    /// By subsets if the group is small, otherwise by cores
     Auto,
-    /// The paper's: ask Z3 which rungs can run together, and take away what conflicts
+    /// The paper's search: ask Z3 which rungs can run together, and exclude conflicts
     Subsets,
     /// Guided by unsatisfiable cores, on BatSat
     Cores,
@@ -238,7 +240,7 @@ fn interrupt(text: &str) -> Result<(String, InterruptRate), String> {
 }
 
 impl ProjectOptions {
-    /// These options, or where no program is named what the project file here says, as far as they leave it open.
+    /// These options, completed by the project file here if no program is named.
     pub fn or_here(&self) -> Result<ProjectOptions, Failure> {
         match self.programs.is_empty() {
             true => Ok(self.completed(&ProjectFile::here()?)),
@@ -246,7 +248,7 @@ impl ProjectOptions {
         }
     }
 
-    /// The same for what begins a facts file: the one that the project file names may still be missing.
+    /// The same for a command that begins a facts file: the one that the project file names need not exist yet.
     pub fn or_here_without_facts(&self) -> Result<ProjectOptions, Failure> {
         let mut project = self.or_here()?;
         if self.facts.is_none() {
@@ -255,12 +257,12 @@ impl ProjectOptions {
         Ok(project)
     }
 
-    /// The table that is named, or the CPU.
+    /// The named table, or the CPU.
     pub fn table_or_cpu(&self) -> Option<&str> {
         self.table.as_deref().or(self.cpu.as_deref())
     }
 
-    /// The table that is named, and the CPU.
+    /// The named table, and the CPU.
     pub fn table_and_cpu(&self) -> (Option<&str>, Option<&str>) {
         (self.table.as_deref(), self.cpu.as_deref())
     }
@@ -270,7 +272,7 @@ impl ProjectOptions {
         self.programs.is_empty()
     }
 
-    /// These options with what a project file says where they are silent.
+    /// These options, completed by a project file.
     pub fn completed(&self, file: &ProjectFile) -> ProjectOptions {
         let own = self.clone();
         ProjectOptions {
@@ -292,14 +294,14 @@ impl ProjectOptions {
         (!rest.programs.is_empty()).then_some((rest, last))
     }
 
-    /// These options with each of two programs alone; `None` if there are not two.
+    /// These options with each of two programs separately. `None` if there are not two.
     pub fn two(&self) -> Option<(ProjectOptions, ProjectOptions)> {
         let [old, new] = self.programs.as_slice() else { return None };
         let with = |one: &PathBuf| ProjectOptions { programs: vec![one.clone()], ..self.clone() };
         Some((with(old), with(new)))
     }
 
-    /// The arguments that name the project and its CPU, as a shell takes them; of many programs the first.
+    /// The arguments that name the project and its CPU, quoted for a shell. Of many programs, only the first.
     fn named(&self) -> String {
         if self.from_file {
             return String::new();
@@ -331,14 +333,14 @@ impl ProjectOptions {
             .collect()
     }
 
-    /// The files that are read, and the project file where no program is named.
+    /// The files that are read, and the project file if no program is named.
     pub fn watched(&self) -> Vec<PathBuf> {
         let own =
             |project: &ProjectOptions| project.reads().into_iter().map(Path::to_owned).collect();
         if !self.is_open() {
             return own(self);
         }
-        // A project file that cannot be read will be changed.
+        // The user is going to correct a project file that cannot be read.
         let files: Vec<PathBuf> = self.or_here().as_ref().map(own).unwrap_or_default();
         files.into_iter().chain([PathBuf::from(project_file::NAME)]).collect()
     }
@@ -352,7 +354,7 @@ impl ProjectOptions {
         self.with_request(|request| Ok(audit(&search.of(request))?))
     }
 
-    /// Reads the files and does something with what is asked, on the threads asked for.
+    /// Reads the files and calls a function with the request, on the requested number of threads.
     pub fn with_request<T: Send>(
         &self,
         work: impl FnOnce(&Request<'_>) -> Result<T, Failure> + Send,
@@ -367,7 +369,7 @@ impl ProjectOptions {
         self.asked(facts, table, gathered, work)
     }
 
-    /// Does something with what is asked of code that is not in a file.
+    /// Calls a function with a request for code that is not in a file.
     pub fn with_code<T: Send>(
         &self,
         code: Input,
@@ -388,7 +390,7 @@ impl ProjectOptions {
         own.asked(facts, table, gathered, work)
     }
 
-    /// The same with as much as can be read, and all that was found at fault or noticed on the way.
+    /// The same with everything that can be read, and with all faults and warnings.
     pub fn with_what_can_be_read<T: Send>(
         &self,
         work: impl FnOnce(&Request<'_>, Vec<Diagnostic>) -> Result<T, Failure> + Send,
@@ -412,7 +414,7 @@ impl ProjectOptions {
         Ignore::parse(patterns).map_err(|error| anyhow!("--ignore {error}").into())
     }
 
-    /// Does something with what is asked of what was read.
+    /// Calls a function with the request for what was read.
     fn asked<T: Send>(
         &self,
         mut facts: Facts,
@@ -481,21 +483,21 @@ impl ProjectOptions {
     }
 }
 
-/// Bytes of a thread's stack: what stands in each other in a program is followed to its limits.
+/// Bytes of a thread's stack: nesting in programs is followed recursively, up to its limits.
 const STACK: usize = 64 << 20;
 
-/// Where reports go, each in its format.
+/// Where reports go, and the format of each.
 pub struct Reports(Vec<(Target, &'static Format)>);
 
 impl Reports {
-    /// Draws the project's rungs, if one of them shows them.
+    /// Draws the project's rungs, if one of the reports shows them.
     pub fn draw(&self, concluded: &mut Concluded) {
         if self.0.iter().any(|(_, format)| format.draws) {
             concluded.audit.ladder = Some(Ladder::of(concluded));
         }
     }
 
-    /// Tells why a project was not audited in the formats that tell it; the failure itself.
+    /// Reports why a project was not audited, in the formats that can, and returns the failure.
     pub fn refused(self, project: &ProjectOptions, failure: Failure) -> Result<Failure, Failure> {
         let file = project.programs.first().map_or(String::new(), |one| one.display().to_string());
         for (target, format) in self.0.into_iter().filter(|(_, format)| format.tells_faults) {
@@ -509,14 +511,14 @@ impl Reports {
 }
 
 impl ReportOptions {
-    /// The format asked for by name.
+    /// The format requested by name.
     fn named(&self) -> Option<&'static Format> {
         self.format.as_deref().and_then(|name| formats::named(FORMATS, name))
     }
 
-    /// Where each report goes, in which format. One report has that asked for by name, else that which its file is called
-    /// after. Of several each has that which its file is called after, and stdout gets that asked for by name if no file
-    /// has it.
+    /// The target and format of each report. A single report has the format requested by name, otherwise that of its
+    /// file's suffix. Of several, each has the format of its suffix, and stdout gets the one requested by name if no
+    /// file has it.
     fn reports(&self) -> Result<Vec<(Option<&Path>, &'static Format)>, Failure> {
         let named = self.named();
         let called = |file| named.map_or_else(|| format_of(Some(file), &[]), Ok);
@@ -538,7 +540,7 @@ impl ReportOptions {
         })
     }
 
-    /// Where the reports go, and the trace, if one is asked for.
+    /// The targets of the reports and of the trace, if requested.
     pub fn targets(
         &self,
         project: &ProjectOptions,
@@ -571,7 +573,7 @@ impl ReportOptions {
         })
     }
 
-    /// Has each report written. Where none goes to stdout, the answer goes to stderr.
+    /// Writes each report. If none goes to stdout, the answer goes to stderr.
     pub fn fill(
         &self,
         Reports(reports): Reports,
@@ -591,7 +593,7 @@ impl ReportOptions {
         Ok(())
     }
 
-    /// Where the documents of several projects go, which read these files.
+    /// The targets of documents that cover several projects, which read these files.
     pub fn documents(&self, read: &[&Path]) -> Result<Documents, Failure> {
         let written: Vec<_> =
             self.output.iter().map(|file| ("--output", Some(file.as_path()))).collect();
@@ -607,7 +609,7 @@ impl ReportOptions {
         Ok(Documents(all?))
     }
 
-    /// Tells a project's answer on stderr, where no document on stdout tells it.
+    /// Writes a project's answer to stderr, unless a document on stdout contains it.
     pub fn tell(&self, documents: &Documents, file: &str, audit: &Audit, check: &Check) {
         if self.quiet || documents.is_shown() {
             return;
@@ -622,7 +624,7 @@ impl ReportOptions {
         self.output.iter().chain(trace).cloned().collect()
     }
 
-    /// How much of a report is shown, and on what page.
+    /// How much of a report is shown, and the page size.
     fn extent(&self, detail: Detail, target: &Target) -> Extent {
         let usual = Extent::default();
         let (width, height) = target.page().unwrap_or((usual.width, usual.height));
@@ -635,10 +637,10 @@ impl ReportOptions {
     }
 }
 
-/// So many programs are named in a command that is offered.
+/// The number of programs that are named in a suggested command.
 const MOST_NAMED: usize = 3;
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+:,=@%".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
@@ -647,7 +649,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// The format that a file's suffix names: text where it has none. `only` are the formats there are, all if it is empty.
+/// The format of a file's suffix; text if it has none. `only` are the permitted formats, all if it is empty.
 pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, Failure> {
     let Some(file) = file.filter(|file| file.extension().is_some()) else { return Ok(&FORMATS[0]) };
     let is_one = |format: &&Format| only.is_empty() || only.contains(&format.name);
@@ -674,7 +676,7 @@ pub(super) fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     Ok(Facts::parse(&name, &text)?)
 }
 
-/// What was read, or none where it is at fault, which is noted.
+/// The result, or `None` if it failed; the faults are then recorded.
 fn readable<T>(
     read: Result<T, Failure>,
     found: &mut Vec<Diagnostic>,
@@ -689,8 +691,8 @@ fn readable<T>(
     }
 }
 
-/// Becomes true at the first Ctrl-C or SIGTERM, which ends the audit with what is proved; the second ends the program. It is
-/// watched for once, however many projects are audited.
+/// Becomes true at the first Ctrl-C or SIGTERM, which ends the audit with what is proved so far. The second ends the
+/// program. The handler is installed once, even if several projects are audited.
 pub fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(stop) = STOP.get() {

@@ -24,11 +24,10 @@ pub fn colour(choice: ColorChoice) {
     .write_global();
 }
 
-/// The name that stands for stdin among what is read, and for stdout among what is written.
+/// The name for stdin among inputs, and for stdout among outputs.
 const STREAM: &str = "-";
 
-/// Refuses outputs that would take the place of what is read, or of each other. Each output has the option that names
-/// it.
+/// Refuses outputs that would overwrite inputs or each other. Each output comes with its option.
 pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
     let all = read.iter().flat_map(|&file| [vec![file.to_owned()], within(file)].concat());
     let read: Vec<(PathBuf, PathBuf)> = all.map(|file| (resolved(&file), file)).collect();
@@ -36,7 +35,7 @@ pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Fa
     for &(option, file) in written {
         let Some(file) = file else { continue };
         let real = resolved(file);
-        // A stream or a device takes what it is given.
+        // Streams and devices are not overwritten.
         if file == Path::new(STREAM) || real.exists() && !real.is_file() {
             continue;
         }
@@ -44,35 +43,37 @@ pub fn apart(read: &[&Path], written: &[(&str, Option<&Path>)]) -> Result<(), Fa
         if let Some((_, input)) = read.iter().find(|(input, _)| *input == real) {
             let input = input.display();
             return Err(anyhow!(
-                "{option} {name} would take the place of {input}, which is read: name another file"
+                "{option} {name} would overwrite {input}, which is an input: name another file"
             )
             .into());
         }
         if let Some((_, other)) = known.iter().find(|(other, _)| *other == real) {
-            return Err(anyhow!("{option} and {other} both name {name}: name two files").into());
+            return Err(
+                anyhow!("{option} and {other} both name {name}: name two different files").into()
+            );
         }
         known.push((real, option));
     }
     Ok(())
 }
 
-/// Whether a file of this name would be replaced: no stream, nor a device.
+/// Whether a file of this name exists and would be replaced. False for streams and devices.
 pub fn is_there(file: &Path) -> bool {
     file != Path::new(STREAM) && file.is_file()
 }
 
-/// The files that are read of a directory, and its project file; of a file none.
+/// The files that are read from a directory, and its project file. Empty for a file.
 fn within(directory: &Path) -> Vec<PathBuf> {
     if !directory.is_dir() {
         return Vec::new();
     }
-    // What is wrong with them is told where they are read.
+    // Faults in them are reported when they are read.
     let found = survey(&[directory.to_owned()], &Ignore::default());
     let files = found.inputs.into_iter().map(|input| PathBuf::from(input.name));
     files.chain([directory.join(project_file::NAME)]).collect()
 }
 
-/// The path without links, as far as there is one.
+/// The path with links resolved, as far as it exists.
 fn resolved(file: &Path) -> PathBuf {
     if let Ok(real) = file.canonicalize() {
         return real;
@@ -85,13 +86,13 @@ fn resolved(file: &Path) -> PathBuf {
     }
 }
 
-/// Where a result goes. Opened before the work begins, so that a wrong name is reported at once.
+/// Where a result goes. It is opened before the work begins, so that a wrong name is reported at once.
 pub enum Target {
     /// Stdout.
     Stdout,
-    /// A file that is written whole or not at all: a new one takes its place when it is complete.
+    /// A file that appears only when it is complete: a temporary file replaces it at the end.
     Whole { new: NamedTempFile, file: PathBuf },
-    /// A pipe or a device, which is written to and not replaced.
+    /// A pipe or a device, which is written directly and not replaced.
     Through(PathBuf),
 }
 
@@ -101,7 +102,7 @@ impl Target {
         let file = file.filter(|file| *file != Path::new(STREAM));
         let Some(file) = file else { return Ok(Target::Stdout) };
         let context = || cannot(file);
-        // A link must keep pointing to what it points to.
+        // A link must still point to the same file.
         let real = match file.canonicalize() {
             Ok(real) if real.is_file() => real,
             Ok(real) if real.is_dir() => {
@@ -120,7 +121,7 @@ impl Target {
         Ok(Target::Whole { new, file: real })
     }
 
-    /// The columns and lines of the terminal that it is; `None` if it is none.
+    /// The columns and lines of the terminal. `None` if it is not a terminal.
     pub fn page(&self) -> Option<(usize, usize)> {
         match self {
             Target::Stdout => page_of(terminal_size::terminal_size_of(std::io::stdout())),
@@ -128,7 +129,7 @@ impl Target {
         }
     }
 
-    /// Puts a file that is complete in the old one's place.
+    /// Replaces the old file by the complete one.
     pub fn keep(new: NamedTempFile, file: &Path) -> Result<(), Failure> {
         let context = || cannot(file);
         if let Ok(old) = file.metadata() {
@@ -143,12 +144,12 @@ impl Target {
         self.fill(|out| out.write_all(text.as_bytes()))
     }
 
-    /// Has the result written, in files without colours. A reader of stdout that has gone away is not an error.
+    /// Writes the result, without colours if it goes to a file. It is not an error if the reader of stdout has gone.
     pub fn fill(self, fill: impl Fn(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
         self.fill_with(fill, |file| Box::new(StripStream::new(file)))
     }
 
-    /// The same with what has neither colours nor control characters.
+    /// The same for a result without colours and control characters.
     pub fn fill_escaped(
         self,
         fill: impl Fn(&mut dyn Write) -> std::io::Result<()>,
@@ -189,17 +190,17 @@ impl Target {
     }
 }
 
-/// How wide messages are: as the terminal, else as usual.
+/// The width of messages: that of the terminal, otherwise the usual one.
 pub fn width_of_stderr() -> usize {
     terminal().unwrap_or(Extent::default().width)
 }
 
-/// The columns of the terminal that messages go to, if it is one.
+/// The columns of the terminal that messages go to. `None` if they go elsewhere.
 pub fn terminal() -> Option<usize> {
     page_of(terminal_size::terminal_size_of(std::io::stderr())).map(|(width, _)| width)
 }
 
-/// No page is narrower, so that columns stay readable, and lines are not longer than the eye follows.
+/// The limits of the page width: columns stay readable, and lines do not become too long to read.
 const WIDTHS: std::ops::RangeInclusive<usize> = 40..=160;
 
 fn page_of(size: Option<(Width, Height)>) -> Option<(usize, usize)> {
@@ -214,7 +215,7 @@ fn cannot(file: &Path) -> String {
 #[cfg(unix)]
 fn new_file(directory: &Path) -> std::io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
-    // The user's mask takes away what it must, as for any new file.
+    // The user's umask applies, as for any new file.
     let usual = std::fs::Permissions::from_mode(0o666);
     tempfile::Builder::new().permissions(usual).tempfile_in(directory)
 }
@@ -229,7 +230,7 @@ pub fn tell(findings: &[Diagnostic]) {
     say(&render::diagnostics(findings, terminal()));
 }
 
-/// One message without a place.
+/// A message without a place.
 pub fn complaint(message: &str) -> String {
     let style = anstyle::AnsiColor::BrightRed.on_default().bold();
     let fitted = |line: &str| match terminal() {
@@ -242,6 +243,6 @@ pub fn complaint(message: &str) -> String {
 
 /// Shows a text on stderr.
 pub fn say(text: &str) {
-    // Nobody is left to tell if stderr is gone.
+    // If stderr is closed, nobody can be told.
     let _ = anstream::stderr().lock().write_all(text.as_bytes());
 }

@@ -1,4 +1,4 @@
-//! How far the audit is, on a line of stderr, if that is a terminal.
+//! The progress of the audit, on one line of stderr, if that is a terminal.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scanbound::audit::{Progress, Share};
@@ -8,12 +8,12 @@ use std::time::Duration;
 
 static HIDDEN: AtomicBool = AtomicBool::new(false);
 
-/// Shows no progress from here on.
+/// Hides the progress from here on.
 pub fn hide() {
     HIDDEN.store(true, Ordering::Relaxed);
 }
 
-/// The progress line; shows nothing where stderr is no terminal.
+/// The progress line. Shows nothing if stderr is not a terminal.
 pub struct Line(ProgressBar);
 
 impl Line {
@@ -40,7 +40,7 @@ impl Line {
             Progress::Bounds { upper, lower, group, solved, groups } => {
                 let gap = Share::of(upper.checked_sub(lower).unwrap_or_default(), upper);
                 format!(
-                    "searching group {group}: {} to {upper} ({gap} apart), {solved} of {groups} groups solved",
+                    "searching group {group}: {} to {upper} (difference {gap}), {solved} of {groups} groups solved",
                     lower.text_like(upper)
                 )
             }

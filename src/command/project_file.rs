@@ -1,4 +1,4 @@
-//! `scanbound.toml`: what a project's check needs, so that the command line need not say it.
+//! `scanbound.toml`: the settings of a project's check, so that the command line need not repeat them.
 
 use super::Failure;
 use super::values::{self, Limit};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Its name.
 pub const NAME: &str = "scanbound.toml";
 
-/// What the file may say.
+/// The keys of the file.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -27,12 +27,12 @@ struct Written {
     max_assumed: Option<String>,
 }
 
-/// A project as its file says it, paths as seen from here.
+/// The settings in a project's file. Paths are relative to the current directory.
 #[derive(Debug, Clone)]
 pub struct ProjectFile {
-    /// The programs in the order in which they run.
+    /// The programs in the order of execution.
     pub programs: Vec<PathBuf>,
-    /// What is left out.
+    /// The files to leave out.
     pub ignore: Vec<String>,
     /// The CPU.
     pub cpu: Option<String>,
@@ -46,7 +46,7 @@ pub struct ProjectFile {
     pub limit: Option<Limit>,
     /// Its margin.
     pub margin: Option<Margin>,
-    /// How much may rest on assumed times.
+    /// The largest permitted share of assumed times.
     pub max_assumed: Option<MostAssumed>,
 }
 
@@ -61,7 +61,7 @@ impl ProjectFile {
         if written.programs.is_empty() {
             return Err(anyhow!("{name}: programs is empty: name files or a directory").into());
         }
-        // Without `.` within, which code hosts do not see through.
+        // Without `.` components, which code hosts do not resolve.
         let place = |path: &Path| -> PathBuf {
             let joined = file.parent().map_or(path.to_owned(), |at| at.join(path));
             joined.components().collect()
@@ -70,7 +70,7 @@ impl ProjectFile {
         let limit = written.limit.as_deref().map(values::limit).transpose();
         let margin = written.margin.as_deref().map(str::parse).transpose();
         let max_assumed = written.max_assumed.as_deref().map(str::parse).transpose();
-        // A table that is a file stands beside the project; else it is a built-in one's name.
+        // A table is a file beside the project, if there is one of that name. Otherwise it is a built-in one.
         let table = written.table.map(|table| {
             let beside = place(Path::new(&table));
             if beside.is_file() { beside.display().to_string() } else { table }
@@ -88,7 +88,7 @@ impl ProjectFile {
         })
     }
 
-    /// The one in the directory where the command was given.
+    /// The project file in the current directory.
     pub fn here() -> Result<ProjectFile, Failure> {
         let file = Path::new(NAME);
         if !file.is_file() {
@@ -99,16 +99,16 @@ impl ProjectFile {
     }
 }
 
-/// What to add to a message about something missing where programs are named: the project file here is not read then.
-/// Empty where there is none.
+/// An addition to a message about a missing setting: the project file here is not read if programs are named. Empty if
+/// there is no project file.
 pub fn unread() -> &'static str {
     match Path::new(NAME).is_file() {
-        true => "; the scanbound.toml here is read only where no program is named",
+        true => "; the scanbound.toml here is read only if no program is named",
         false => "",
     }
 }
 
-/// All project files in and below a directory, by their paths; hidden directories and links to directories are left out.
+/// All project files in and below a directory, sorted by path. Hidden directories and links to directories are skipped.
 pub fn all(directory: &Path) -> Result<Vec<PathBuf>, Failure> {
     let mut found = Vec::new();
     collect(directory, &mut found)?;

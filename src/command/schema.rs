@@ -1,4 +1,4 @@
-//! `scanbound schema`: the JSON schemas of what is written as JSON.
+//! `scanbound schema`: the JSON schemas of all JSON output.
 
 use super::output::Target;
 use super::{Failure, Outcome};
@@ -15,7 +15,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Of which kind of JSON (docs/json.md) [default: list them]
+    /// The kind of JSON (docs/json.md) [default: list them]
     #[arg(value_name = "NAME", value_parser = name())]
     name: Option<String>,
 }
@@ -25,7 +25,7 @@ fn name() -> PossibleValuesParser {
     PossibleValuesParser::new(SCHEMAS.iter().map(value))
 }
 
-/// Writes a schema to stdout, or which there are.
+/// Writes a schema to stdout, or the list of schemas.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let row = |one: &Published| format!("{:8} {:21} {}\n", one.name, one.id, one.about);
     let asked = arguments.name.as_deref();

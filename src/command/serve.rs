@@ -1,4 +1,4 @@
-//! `scanbound serve`: an emulated CPU that answers as a PLC does.
+//! `scanbound serve`: an emulated CPU that answers requests like a PLC.
 
 use super::options::{ProjectOptions, stop_on_interrupt};
 use super::output::{say, tell};
@@ -28,7 +28,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 const ABOUT: &str = "\
-Emulates a CPU that runs a program scan by scan with a table's times, and answers as a PLC does.
+Emulates a CPU that runs a program scan by scan with a table's times, and answers requests like a PLC.
 
 It keeps its scan times where a CPU of its family keeps them, in that CPU's steps, and answers to those who read: SLMP \
 (MC protocol 3E, binary and ASCII), FINS over TCP and UDP, Host Link over TCP and on a pseudo-terminal. What writes is \
@@ -54,7 +54,7 @@ pub struct Arguments {
     project: ProjectOptions,
 }
 
-/// How an emulated CPU runs, and whom it answers.
+/// How the emulated CPU runs, and over which protocols it answers.
 #[derive(Debug, Clone, Args)]
 pub struct ServeOptions {
     /// Answer SLMP over TCP here: a port, or address and port
@@ -63,35 +63,35 @@ pub struct ServeOptions {
     /// Answer FINS here, over TCP and UDP
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
     fins: Option<SocketAddr>,
-    /// Answer Host Link (C-mode) over TCP here, as a serial device server does
+    /// Answer Host Link (C-mode) over TCP here, like a serial device server
     #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = address)]
     hostlink: Option<SocketAddr>,
-    /// Answer Host Link (C-mode) on a pseudo-terminal, which is a serial line without wires; a link of this name leads to it
+    /// Answer Host Link (C-mode) on a pseudo-terminal, a virtual serial line; a link of this name points to it
     #[cfg(unix)]
     #[arg(long, value_name = "LINK", num_args = 0..=1)]
     pty: Option<Option<PathBuf>>,
     /// The unit's number for Host Link
     #[arg(long, value_name = "0-31", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..32), allow_negative_numbers = true)]
     unit: u8,
-    /// Each scan takes longer by up to this, drawn with the seed
+    /// The longest random extension of each scan; the seed determines it
     #[arg(long, value_name = "DURATION", default_value = "0us", value_parser = values::duration)]
     jitter: Picos,
-    /// Something interrupts the program: how long it takes, and how often it comes, such as 80us/10ms
+    /// Something interrupts the program: its duration and its interval, such as 80us/10ms
     #[arg(long, value_name = "DURATION/DURATION", value_parser = interrupt)]
     interrupt: Option<(Picos, Picos)>,
-    /// What the drawn numbers follow from
+    /// The seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::count::<u64>, allow_negative_numbers = true)]
     seed: u64,
     /// Set a device before the first scan, such as X0=1 or D100=20; may be repeated
     #[arg(long, value_name = "DEVICE=VALUE", value_parser = setting)]
     set: Vec<(String, u16)>,
-    /// Begin the next scan at once, however long the last one was
+    /// Start the next scan at once, without waiting for the scan's time to pass
     #[arg(long)]
     fast: bool,
-    /// Go to STOP after so many scans, and answer on
+    /// Go to STOP after this many scans, and continue to answer
     #[arg(long, value_name = "N", value_parser = values::count::<u64>, allow_negative_numbers = true)]
     stop_after: Option<u64>,
-    /// End after so long
+    /// End after this time
     #[arg(long = "for", value_name = "DURATION", value_parser = values::span, allow_hyphen_values = true)]
     duration: Option<Duration>,
 }
@@ -104,12 +104,12 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 }
 
 pub(super) fn interrupt(text: &str) -> Result<(Picos, Picos), String> {
-    let form = || "give how long and how often, such as 80us/10ms".to_owned();
+    let form = || "give the duration and the interval, such as 80us/10ms".to_owned();
     let (takes, every) = text.split_once('/').ok_or_else(form)?;
     let (takes, every) = (values::duration(takes)?, values::duration(every)?);
     match takes < every {
         true => Ok((takes, every)),
-        false => Err("it would take longer than until it comes again".to_owned()),
+        false => Err("the duration must be shorter than the interval".to_owned()),
     }
 }
 
@@ -122,7 +122,7 @@ fn setting(text: &str) -> Result<(String, u16), String> {
     Ok((name.trim().to_owned(), word.ok_or_else(form)?))
 }
 
-/// Serves until Ctrl-C, or as long as was said.
+/// Serves until Ctrl-C, or for the requested time.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     arguments.serving.asked()?;
     let project = arguments.project.or_here()?;
@@ -131,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 impl ServeOptions {
-    /// The same with other names for devices that are set, where there are any.
+    /// The same with other names for the devices that are set, if they have any.
     pub fn renamed(&self, name: impl Fn(&str) -> Option<String>) -> ServeOptions {
         let mut other = self.clone();
         for (device, _) in &mut other.set {
@@ -142,7 +142,7 @@ impl ServeOptions {
         other
     }
 
-    /// What is to be listened to over networks.
+    /// The network addresses to listen on.
     pub fn asked(&self) -> Result<Vec<(Spoken, SocketAddr)>, Failure> {
         let asked = [
             (Spoken::Slmp, self.slmp),
@@ -158,12 +158,12 @@ impl ServeOptions {
         }
         if asked.is_empty() {
             let ways = "--slmp, --fins, --hostlink or --pty";
-            return Err(anyhow!("say what it is to answer: {ways}").into());
+            return Err(anyhow!("choose a protocol: {ways}").into());
         }
         Ok(asked)
     }
 
-    /// Answers on a pseudo-terminal, if one is asked for.
+    /// Answers on a pseudo-terminal, if requested.
     #[cfg(unix)]
     fn answer_on_pty(
         &self,
@@ -171,18 +171,19 @@ impl ServeOptions {
         over: &Arc<AtomicBool>,
     ) -> Result<Option<JoinHandle<()>>, Failure> {
         let Some(link) = &self.pty else { return Ok(None) };
-        let pty = Pty::open(link.as_deref(), PAUSE).context("no pseudo-terminal can be opened")?;
+        let pty =
+            Pty::open(link.as_deref(), PAUSE).context("a pseudo-terminal cannot be opened")?;
         say(&format!("listening: HostLink on {}\n", pty.path().display()));
         let (requests, over, spoken) =
             (requests.clone(), Arc::clone(over), Spoken::HostLink(self.unit));
         let answer = move || {
-            // A line that breaks ends by itself.
+            // If the line breaks, the thread ends by itself.
             let _ = answers(pty, spoken, &requests, &over);
         };
         Ok(Some(thread::spawn(answer)))
     }
 
-    /// Runs a program and answers, until Ctrl-C, or as long as was said.
+    /// Runs a program and answers, until Ctrl-C or for the requested time.
     pub fn serve(&self, ready: &Ready, model: Option<&str>) -> Result<Outcome, Failure> {
         let Ready { program, table, prices, warnings } = ready;
         let arguments = self;
@@ -198,7 +199,7 @@ impl ServeOptions {
         for one in &listening {
             say(&format!("listening: {} on {}\n", one.spoken(), one.address));
             if !one.address.ip().is_loopback() {
-                say("  all who can reach this address can read the emulated CPU\n");
+                say("  everybody who can reach this address can read the emulated CPU\n");
             }
         }
         let times = prices.times();
@@ -228,7 +229,7 @@ impl ServeOptions {
         drop(requests);
         serve(arguments, &mut cpu, &waiting, &over);
         over.store(true, Ordering::Relaxed);
-        // What waits for an answer gets none; then the line is taken away with its link.
+        // Requests that still wait get no answer. Then the line is removed together with its link.
         drop(waiting);
         #[cfg(unix)]
         if let Some(line) = line {
@@ -238,7 +239,7 @@ impl ServeOptions {
             let (Halt::Unknown(at) | Halt::Endless(at)) = halt;
             let text = program.instructions.get(at).map_or("", |one| &*one.text);
             let why = match halt {
-                Halt::Unknown(_) => "the program goes on by what it gives, which is not known here",
+                Halt::Unknown(_) => "the program's path depends on its result, which is unknown",
                 Halt::Endless(_) => "the scan does not end",
             };
             say(&format!("the CPU went to STOP after {} scans at {text}: {why}\n", cpu.scans()));
@@ -251,7 +252,7 @@ impl ServeOptions {
     }
 }
 
-/// Scans, and answers between the scans.
+/// Runs scans, and answers between them.
 fn serve(
     arguments: &ServeOptions,
     cpu: &mut Cpu<'_>,
@@ -269,10 +270,10 @@ fn serve(
             cpu.switch(State::Stop);
         }
         match cpu.scan() {
-            // Whoever asks is answered at the scan's end, as long as it takes on a CPU.
+            // Requests are answered at the end of a scan, after the time that the scan takes on a CPU.
             Some(time) if !arguments.fast => {
                 due += Duration::from_nanos(time.0 / 1000);
-                // A machine that cannot keep up does not run after what it missed.
+                // If this machine is too slow, the emulated CPU does not try to catch up.
                 due = due.max(Instant::now());
             }
             Some(_) => due = Instant::now(),

@@ -1,4 +1,4 @@
-//! `scanbound sfc`: sequential function charts, what runs together in them, and their explicit form.
+//! `scanbound sfc`: sequential function charts: what runs together in them, and their explicit form.
 
 use super::output::{Target, apart};
 use super::source_text::SourceText;
@@ -49,10 +49,10 @@ pub struct Arguments {
     /// Only the chart of this unit, action or method, as the report names it
     #[arg(long, value_name = "NAME")]
     chart: Option<String>,
-    /// Facts about the controller: of these [sfc] selection = "all" counts here
+    /// Facts about the controller; only [sfc] selection = "all" is used here
     #[arg(long, value_name = "FILE")]
     facts: Option<PathBuf>,
-    /// How it is shown
+    /// The output format
     #[arg(long, value_enum, value_name = "FORMAT", conflicts_with = "explicit")]
     format: Option<Format>,
     /// Rewrite stored actions as explicit parallels, and write PLCopen XML
@@ -60,7 +60,7 @@ pub struct Arguments {
     explicit: bool,
     #[command(flatten)]
     source_text: SourceText,
-    /// Where it is written; a suffix names the format (.svg .dot .json .txt)
+    /// The output file; its suffix names the format (.svg .dot .json .txt)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let competes = charts.iter().find(|(name, _, chart)| is_wanted(name) && chart.competes());
     if let (true, true, Some((name, ..))) = (arguments.explicit, facts.all_clear, competes) {
         return Err(anyhow!(
-            "{name}: with [sfc] selection = \"all\" competing transitions without priorities clear together, and what is rewritten would not do the same; give them priorities"
+            "{name}: with [sfc] selection = \"all\" competing transitions without priorities clear together, and the rewritten chart would behave differently; give them priorities"
         )
         .into());
     }
@@ -167,7 +167,7 @@ fn show(
     Ok(if is_sound { Outcome::Done } else { Outcome::Refuted })
 }
 
-/// The charts of a unit, to be changed.
+/// The charts of a unit, for rewriting.
 fn bodies(pou: &mut Pou) -> Vec<(String, &mut Chart)> {
     let name = pou.name.clone();
     let mut found = Vec::new();
@@ -186,7 +186,8 @@ fn bodies(pou: &mut Pou) -> Vec<(String, &mut Chart)> {
     found
 }
 
-/// What of a unit, besides its charts, asks for steps of macro steps: it has another name for them without these.
+/// Something in a unit, besides its charts, that reads steps of macro steps. Without the macro steps, these have other
+/// names.
 fn asking(pou: &Pou, without: &Pou) -> Option<String> {
     let is_code = |body: &Body| matches!(body, Body::Code(..));
     let actions = pou.actions.iter().zip(&without.actions).map(|pair| ("action", pair));
@@ -224,7 +225,7 @@ fn rewrite(
             if is_one_xml && let Some(other) = asking(pou, &without) {
                 let unit = &pou.name;
                 return Err(anyhow!(
-                    "{unit}: {other} asks for steps of macro steps, which are replaced; give it a variable that the chart writes"
+                    "{unit}: {other} reads steps of macro steps, which are replaced; let it read a variable that the chart writes"
                 )
                 .into());
             }

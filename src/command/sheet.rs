@@ -1,4 +1,4 @@
-//! Where results go that are a list: as text, JSON or CSV.
+//! Writes results that are lists: as text, JSON or CSV.
 
 use super::Failure;
 use super::options::format_of;
@@ -9,20 +9,20 @@ use scanbound::report::format::{Detail, Extent};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// How a list is written.
+/// The format and target of a list.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub struct SheetOptions {
-    /// How the report is written [default: by the suffix of --output, else text]
+    /// The report's format [default: by the suffix of --output, otherwise text]
     #[arg(long, value_enum)]
     format: Option<Form>,
-    /// Write the report to a file, whole or not at all
+    /// Write the report to a file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Show every entry
     #[arg(short, long)]
     verbose: bool,
-    /// Show nothing but errors: the report goes to a file only (--output), and the exit code is the answer
+    /// Show only errors: the report goes only to a file (--output), and the exit code is the answer
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
 }
@@ -38,7 +38,7 @@ pub enum Form {
     Csv,
 }
 
-/// A list in each form, and its answer in a sentence.
+/// A list in each format, and its answer in one sentence.
 pub struct Sheet<'a> {
     /// The text; has colour codes.
     pub text: &'a dyn Fn(Extent) -> String,
@@ -46,13 +46,13 @@ pub struct Sheet<'a> {
     pub json: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
     /// Writes it as CSV.
     pub csv: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
-    /// What stderr says where the list goes to a file.
+    /// The text for stderr if the list goes to a file.
     pub answer: String,
 }
 
-/// Where a list goes, and in which form.
+/// The target and format of a list.
 pub struct Place {
-    /// Nowhere where nothing is to be shown.
+    /// `None` if nothing is to be shown.
     target: Option<Target>,
     quiet: bool,
     form: Form,
@@ -60,7 +60,7 @@ pub struct Place {
 }
 
 impl SheetOptions {
-    /// The place, which is none of the files that are read.
+    /// The target, which must not be one of the files that are read.
     pub fn place(&self, reads: &[&Path]) -> Result<Place, Failure> {
         apart(reads, &[("--output", self.output.as_deref())])?;
         if self.quiet {
@@ -88,7 +88,7 @@ impl SheetOptions {
 }
 
 impl Place {
-    /// Writes the list; where it does not go to stdout, the answer goes to stderr.
+    /// Writes the list. If it does not go to stdout, the answer goes to stderr.
     pub fn write(self, sheet: &Sheet<'_>) -> Result<(), Failure> {
         let Place { target, quiet, form, extent } = self;
         let Some(target) = target else { return Ok(()) };

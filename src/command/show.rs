@@ -24,10 +24,10 @@ Examples:
 pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,
-    /// The rung, as reports number it, or the first and the last; all of them without
+    /// The rung as numbered in reports, or the first and the last; default: all
     #[arg(long, value_name = "NUMBER", value_parser = numbers, conflicts_with = "line")]
     rung: Option<RangeInclusive<u32>>,
-    /// The rung to which a line belongs; only the number where there is one file
+    /// The rung that contains this line; the number alone if there is only one file
     #[arg(long, value_name = "FILE:LINE")]
     line: Option<String>,
 }
@@ -41,7 +41,7 @@ fn numbers(text: &str) -> Result<RangeInclusive<u32>, String> {
     }
 }
 
-/// Draws the rungs that are asked for.
+/// Draws the requested rungs.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let program = arguments.project.with_request(|request| Ok(audit::read(request)?))?;
     let all = rungs(&program);
@@ -53,9 +53,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if shown.is_empty() {
         let last = all.last().map_or(0, |rung| rung.number);
         let message = match &arguments.line {
-            Some(line) => format!(
-                "--line {line}: no rung has such a line; write FILE:LINE as reports show it"
-            ),
+            Some(line) => {
+                format!("--line {line}: no rung contains this line; write FILE:LINE as in reports")
+            }
             None => format!("--rung: the project has rungs 1 to {last}"),
         };
         return Err(anyhow!(message).into());
@@ -74,7 +74,7 @@ fn is_at(program: &Program, rung: &Rung, line: &str) -> bool {
     is_file && rung.elements.iter().any(|one| number.parse() == Ok(one.at.line))
 }
 
-/// A rung with its number and place, and what people call its devices.
+/// A rung with its number and place, and the comments of its devices.
 fn drawn(program: &Program, rung: &Rung) -> String {
     let name = &program.files[rung.file as usize].name;
     let first = rung.elements.first().map_or(0, |one| one.at.line);

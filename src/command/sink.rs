@@ -8,7 +8,7 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::PathBuf;
 use tempfile::NamedTempFile;
 
-/// A target that is being written to. What is not finished leaves no file behind.
+/// An open target. If it is not finished, no file appears.
 pub enum Sink {
     /// Stdout.
     Stdout(BufWriter<io::Stdout>),
@@ -32,7 +32,7 @@ impl Sink {
         })
     }
 
-    /// Ends it, with the result of what was written. A reader of stdout that has gone away is not an error.
+    /// Finishes the target, with the result of writing. It is not an error if the reader of stdout has gone.
     pub fn finish(mut self, written: io::Result<()>) -> Result<(), Failure> {
         let flushed = written.and_then(|()| self.flush());
         match self {

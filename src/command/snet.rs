@@ -1,4 +1,4 @@
-//! `scanbound snet`: nets for sequence control, and the PLCs that run their code.
+//! `scanbound snet`: S-nets for sequence control, and the PLCs that run their code.
 
 mod bound;
 mod check;
@@ -30,7 +30,7 @@ pub struct Arguments {
     command: Command,
 }
 
-/// What is done with a net.
+/// The subcommands.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Convert a net between .snet and PNML
@@ -43,20 +43,20 @@ enum Command {
     Serve(Box<serve::Arguments>),
     /// Watch a C200H run a net's code, over Host Link on a serial line
     Monitor(monitor::Arguments),
-    /// Study a net: deadlocks, what never fires, where its code does something else
+    /// Check a net: deadlocks, transitions that never fire, differences between the net and its code
     Check(check::Arguments),
-    /// Make code of a net: the C200H's list, CX-Programmer, MELSEC, PLCopen XML
+    /// Generate code from a net: the C200H's list, CX-Programmer, MELSEC, PLCopen XML
     Translate(translate::Arguments),
-    /// Bound the scan time of a net's code, by what the net knows of its boxes
+    /// Bound the scan time of a net's code, using what the net knows about its boxes
     Bound(Box<bound::Arguments>),
-    /// Hold code against a net
+    /// Check code against a net
     Verify(verify::Arguments),
 }
 
-/// How the code comes by the initial marks.
+/// How the code gets the initial marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Initial {
-    /// It does not: somebody sets them
+    /// Not at all: the operator sets them
     #[default]
     LeftOut,
     /// The PLC's first scan sets them
@@ -88,7 +88,7 @@ fn read(file: &Path) -> Result<Diagram, Failure> {
     Ok(if is_pnml { pnml::read(&name, &text)? } else { text::read(&name, &text)? })
 }
 
-/// Reads a net from a file, and refuses one that cannot be; gives relays to what has none, if that is asked for.
+/// Reads a net from a file and refuses one that is not valid. Assigns relays to elements without one, if requested.
 pub(super) fn read_sound(file: &Path, assigns: bool) -> Result<Diagram, Failure> {
     let mut diagram = read(file)?;
     let found = faults(&diagram);
@@ -101,7 +101,7 @@ pub(super) fn read_sound(file: &Path, assigns: bool) -> Result<Diagram, Failure>
     Ok(diagram)
 }
 
-/// Draws a net with the marks with which an audit's longest scan starts.
+/// Draws a net with the marks at the start of an audit's longest scan.
 pub(super) fn draw_marks(
     net: &Diagram,
     audit: &Audit,

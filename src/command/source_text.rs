@@ -1,15 +1,15 @@
-//! Options on how source text is read.
+//! Options for reading source text.
 
 use clap::{Args, ValueEnum};
 use scanbound::front::FRONTS;
 use scanbound::front::{Encoding, Input, SourceOptions};
 use scanbound::iec::comment::Comments;
 
-/// How source text is read where the file does not say it.
+/// How source text is read where the file leaves it open.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct SourceText {
-    /// How comments are read that hold the beginning of another one, in IEC 61131-3 text: flat = the first end counts,
-    /// nested = the end of the outer one does [default: where these differ, the file is refused]
+    /// How comments within comments are read in IEC 61131-3 text: flat = the first end closes the comment, nested = the
+    /// end of the outer one does [default: a file in which these differ is refused]
     #[arg(long, value_enum)]
     comments: Option<CommentsName>,
     /// The encoding of files that are not UTF-8, such as windows-1252, windows-1251, shift_jis [default: found from the
@@ -25,7 +25,7 @@ enum CommentsName {
 }
 
 impl SourceText {
-    /// How fronts read text.
+    /// The settings for the fronts.
     pub fn reading(self) -> SourceOptions {
         SourceOptions {
             comments: self.comments.map(|name| match name {
@@ -35,14 +35,14 @@ impl SourceText {
         }
     }
 
-    /// Makes UTF-8 of files in the encoding that is stated.
+    /// Converts files in the stated encoding to UTF-8.
     pub fn recode(self, inputs: &mut [Input]) {
         if let Some(encoding) = self.encoding {
             inputs.iter_mut().for_each(|input| input.recode(encoding, FRONTS));
         }
     }
 
-    /// The options as they are written.
+    /// The options as command line arguments.
     pub fn written(self) -> Vec<String> {
         let comments = self.comments.map(|name| match name {
             CommentsName::Flat => "--comments flat".to_owned(),

@@ -1,4 +1,4 @@
-//! `scanbound tables`: lists the timing tables, shows one, checks a user's.
+//! `scanbound tables`: lists the timing tables, shows one, or checks a user's.
 
 use super::output::{self, Target};
 use super::{Failure, Outcome};
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// The table to show, a built-in one or a file [default: list the built-in ones]
     #[arg(value_name = "NAME|FILE")]
     name: Option<String>,
-    /// Check a table of your own: show its faults, or count its rows
+    /// Check your own table: show its faults, or count its rows
     #[arg(long, value_name = "FILE", conflicts_with = "name")]
     check: Option<String>,
 }
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// A built-in table by its name, or one read from a file. `option` is what stands before the name.
+/// A built-in table by its name, or one read from a file. `option` precedes the name in messages.
 pub fn find(option: &str, name: &str) -> Result<Parsed, Failure> {
     match Table::builtin(name) {
         Some(table) => Ok(Parsed { table, warnings: Vec::new() }),

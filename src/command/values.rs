@@ -1,4 +1,4 @@
-//! Reads values of options, and says of a wrong one what would be right.
+//! Parses values of options. The message for a wrong value says what would be right.
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use scanbound::base::time::Picos;
@@ -8,13 +8,13 @@ use scanbound::report::{FORMATS, format::Format};
 use std::str::FromStr;
 use std::time::Duration;
 
-/// No delay of a terminal is longer, in picoseconds: a thousand seconds. So sums with it stay within what is counted.
+/// The longest permitted delay of a terminal, in picoseconds: a thousand seconds. Sums with it stay representable.
 const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
 
-/// For so many counts the bound is solved.
+/// The most limits of counts for which the bound is computed.
 const MOST_COUNTS: usize = 8;
 
-/// A whole number, of at least one.
+/// A whole number, at least 1.
 pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|number| *number >= T::from(1));
     number.ok_or_else(|| "give a whole number from 1 on".to_owned())
@@ -25,11 +25,11 @@ pub fn count<T: FromStr>(text: &str) -> Result<T, String> {
     text.trim().parse().map_err(|_| "give a whole number from 0 on".to_owned())
 }
 
-/// What counts may be at most.
+/// Limits for unknown counts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Most(pub Vec<u32>);
 
-/// What counts may be at most: a few whole numbers.
+/// Parses limits for unknown counts: a few whole numbers.
 pub fn most(text: &str) -> Result<Most, String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|one| one.trim().parse().ok()).collect();
     let few = numbers.filter(|all| all.len() <= MOST_COUNTS);
@@ -37,7 +37,7 @@ pub fn most(text: &str) -> Result<Most, String> {
         .ok_or_else(|| format!("give up to {MOST_COUNTS} whole numbers from 0 on, such as 20,100"))
 }
 
-/// What two rotary switches can be set to.
+/// A setting of two rotary switches.
 pub fn two_digits(text: &str) -> Result<u8, String> {
     let number = text.trim().parse().ok().filter(|&number| number < 100);
     number.ok_or_else(|| "give a whole number from 0 to 99".to_owned())
@@ -48,7 +48,7 @@ pub fn duration(text: &str) -> Result<Picos, String> {
     text.parse().map_err(|error| format!("{error}; write it as 10ms or 1.5us"))
 }
 
-/// A time that this program may take.
+/// A time that this program may run.
 pub fn span(text: &str) -> Result<Duration, String> {
     let time = duration(text)?;
     Ok(Duration::from_nanos(time.0.div_ceil(1_000)))
@@ -59,7 +59,7 @@ pub fn span(text: &str) -> Result<Duration, String> {
 pub enum Limit {
     /// A time.
     Time(Picos),
-    /// The CPU's watchdog time by default.
+    /// The CPU's default watchdog time.
     Watchdog,
 }
 

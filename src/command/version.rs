@@ -1,10 +1,10 @@
-//! What `--version` says: the program's version, and how old the times are that come with it.
+//! The text of `--version`: the program's version, and the dates of the built-in timing tables.
 
 use scanbound::timing::table::builtin;
 use std::fmt::Write;
 use std::sync::OnceLock;
 
-/// The version, and each built-in timing table with the day of its last change.
+/// The version, and the date of the last change of each built-in timing table.
 pub fn long() -> &'static str {
     static TEXT: OnceLock<String> = OnceLock::new();
     TEXT.get_or_init(|| {

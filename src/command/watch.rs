@@ -1,4 +1,4 @@
-//! `--watch`: a command once more whenever a file that it reads has changed.
+//! `--watch`: runs a command again whenever a file that it reads has changed.
 
 use super::options::stop_on_interrupt;
 use super::output::say;
@@ -14,25 +14,25 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime};
 
-/// So often it is seen whether Ctrl-C was pressed.
+/// The interval for checking for Ctrl-C.
 const STEP: Duration = Duration::from_millis(100);
-/// So often files are looked at though nothing was told of them, since network drives tell nothing.
+/// The interval for checking files even without a notification, because network drives send none.
 const LOOK: Duration = Duration::from_secs(2);
-/// What changes is taken to be complete when it has stayed as it is for so long.
+/// A change counts as complete when the file has not changed for this time.
 const SETTLED: Duration = Duration::from_millis(250);
 
 /// Whether a command is run again and again.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub struct WatchOptions {
-    /// Begin again whenever a program, the facts, the table or scanbound.toml changes; Ctrl-C ends
+    /// Run again whenever a program, the facts, the table or scanbound.toml changes; Ctrl-C ends
     #[arg(long)]
     pub watch: bool,
 }
 
 impl WatchOptions {
-    /// Runs the command once; or whenever one of the files that it reads has changed, until Ctrl-C: then the last run's
-    /// exit code counts. What a run writes is no change.
+    /// Runs the command once, or again whenever one of its input files has changed, until Ctrl-C. Then the last run's
+    /// exit code counts. Files that a run writes do not count as changes.
     pub fn run(
         &self,
         read: impl Fn() -> Vec<PathBuf>,
@@ -49,7 +49,7 @@ impl WatchOptions {
             if files.iter().any(|file| file == Path::new(STDIN)) {
                 return Err(anyhow!("--watch: stdin cannot be watched: name a file").into());
             }
-            // As it was before the run: what changes meanwhile begins another.
+            // The state before the run: a change during the run starts another one.
             let before = State::of(&files, written);
             bell.watch(&files);
             let code = super::code_of(run());
@@ -64,7 +64,7 @@ impl WatchOptions {
     }
 }
 
-/// When the files were changed last, and how long they are; of a directory those in it.
+/// The modification time and size of each file; for a directory, of the files in it.
 #[derive(Debug, PartialEq, Eq)]
 struct State(BTreeMap<PathBuf, (Option<SystemTime>, u64)>);
 
@@ -74,7 +74,7 @@ impl State {
         let written: BTreeSet<PathBuf> =
             written.iter().filter_map(|file| file.canonicalize().ok()).collect();
         let mut put = |file: PathBuf| {
-            // Reports that grow beside the programs have names that begin with a point until they are complete.
+            // Unfinished reports beside the programs have names that begin with a point.
             let hidden = |name: &std::ffi::OsStr| name.as_encoded_bytes().starts_with(b".");
             if file.file_name().is_some_and(hidden)
                 || file.canonicalize().is_ok_and(|file| written.contains(&file))
@@ -94,7 +94,7 @@ impl State {
         State(found)
     }
 
-    /// How many files these are, in words.
+    /// The number of files, as text.
     fn count(&self) -> String {
         match self.0.len() {
             1 => "1 file".to_owned(),
@@ -102,7 +102,7 @@ impl State {
         }
     }
 
-    /// The first file that is not as it is there, or is in one of them only.
+    /// The first file that differs between the two states, or is in only one of them.
     fn first_other<'a>(&'a self, other: &'a State) -> Option<&'a Path> {
         let differs = |(file, state): &(&PathBuf, &(Option<SystemTime>, u64)), there: &State| {
             there.0.get(*file) != Some(*state)
@@ -113,7 +113,7 @@ impl State {
     }
 }
 
-/// Rings when something happens in the directories that it watches.
+/// Rings when something happens in the watched directories.
 struct Bell {
     watcher: Option<RecommendedWatcher>,
     watched: BTreeSet<PathBuf>,
@@ -121,17 +121,17 @@ struct Bell {
 }
 
 impl Bell {
-    /// Where the system cannot tell of changes, it never rings, and files are looked at now and then.
+    /// If the system cannot report changes, the bell never rings, and files are checked at intervals.
     fn new() -> Bell {
         let (ring, rung) = channel();
         let watcher = notify::recommended_watcher(move |_| {
-            // Nobody listens any more when the program ends.
+            // The receiver is gone when the program ends.
             let _ = ring.send(());
         });
         Bell { watcher: watcher.ok(), watched: BTreeSet::new(), rung }
     }
 
-    /// Watches the directories of files: what takes a file's place is another file of its name.
+    /// Watches the directories of files, because a file may be replaced by a new one of the same name.
     fn watch(&mut self, files: &[PathBuf]) {
         let Some(watcher) = &mut self.watcher else { return };
         for file in files {
@@ -141,13 +141,14 @@ impl Bell {
                 _ => Path::new("."),
             };
             if self.watched.insert(directory.to_owned()) {
-                // One that cannot be watched is looked at now and then.
+                // A directory that cannot be watched is checked at intervals.
                 let _ = watcher.watch(directory, RecursiveMode::NonRecursive);
             }
         }
     }
 
-    /// Waits until files are not as they were and stay as they are: the first of them; `None` after Ctrl-C.
+    /// Waits until files have changed and then stayed unchanged. Returns the first changed file, or `None` after
+    /// Ctrl-C.
     fn changed(
         &self,
         before: &State,
@@ -155,7 +156,7 @@ impl Bell {
         stop: &AtomicBool,
     ) -> Option<PathBuf> {
         let mut looked = Instant::now();
-        // A change during the run rang then.
+        // A change during the run has already rung.
         let mut is_rung = true;
         while !stop.load(Ordering::Relaxed) {
             if is_rung || looked.elapsed() >= LOOK {

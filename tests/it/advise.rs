@@ -182,10 +182,10 @@ fn what_is_no_bit_or_no_set_is_refused() {
             other => panic!("{sets}: {other:?}"),
         }
     };
-    assert_eq!(refused("[[\"X0\", \"Q7\"]]"), "'Q7' under [exclusive] is no bit");
-    assert_eq!(refused("[[\"X0\", \"D0\"]]"), "'D0' under [exclusive] is no bit");
-    assert_eq!(refused("[[\"X0\", \"D0.G\"]]"), "'D0.G' under [exclusive] is no bit");
-    assert_eq!(refused("[[\"X0\", \"x0\"]]"), "'x0' stands twice in a set of [exclusive]");
+    assert_eq!(refused("[[\"X0\", \"Q7\"]]"), "'Q7' under [exclusive] is not a bit");
+    assert_eq!(refused("[[\"X0\", \"D0\"]]"), "'D0' under [exclusive] is not a bit");
+    assert_eq!(refused("[[\"X0\", \"D0.G\"]]"), "'D0.G' under [exclusive] is not a bit");
+    assert_eq!(refused("[[\"X0\", \"x0\"]]"), "'x0' occurs twice in a set of [exclusive]");
     for bad in ["[[\"X0\"]]", "[\"X0\", \"X1\"]", "[[1, 2]]", "7"] {
         let faults =
             Facts::parse("f.toml", &format!("[exclusive]\nsets = {bad}\n")).expect_err(bad);

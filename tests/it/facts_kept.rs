@@ -44,11 +44,11 @@ fn told(text: &str, facts: &str) -> Told {
 }
 
 fn warned(message: &str) -> Told {
-    Told::Warned(format!("a scan that nothing known here excludes ends with {message}"))
+    Told::Warned(format!("a scan that nothing known excludes ends with {message}"))
 }
 
 fn broken(fact: &str, message: &str) -> Told {
-    Told::Broken(format!("{fact}: the program breaks what is stated: {message}"))
+    Told::Broken(format!("{fact}: the program violates this fact: {message}"))
 }
 
 /// What is told of D0 = [0, 10].
@@ -78,7 +78,7 @@ fn a_range_is_broken_by_a_constant_or_by_any_run_from_power_up() {
         "`MOV K11 D0` (a.il:2) leaves 11 in D0 when the scan ends",
     );
     let whatever = |scan| {
-        format!("when the scan ends, whatever comes from outside, in scan {scan} from power-up on")
+        format!("when the scan ends, in scan {scan} after power-up, for any values from outside")
     };
     of("LD SM400; INC D0", &format!("`INC D0` (a.il:2) leaves 11 in D0 {}", whatever(11)));
     of("LD SM400; DEC D0", &format!("`DEC D0` (a.il:2) leaves -1 in D0 {}", whatever(1)));
@@ -89,13 +89,13 @@ fn a_range_is_broken_by_a_constant_or_by_any_run_from_power_up() {
 #[test]
 fn a_range_that_only_some_scan_leaves_is_warned_of() {
     let is_warned = |text: &str, message: &str| assert_eq!(of_range(text), warned(message));
-    is_warned("LD X0; INC D0", "D0 = 11, by `INC D0` (a.il:2)");
+    is_warned("LD X0; INC D0", "D0 = 11, written by `INC D0` (a.il:2)");
     // It is true of each run from power-up, which goes from 0 to 6.
     let reset = "LD= D0 K5; MOV K0 D0; LD SM400; INC D0";
-    is_warned(reset, "D0 = 11, by `INC D0` (a.il:4)");
+    is_warned(reset, "D0 = 11, written by `INC D0` (a.il:4)");
     assert_eq!(told(reset, "[ranges]\nD0 = [0, 5]"), Told::Kept);
     // Somebody else may set M9, or change D1.
-    is_warned("LDI M9; INC D0", "D0 = 11, by `INC D0` (a.il:2)");
+    is_warned("LDI M9; INC D0", "D0 = 11, written by `INC D0` (a.il:2)");
     let Told::Warned(message) = of_range("LD SM400; MOV D1 D0") else { panic!("no warning") };
     assert!(message.ends_with("by `MOV D1 D0` (a.il:2)"), "{message}");
     // The longest scan breaks nothing.
@@ -136,7 +136,7 @@ fn a_set_of_bits_is_kept_or_broken_or_neither() {
         broken(
             fact,
             &format!(
-                "{by} leave M0 and M1 both on when the scan ends, whatever comes from outside, in scan {scan} from power-up on"
+                "{by} leave M0 and M1 both on when the scan ends, in scan {scan} after power-up, for any values from outside"
             ),
         )
     };
@@ -147,9 +147,12 @@ fn a_set_of_bits_is_kept_or_broken_or_neither() {
     let inputs = "LD X0; OUT M0; LD X1; OUT M1";
     assert_eq!(
         of_pair(inputs),
-        warned("M0 and M1 both on, by `OUT M0` (a.il:2) and `OUT M1` (a.il:4)")
+        warned("M0 and M1 both on, written by `OUT M0` (a.il:2) and `OUT M1` (a.il:4)")
     );
-    assert_eq!(of_pair("LDI M9; SET M0; SET M1"), warned(&format!("M0 and M1 both on, by {both}")));
+    assert_eq!(
+        of_pair("LDI M9; SET M0; SET M1"),
+        warned(&format!("M0 and M1 both on, written by {both}"))
+    );
     assert_eq!(
         told(inputs, "[exclusive]\nsets = [[\"M0\", \"M1\"], [\"X0\", \"X1\"]]"),
         Told::Kept
@@ -195,7 +198,7 @@ fn text_and_json_say_so() {
     assert_eq!(code, Some(0));
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     for line in [
-        "of M0, M1 no two are on when a scan starts: the program never leaves two of them on",
+        "at most one of M0, M1 is on when a scan starts: the program never leaves two of them on",
         "D0 is 0 to 10 when the scan starts: the program writes nothing else into it",
     ] {
         assert!(text.contains(line), "{text}");

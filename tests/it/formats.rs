@@ -317,7 +317,7 @@ fn no_report_takes_the_place_of_what_is_read_from_a_directory() {
         let kept = fs::read(directory.path().join(name)).ok();
         let output = scanbound(&[&["audit", ".", "-o", name][..], &HOW].concat(), directory.path());
         assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-        assert!(told(&output).contains("would take the place of"), "{}", told(&output));
+        assert!(told(&output).contains("would overwrite"), "{}", told(&output));
         assert_eq!(fs::read(directory.path().join(name)).ok(), kept);
     }
     // Nor where the directory cannot be read as a whole.
@@ -329,7 +329,7 @@ fn no_report_takes_the_place_of_what_is_read_from_a_directory() {
         let output =
             scanbound(&[&["audit", ".", "-o", name][..], &HOW[..2]].concat(), broken.path());
         assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-        assert!(told(&output).contains("would take the place of"), "{}", told(&output));
+        assert!(told(&output).contains("would overwrite"), "{}", told(&output));
         assert_eq!(fs::read(broken.path().join(name)).ok(), kept);
     }
     // Its own reports it writes again.

@@ -380,7 +380,7 @@ END_PROGRAM";
             |one: &&scanbound::audit::Construct| one.places.iter().any(|at| at.at.line == line);
         all.constructs.iter().find(has).map(|one| one.what.as_str())
     };
-    assert_eq!(what(6), Some("arithmetic of REAL: taken as any value"));
+    assert_eq!(what(6), Some("arithmetic of REAL: may be any value"));
     assert_eq!(what(17), Some("the result of FIND may be any value"));
 }
 
@@ -563,7 +563,7 @@ fn logarithms(text: &str) -> Result<(u64, usize), Vec<Code>> {
     costing("LN,1,1\n", text)
 }
 
-/// The bound in microseconds where only these rows cost anything, and how many loops nothing is known to end.
+/// The bound in microseconds where only these rows cost anything, and how many loops nothing known ends.
 fn costing(rows: &str, text: &str) -> Result<(u64, usize), Vec<Code>> {
     let mut table = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {

@@ -64,7 +64,10 @@ fn scan_times_are_read_and_compare_reads_them_again() {
     assert_eq!(code, Some(1), "jitter lies above the bound of the quiet program: {stderr}");
     assert!(stderr.contains("is above the bound"), "{stderr}");
     assert!(stdout.contains("read from the CPU's registers"), "{stdout}");
-    assert!(stdout.contains("1 of 1 devices stood as in the program's worst scan"), "{stdout}");
+    assert!(
+        stdout.contains("1 of 1 devices had the values of the program's worst scan"),
+        "{stdout}"
+    );
     let text = std::fs::read_to_string(at.join("scans.csv")).expect("the readings");
     assert!(text.lines().count() > 10, "{text}");
     assert!(text.lines().any(|line| line.ends_with(",X0=1")), "{text}");
@@ -118,7 +121,7 @@ fn each_failure_is_told_and_is_no_result() {
     assert_eq!(code, Some(2), "{stderr}");
     let (code, _, stderr) = live(at, &["--slmp", &address, "--watch-devices"]);
     assert_eq!(code, Some(2));
-    assert!(stderr.contains("name the program whose worst scan it is"), "{stderr}");
+    assert!(stderr.contains("name the program, whose worst scan"), "{stderr}");
 }
 
 #[test]

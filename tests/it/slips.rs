@@ -85,7 +85,7 @@ fn a_report_in_a_format_that_is_not_known_is_refused() {
 fn a_project_file_that_is_not_read_is_told() {
     let project = "programs = [\"a.il\"]\ncpu = \"Q26UDV\"\nlimit = \"1s\"\n";
     let directory = with(&[("a.il", PROGRAM), ("scanbound.toml", project)]);
-    let read_where = "scanbound.toml here is read only where no program is named";
+    let read_where = "scanbound.toml here is read only if no program is named";
     for arguments in [&["check", "."][..], &["diff", "a.il", "a.il"]] {
         let (code, why) = told(arguments, directory.path());
         assert!(code == Some(2) && why.contains(read_where), "{arguments:?}: {why}");
@@ -173,7 +173,7 @@ fn stated_points_are_held_against_the_program_and_the_cpu_and_listed() {
     let believed = few.split("What was stated and is believed").nth(1).expect("a section");
     assert!(believed.contains("16 input points are refreshed"), "{believed}");
     let many = shown(&["--facts", "many.toml"]);
-    let told = "100000 input points are stated, but the CPU has addresses for 4096";
+    let told = "100000 input points are stated, but the CPU can address only 4096";
     assert!(many.contains(told), "{many}");
     assert!(!many.contains("output points are stated, but"), "{many}");
     let json = shown(&["--facts", "few.toml", "--format", "json"]);

@@ -244,7 +244,7 @@ fn the_command_writes_lines_of_text_and_json() {
     std::fs::write(at.join("a.il"), CODE).expect("written");
     let (code, _, stderr) = monitor(at, &["--for", "600ms", "--timeout", "100ms"]);
     assert_eq!(code, Some(2), "{stderr}");
-    assert!(stderr.contains("none was answered"), "{stderr}");
+    assert!(stderr.contains("polls was answered"), "{stderr}");
     let child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
         .args(["serve", "a.il", "--dialect", "omron-c200h", "--cpu", "C200H", "--pty", "plc"])
         .args(["--set", "00001=1", "--for", "60s"])

@@ -28,7 +28,7 @@ fn named(text: &str, facts: &str) -> Vec<String> {
 #[test]
 fn an_index_of_which_nothing_is_known_is_named_with_what_it_comes_from() {
     let text = "LD X0; MOV D10 Z0; MOV K1 D1000Z0; LD= D5 K3; Op9; END";
-    let line = "\"a.txt:3\" = [0, 99], from what D10 held before the scan";
+    let line = "\"a.txt:3\" = [0, 99], from the value of D10 at the start of the scan";
     assert_eq!(named(text, ""), [line]);
     assert_eq!(named(text, "[index]\n\"a.txt:3\" = [0, 99]\n"), [""; 0]);
     assert_eq!(named(text, "[index]\nZ0 = [0, 5000]\n"), [""; 0], "it is known how far");
@@ -49,10 +49,10 @@ fn what_nothing_depends_on_is_not_named() {
 fn what_follows_from_another_is_not_named_until_that_is_stated() {
     // The second index is what the first write may have left; the third is not.
     let text = "LD X0; MOV K1 D1000Z0; LD X0; MOV D2000 Z1; MOV K1 W0Z1; LD X0; MOV W2000 Z2; MOV K1 R0Z2; LD= R5 K3; Op9; LD= D9 K4; Op1; END";
-    let lines = ["\"a.txt:2\" = [0, 99], from what Z0 held before the scan"];
+    let lines = ["\"a.txt:2\" = [0, 99], from the value of Z0 at the start of the scan"];
     assert_eq!(named(text, ""), lines);
     let stated = "[index]\n\"a.txt:2\" = [0, 99]\n";
-    let second = ["\"a.txt:5\" = [0, 99], from what D2000 held before the scan"];
+    let second = ["\"a.txt:5\" = [0, 99], from the value of D2000 at the start of the scan"];
     assert_eq!(named(text, stated), second);
 }
 
@@ -60,16 +60,20 @@ fn what_follows_from_another_is_not_named_until_that_is_stated() {
 fn a_count_comes_behind_the_write_that_may_change_it() {
     let loops = "FOR D50; LD X1; Op9; NEXT; LD SM400; MOV K3 D50; ";
     let text = format!("{loops}LD X0; MOV K1 D1000Z0; END");
-    let lines =
-        ["\"a.txt:8\" = [0, 99], from what Z0 held before the scan", "\"a.txt:1\" = [0, 20]"];
+    let lines = [
+        "\"a.txt:8\" = [0, 99], from the value of Z0 at the start of the scan",
+        "\"a.txt:1\" = [0, 20]",
+    ];
     assert_eq!(named(&text, ""), lines);
     let text = format!("{loops}LD X0; MOV K1 @D1000; END");
     let lines = ["indirect = [\"D0-D99\"]", "\"a.txt:1\" = [0, 20]"];
     assert_eq!(named(&text, ""), lines);
     // Nobody writes this one: it is what stating helps.
     let text = "FOR D51; LD X1; Op9; NEXT; LD X0; MOV K1 D1000Z0; LD= D5 K3; Op1; END";
-    let lines =
-        ["\"a.txt:1\" = [0, 20]", "\"a.txt:6\" = [0, 99], from what Z0 held before the scan"];
+    let lines = [
+        "\"a.txt:1\" = [0, 20]",
+        "\"a.txt:6\" = [0, 99], from the value of Z0 at the start of the scan",
+    ];
     assert_eq!(named(text, ""), lines);
 }
 
@@ -84,7 +88,7 @@ fn the_bits_of_an_index_are_named_where_they_matter() {
 fn an_index_is_named_whatever_device_it_is_added_to() {
     // All that 16 bits can say is some of the area, and not from there on.
     let text = "LD X0; MOV D10 Z0; MOV K1 ZR40000Z0; LD= ZR50000 K3; Op9; END";
-    let line = "\"a.txt:3\" = [0, 99], from what D10 held before the scan";
+    let line = "\"a.txt:3\" = [0, 99], from the value of D10 at the start of the scan";
     assert_eq!(named(text, "[index]\nbits = 16\n"), [line]);
 }
 

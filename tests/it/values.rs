@@ -394,7 +394,7 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     let other = |low: u32| format!("[counts]\n\"a.txt:5\" = [{low}, 18]\n");
     let contradicts = |low: u32| {
         Err(format!(
-            "no scan counts {low} to 18 in `FOR D50` (a.txt:5): `MOV K19 D50` (a.txt:4) writes D50"
+            "the count of `FOR D50` (a.txt:5) is never {low} to 18: `MOV K19 D50` (a.txt:4) writes D50"
         ))
     };
     assert_eq!(stated(&other(0), set), contradicts(0));
@@ -414,8 +414,8 @@ fn counts_are_stated_of_places_that_count() {
         // A constant.
         ("\"a.txt:6\" = 5", "no word counts iterations or units at a.txt:6"),
         ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
-        ("\"a.txt\" = 5", "nothing is counted by a word 'a.txt'"),
-        ("\"a.txt:x\" = 5", "'a.txt:x' names no line"),
+        ("\"a.txt\" = 5", "no count is read from a word 'a.txt'"),
+        ("\"a.txt:x\" = 5", "'a.txt:x' is not the place of an instruction"),
         ("\"a.txt:2\" = 40000", "the count of `FOR D50` at a.txt:2 is never 40000 to 40000"),
         (
             "\"a.txt:2\" = [3, 1]",
@@ -611,7 +611,7 @@ fn a_count_may_be_stated_by_its_word() {
         Ok(4 + 5),
         "where the second runs it is 1 in both"
     );
-    assert_eq!(stated("D100 = 4"), Err("nothing is counted by a word 'D100'".to_owned()));
+    assert_eq!(stated("D100 = 4"), Err("no count is read from a word 'D100'".to_owned()));
 }
 
 #[test]

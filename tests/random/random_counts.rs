@@ -503,7 +503,7 @@ fn check(tape: &[u16], asked: &Asked, table: &Table, tally: &Tally) -> Result<()
     };
     let writes_bits = lines.iter().any(writes);
     let keeps = |word: Word| match trust {
-        // Nobody but the program writes anything but inputs and the words that it never writes.
+        // Only the program writes anything but inputs and the words that it never writes.
         Trust::All => {
             let never_zero = |&(low, high): &(i64, i64)| !(low..=high).contains(&0);
             !matches!(word, ("CIO" | "D", 0))

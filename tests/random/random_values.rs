@@ -111,7 +111,7 @@ fn ranges(tape: &mut Tape<'_>) -> Facts {
     facts
 }
 
-/// Some words' ranges, and perhaps that nobody but the program writes some words.
+/// Some words' ranges, and perhaps that only the program writes some words.
 fn both(tape: &mut Tape<'_>) -> Facts {
     let internal = if tape.percent(50) { own(tape).internal } else { Vec::new() };
     Facts { internal, ..ranges(tape) }
@@ -121,7 +121,7 @@ fn nothing(_: &mut Tape<'_>) -> Facts {
     Facts::default()
 }
 
-/// That nobody but the program writes some words.
+/// That only the program writes some words.
 fn own(_: &mut Tape<'_>) -> Facts {
     Facts { internal: vec!["D0-D2".to_owned(), "D5-D99".to_owned()], ..Facts::default() }
 }

@@ -1,5 +1,5 @@
-//! Which one statement lowers the bound most. What may be worth stating is read off the dearest scan; what each statement is
-//! worth is not guessed: the audit is made again with it.
+//! Which additional statement of the user lowers the bound most. Candidates are taken from the longest scan, and the
+//! worth of each is measured: the audit is repeated with it.
 
 use super::names::Names;
 use super::pipeline::Concluded;
@@ -19,34 +19,34 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What it is called while it runs.
-const STAGE: &str = "asking what a statement is worth";
-/// Pairs are made of so many bits, those that the dearest scan loses most without.
+/// The name of this stage in the progress display.
+const STAGE: &str = "measuring what each statement is worth";
+/// Pairs are formed from at most this many bits: those without which the longest scan loses most time.
 const MOST_BITS: usize = 24;
-/// So many pairs are asked about, those first of which each bit is needed most for what the other is not needed for.
+/// At most this many pairs are tried. Pairs come first whose bits are needed for different, long parts of the scan.
 const MOST_PAIRS: usize = 12;
 
-/// What is asked.
+/// The settings of the search for advice.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings<'a> {
-    /// What counts and indices are stated to be at most, each by itself.
+    /// The upper limits that are tried for each unknown count and index.
     pub most: &'a [u32],
-    /// How long all audits together may take.
+    /// The total time that all audits together may take.
     pub budget: Option<Duration>,
 }
 
-/// Statements and the bound with each, the lowest first.
+/// Possible statements with the bound that each gives, the lowest bound first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
     /// The program's files.
     pub files: Vec<String>,
-    /// The bound with what is stated now; none where a scan may never end.
+    /// The current bound. `None` if a scan may never end.
     pub upper: Option<Picos>,
-    /// What lowers it.
+    /// The statements that lower it.
     pub found: Vec<Measured>,
-    /// How many others were asked about that lower it by less than a thousandth.
+    /// How many other statements were tried that lower it by less than a thousandth.
     pub useless: usize,
-    /// How many were not asked about for want of time.
+    /// How many statements were not tried because the time was over.
     pub untried: usize,
 }
 
@@ -59,33 +59,33 @@ pub struct Measured {
     pub bound: SolvedBound,
 }
 
-/// Something that may be stated.
+/// A statement that the user could add to the facts file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
-    /// Of what kind.
+    /// Its kind.
     pub kind: Kind,
-    /// The table of the facts file.
+    /// The table of the facts file that it belongs to.
     pub table: &'static str,
-    /// Its line there.
+    /// Its line in that table.
     pub line: String,
-    /// Why it may matter, a sentence without a full stop.
+    /// Why it may matter: a sentence without a full stop.
     pub what: String,
-    /// Where it matters, and the instructions there.
+    /// The places where it matters, with the instructions there.
     pub places: Vec<(Location, Arc<str>)>,
 }
 
-/// A kind of statements.
+/// The kinds of statements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// What a count is at most.
+    /// An upper limit for a count.
     Count,
-    /// What an index is at most, or how many bits it has.
+    /// An upper limit for an index, or its number of bits.
     Index,
-    /// Two bits are never on together.
+    /// Two bits that are never on together.
     Exclusive,
-    /// Nobody but the program writes some devices.
+    /// Devices that only the program writes.
     Internal,
-    /// On which base unit the modules sit.
+    /// The base unit of the modules.
     Base,
 }
 
@@ -103,18 +103,18 @@ impl Kind {
     }
 }
 
-/// A statement that is to be asked about.
+/// A statement that is to be tried.
 struct Candidate {
     statement: Statement,
     facts: Facts,
-    /// How much it may be worth, by which those are asked about first that may be worth more.
+    /// An upper limit of what it may be worth. Candidates with a larger one are tried first.
     hope: Picos,
 }
 
-/// Asks what one statement more is worth, of all that may be worth stating.
+/// Measures what each additional statement is worth.
 ///
 /// # Errors
-/// That in one of these audits the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in one of these audits.
 pub fn advise(
     concluded: &Concluded,
     request: &Request<'_>,
@@ -135,7 +135,7 @@ pub fn advise(
     }
     let left = || settings.budget.map(|budget| budget.saturating_sub(start.elapsed()));
     let is_over = || (request.cancelled)() || left().is_some_and(|left| left.is_zero());
-    // What is left of the budget ends each audit.
+    // Each audit may use what is left of the time budget.
     let within =
         || Request { time_limit: left().into_iter().chain(request.time_limit).min(), ..*request };
     let mut candidates = unknowns(concluded, request, settings.most);
@@ -144,7 +144,7 @@ pub fn advise(
     candidates.sort_by_key(|one| Reverse(one.hope));
     if !is_over() {
         (request.progress)(Progress::Stage(STAGE));
-        // What was found with an audit of its own is asked about first.
+        // A candidate that was found by an audit is tried first.
         if let Some(own) = internal(concluded, &within())? {
             candidates.insert(0, own);
         }
@@ -169,7 +169,7 @@ pub fn advise(
     Ok(advice)
 }
 
-/// What is not known of counts and indices, each stated as at most so many.
+/// The unknown counts and indices, each with the upper limits to try.
 fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<Candidate> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let of = |one: &Unknown, most: u32| {
@@ -177,7 +177,7 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
         one.state(&mut facts, most);
         let (kind, hope) = match &one.kind {
             UnknownKind::Count(counts) => (Kind::Count, counts.cost),
-            // What hangs on where something is written shows only when it is asked.
+            // How much depends on the place of a write is known only after an audit.
             _ => (Kind::Index, audit.bound.upper),
         };
         Candidate {
@@ -192,17 +192,17 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
             hope,
         }
     };
-    // Where indirect addresses lead cannot be guessed.
+    // The targets of indirect addresses cannot be guessed.
     let can_be_stated = |one: &&Unknown| !matches!(one.kind, UnknownKind::Indirect);
     let all = audit.unknowns.iter().filter(can_be_stated).flat_map(|one| {
-        // How many bits an index has is no matter of how large it is.
+        // The number of bits of an index does not depend on an upper limit, so it is tried once.
         let values = if one.is_number() { most } else { &most[..most.len().min(1)] };
         values.iter().map(move |&most| of(one, most))
     });
     all.collect()
 }
 
-/// The base unit of all modules, where it is not stated.
+/// The base unit of all modules, if it is not stated.
 fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
     let bases = &concluded.audit.bases;
     let least = bases.first()?.least.clone();
@@ -211,7 +211,8 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
             kind: Kind::Base,
             table: "io",
             line: format!("base = {least:?}"),
-            what: "the kind of base unit that all modules sit on: the dearest is taken".to_owned(),
+            what: "the kind of base unit on which all modules are mounted: the slowest is assumed"
+                .to_owned(),
             places: Vec::new(),
         },
         facts: Facts { base: Some(least), ..request.facts.clone() },
@@ -219,7 +220,7 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
     })
 }
 
-/// All that lowers the bound if nobody but the program writes what the program writes.
+/// The devices that the program writes, as a statement that nobody else writes them, if that lowers the bound.
 fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candidate>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };
@@ -236,7 +237,7 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
             kind: Kind::Internal,
             table: "internal",
             line: offer::listed(facts.internal.iter()),
-            what: "nobody but the program writes these, no screen and no other PLC: then they hold what the program wrote, and relays that it keeps apart are never on together".to_owned(),
+            what: "only the program writes these devices, no operator panel and no other PLC: then they keep what the program wrote, and relays that it keeps mutually exclusive are never on together".to_owned(),
             places: Vec::new(),
         },
         facts,
@@ -244,12 +245,12 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
     }))
 }
 
-/// A bit that is on when the dearest scan starts.
+/// A bit that is on when the longest scan starts.
 struct On {
     atom: Atom,
     name: String,
     comment: String,
-    /// What the scan loses if it alone were off.
+    /// How much shorter the scan would be if only this bit were off.
     worth: Picos,
 }
 
@@ -263,7 +264,7 @@ impl On {
     }
 }
 
-/// Pairs of bits that are both on in the dearest scan, and that it needs for different things.
+/// Pairs of bits that are both on in the longest scan and that control different parts of it.
 fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     let followed = &concluded.followed;
     if followed.is_structural_only() {
@@ -281,7 +282,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
         for other in &bits[at + 1..] {
             let lost = whole.checked_sub(model.cost(&charges, &without(&dearest, &[one, other])));
             let lost = lost.unwrap_or_default();
-            // What only one of them is needed for. Where there is nothing of that, both gate the same: no interlock.
+            // The time that only one of the two controls. If there is none, both control the same: no interlock.
             let own = [other, one].map(|on| lost.checked_sub(on.worth).unwrap_or_default());
             let least = own[0].min(own[1]);
             if least > Picos::ZERO {
@@ -309,7 +310,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
                 table: "exclusive",
                 line: format!("sets = {:?}", facts.exclusive),
                 what: format!(
-                    "{} and {} are both on in the dearest scan, and each runs what the other does not: state this if an interlock or the plant keeps them from being on together",
+                    "{} and {} are both on in the longest scan, and each enables different instructions: state this if an interlock or the plant prevents that they are on together",
                     one.told(),
                     other.told()
                 ),
@@ -322,7 +323,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     found.into_iter().map(candidate).collect()
 }
 
-/// A scan's values with these bits off.
+/// A copy of the scan's values with these bits off.
 fn without(values: &Assignment, bits: &[&On]) -> Assignment {
     let mut values = values.clone();
     for on in bits {
@@ -332,7 +333,7 @@ fn without(values: &Assignment, bits: &[&On]) -> Assignment {
     values
 }
 
-/// The bits that are on when the dearest scan starts and that have a name, those first that it loses most without.
+/// The named bits that are on when the longest scan starts, those first without which the scan would be shortest.
 fn bits_on(
     program: &Program,
     model: &ScanModel,
@@ -347,7 +348,7 @@ fn bits_on(
         let variable = &model.variables[atom.variable().0 as usize];
         let Origin::Start(cell) = variable.origin else { return None };
         let is_hidden = program.area(cell.area).role == Role::Internal;
-        // That a scan is the first is nothing that an interlock has to do with.
+        // Flags of the first scan have nothing to do with interlocks.
         if is_hidden
             || program.power_up.first_scan.contains(&cell)
             || !values.get(Lit::positive(index))
@@ -378,7 +379,7 @@ fn bits_on(
     on
 }
 
-/// The bits that contacts ask for: the bits of a number are none.
+/// The bits that contacts test. Bits of numbers are not among them.
 fn asked_as_bits(program: &Program) -> BTreeSet<BitSource> {
     let mut asked = BTreeSet::new();
     for instruction in &program.instructions {
@@ -391,7 +392,7 @@ fn asked_as_bits(program: &Program) -> BTreeSet<BitSource> {
     asked
 }
 
-/// The instruction that costs most less in the second scan than in the first, and no less in the third.
+/// The instruction whose time falls most from the first scan to the second, and does not fall in the third.
 fn driven(
     program: &Program,
     model: &ScanModel,

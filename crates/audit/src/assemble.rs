@@ -1,4 +1,4 @@
-//! Puts together what a report shows from what the stages found.
+//! Assembles the result that a report shows from what the stages found.
 
 use super::assumption::Assumption;
 use super::deciding::{deciding, depends_on};
@@ -40,44 +40,44 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// For so many rungs a group it is asked why they don't cost their most.
+/// The number of rungs in a group for which the audit explains why they do not take their longest time.
 const MOST_EXPLAINED: usize = 20;
 
-/// What the search found, and in what.
+/// The results of the search, and the program and model that were searched.
 pub struct Findings<'a> {
     pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub table: &'a Table,
     pub prices: &'a Prices,
     pub model: &'a ScanModel,
-    /// What of the machine the user may state.
+    /// What the user can state about the machine.
     pub machine: MachineOptions,
     pub groups: &'a [Group],
     pub maxima: &'a [Maximum],
-    /// The best assignments of all groups together.
+    /// The best assignments of all groups, combined.
     pub assignment: &'a Assignment,
-    /// What ends the search for reasons.
+    /// The limits of the search for explanations.
     pub limits: &'a Limits<'a>,
 }
 
-/// What the bound's parts are, what they cost in the model's scan, and why rungs don't cost their most there.
+/// The parts of the bound, their times in the model's longest scan, and why rungs do not take their longest time there.
 pub struct Explained {
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
     groups: Vec<ExplainedGroup>,
 }
 
-/// A group's charges in the order of execution, and its rungs, the dearest first.
+/// A group's charges in the order of execution, and its rungs, the longest time first.
 struct ExplainedGroup {
     charges: Vec<ChargeUse>,
     rungs: Vec<RungUse>,
 }
 
-/// What the stages behind the search found.
+/// The results of the stages after the search.
 pub struct Finished<'a> {
     /// The longest real run, and the values with which it starts.
     pub found: &'a RunResults,
-    /// Whether that is the assignment's scan.
+    /// Whether it is the scan of the model's assignment.
     pub same: bool,
     /// When the audit began.
     pub start: Instant,
@@ -88,18 +88,18 @@ pub struct Finished<'a> {
     /// How each group's maximum was found.
     pub searches: Vec<SearchUse>,
     pub loops: Loops,
-    /// A run from power-up, if one was found.
+    /// A run from power-up to that scan, if one was found.
     pub run: Vec<RunScan>,
-    /// The delays around the scan, if a response time is asked for.
+    /// The delays before and after the scan, if a response time was requested.
     pub delays: Option<Delays>,
-    /// The facts that the program keeps.
+    /// The stated facts that the program is proved to keep.
     pub proved: Proved,
     pub watchdog: Watchdog,
     pub cycle: Cycle,
 }
 
 impl<'a> Findings<'a> {
-    /// What the bound rests on and is not known: counts, then where is written.
+    /// The unknown values on which the bound depends: first counts, then targets of writes.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
         unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.machine));
@@ -107,7 +107,8 @@ impl<'a> Findings<'a> {
         unknowns
     }
 
-    /// Shares out the bound, and asks why rungs don't cost their most; of one group that may be `prepared`.
+    /// Distributes the bound to its parts and explains why rungs do not take their longest time. `prepared` may hold
+    /// one group that is already done.
     pub fn explain(&self, mut prepared: Option<Prepared<'a>>) -> Explained {
         let names = Names::new(self.program);
         let values = self.model.circuit.evaluate(self.assignment);
@@ -135,13 +136,13 @@ impl<'a> Findings<'a> {
                 || explains.then(|| self.exclusions(group, maximum, prepared)).flatten(),
             );
             if !maximum.feasible {
-                // No scan of the group was found: all of its part in the bound is open.
+                // No scan of the group was found: its whole part of the bound is left open.
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
             let rungs = self.rungs(group, &charges, &names, exclusions.as_mut());
             let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
             if maximum.upper == charges.iter().map(dearer).sum() {
-                // Nothing was taken off: the bound is their sum, so what each takes of it is known.
+                // Nothing was excluded, so the bound is the sum of all charges and each charge's part is known.
                 charges.iter_mut().for_each(|charge| charge.share = dearer(charge));
             }
             ExplainedGroup { charges, rungs }
@@ -150,7 +151,7 @@ impl<'a> Findings<'a> {
         Explained { overhead, always, groups }
     }
 
-    /// The audit.
+    /// Builds the audit.
     pub fn audit(&self, finished: Finished<'_>) -> Audit {
         let Finished {
             found,
@@ -169,7 +170,7 @@ impl<'a> Findings<'a> {
             cycle,
         } = finished;
         let Explained { overhead, mut always, mut groups } = explained;
-        // The scan that is shown, where it is not that of the assignment.
+        // The real run, if it is not the assignment's scan.
         let real = Some(found).filter(|_| !same);
         if let Some(real) = real {
             self.show(&Executed::of(self.program, &real.best), &mut groups, &mut always);
@@ -233,7 +234,7 @@ impl<'a> Findings<'a> {
             weighed: bound_besides + weighed,
             witness_run: match clocked {
                 None => run,
-                // Every scan takes as long; the clock may be slower, and is not known to be.
+                // Every scan takes the same time. The clock may be slow, but that is not known.
                 Some(_) => {
                     let at_most = |scan: RunScan| RunScan { took: scan.took.min(possible), ..scan };
                     run.into_iter().map(at_most).collect()
@@ -261,7 +262,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// The bound: all that is always paid, and the groups' maxima.
+    /// The upper bound: the charges of every scan, the overhead and the groups' maxima.
     fn upper(&self, always: &[ChargeUse], overhead: &[OverheadUse]) -> Picos {
         let always = always.iter().map(|charge| charge.cost);
         let overhead = overhead.iter().map(|term| term.time);
@@ -283,7 +284,7 @@ impl<'a> Findings<'a> {
         Bound {
             upper,
             lower,
-            // A search that ends early may know less of the model than of real scans.
+            // A search that ends early may have found less in the model than real runs did.
             model: model.max(lower),
             naive: overhead + self.model.charges.iter().map(|charge| charge.largest_cost()).sum(),
             always,
@@ -292,8 +293,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Takes from a scan that was run what charges cost in it. What costs the same in every scan keeps that where the scan
-    /// is not followed so far.
+    /// Copies the times of a real run into the charges. Charges with the same time in every scan keep it if the run
+    /// stopped before them.
     fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup], always: &mut [ChargeUse]) {
         for (charge, shown) in self.model.constant_charges().into_iter().zip(always) {
             let charge = &self.model.charges[charge];
@@ -389,7 +390,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// What is asked why rungs don't cost their most; none if all of the group's do.
+    /// The search for explanations in a group. `None` if all its rungs take their longest time.
     fn exclusions(
         &self,
         group: &Group,
@@ -404,7 +405,8 @@ impl<'a> Findings<'a> {
         })
     }
 
-    /// The group's rungs, the dearest first, and why the dearest of them don't cost their most.
+    /// The group's rungs, the longest time first, with explanations why the first of them do not take their longest
+    /// time.
     fn rungs(
         &self,
         group: &Group,
@@ -440,7 +442,8 @@ impl<'a> Findings<'a> {
         found.into_iter().map(|rung| rung.shown).collect()
     }
 
-    /// The devices on which the charge and one of the others depend; all of its own if there is no other.
+    /// The devices on which both the charge and one of the others depend. If there are no others, all devices of the
+    /// charge.
     fn shared_devices(
         &self,
         group: &Group,
@@ -463,7 +466,7 @@ impl<'a> Findings<'a> {
         devices
     }
 
-    /// For each variable how many gates and charges ask for it.
+    /// For each variable, the number of gates and charges that use it.
     fn uses(&self) -> Vec<usize> {
         let nodes = self.model.circuit.nodes();
         let mut needed = vec![false; nodes.len()];
@@ -492,8 +495,8 @@ impl<'a> Findings<'a> {
         uses
     }
 
-    /// What is free in the scan that is shown, and what the groups' charges cost in the scan of the model that starts so:
-    /// [`FreeValue::worth`] is a part of that.
+    /// The free values of the scan that is shown, and the time of the groups' charges in the model's scan with these
+    /// values. Each [`FreeValue::worth`] is a part of that time.
     fn witness(
         &self,
         names: &Names<'_>,
@@ -561,7 +564,7 @@ impl<'a> Findings<'a> {
         (values, self.model.cost(&charges, assignment))
     }
 
-    /// The part of each instruction in the bound, as far as the search settled it.
+    /// Each instruction's part of the bound, as far as the search determined it.
     fn shares(&self, groups: &[ExplainedGroup], always: &[ChargeUse]) -> Vec<(usize, Picos)> {
         let instruction = |charge: &usize| self.model.charges[*charge].instruction;
         let constant = self.model.constant_charges();
@@ -572,7 +575,7 @@ impl<'a> Findings<'a> {
         grouped.chain(always).collect()
     }
 
-    /// What each execution cost in the scan that is shown, by instruction.
+    /// The time of each execution in the scan that is shown, by instruction.
     fn costs(&self, real: Option<&RunResults>) -> Vec<(usize, Picos)> {
         match real {
             None => {

@@ -1,35 +1,36 @@
-//! What words and relays hold between scans because the program alone writes them, shown with the lines that write them.
+//! Values of words and relays between scans that were derived because only the program writes them, with the writing
+//! instructions.
 
 use super::solved_bound::SolvedBound;
 use scanbound_base::location::Location;
 use scanbound_ir::Program;
 use std::sync::Arc;
 
-/// What words or relays hold whenever a scan starts, which excludes scans.
+/// A statement about words or relays that holds whenever a scan starts and excludes scans.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumption {
-    /// The word, or several relays, by their names.
+    /// The name of the word, or of the relays.
     pub devices: Vec<String>,
-    /// The word's least value, signed, and its largest one.
+    /// The word's smallest and largest value, signed.
     pub range: Option<(i64, i64)>,
-    /// Its only values, where these are not all of the range; else empty.
+    /// The word's only possible values. Empty if they are the whole range.
     pub values: Vec<u16>,
-    /// Of relays, how many of them are ever on at once: one, or all but one; 0: all are off in the first scan.
+    /// For relays: how many of them can be on at once. 0: all are off in the first scan.
     pub most: usize,
-    /// All instructions that write them, with their texts: the evidence.
+    /// All instructions that write them, with their text: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
-    /// The bound of an audit in which these may hold anything, where that was asked for.
+    /// The bound of an audit without this assumption, if that was requested.
     pub without: Option<SolvedBound>,
 }
 
 impl Assumption {
-    /// All of them in one text.
+    /// The names of all its devices, joined.
     #[must_use]
     pub fn name(&self) -> String {
         self.devices.join(", ")
     }
 
-    /// Its only values in order, if not all of the range are.
+    /// Its only possible values, sorted. Empty if they are the whole range.
     #[must_use]
     pub fn values(&self) -> Vec<i64> {
         let mut values: Vec<i64> =
@@ -38,7 +39,7 @@ impl Assumption {
         values
     }
 
-    /// All of a program.
+    /// All assumptions about a program.
     pub(super) fn all(program: &Program) -> Vec<Assumption> {
         let written = |at: &usize| {
             let instruction = &program.instructions[*at];

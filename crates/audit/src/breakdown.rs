@@ -1,4 +1,4 @@
-//! Where the bound's time goes: parts that add up to it, to the picosecond.
+//! Where the bound's time goes: parts that add up to the bound exactly, in picoseconds.
 
 use super::{Audit, ChargeUse, Share};
 use scanbound_base::location::Location;
@@ -7,21 +7,21 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What the time is shared out to.
+/// How the bound is divided into parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum By {
-    /// Programs: files.
+    /// By program: by file.
     Program,
-    /// Routines of programs: what is called, and the rest.
+    /// By routine of each program. Code outside of routines is one part.
     Routine,
-    /// Rungs.
+    /// By rung.
     Rung,
-    /// Kinds of instructions.
+    /// By instruction name.
     Instruction,
 }
 
 impl By {
-    /// All of them, the coarsest first.
+    /// All divisions, the coarsest first.
     pub const ALL: [By; 4] = [By::Program, By::Routine, By::Rung, By::Instruction];
 
     /// Its name.
@@ -36,34 +36,34 @@ impl By {
     }
 }
 
-/// What a part of the bound is for.
+/// What a part of the bound belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Piece {
-    /// A program: an index into the files.
+    /// A program: the index of its file.
     Program(u32),
-    /// A routine of a program; without a name what no call leads to.
+    /// A routine of a program. Without a name: the code that is not called.
     Routine(u32, Option<Arc<str>>),
-    /// A rung, told by the dearest of its instructions.
+    /// A rung, shown by the instruction in it that takes most time.
     Rung {
-        /// Its number.
+        /// The rung's number.
         block: u32,
         /// The instruction's place.
         at: Location,
         /// The instruction's text.
         instruction: Arc<str>,
     },
-    /// A kind of instruction.
+    /// All instructions of this name.
     Instruction(Arc<str>),
-    /// What each scan costs besides.
+    /// An overhead term, by its name.
     EveryScan(String),
-    /// What the search did not settle: the bound is higher than the dearest scan it found by this.
+    /// What the search left open: the difference between the bound and the longest scan found.
     Open,
-    /// What the factor adds to all of the others.
+    /// What the table's factor adds to all other parts.
     Factor(String),
 }
 
 impl Piece {
-    /// What it is, in a word.
+    /// The kind of this part, in one word.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -81,15 +81,15 @@ impl Piece {
 /// A part of the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// What for.
+    /// What it belongs to.
     pub piece: Piece,
     /// Its time, without the table's factor.
     pub time: Picos,
-    /// What it would be if all of it ran at the dearer of its times: what exclusion takes off is the difference.
+    /// Its time if every charge took the larger of its two times. The difference is what mutual exclusion saves.
     pub most: Picos,
-    /// How much of it no condition changes.
+    /// The part of its time that does not depend on any condition.
     pub always: Picos,
-    /// How many instructions of the program it has.
+    /// The number of instructions in it.
     pub instructions: usize,
 }
 
@@ -101,7 +101,7 @@ impl Part {
     }
 }
 
-/// Charges that belong together.
+/// Charges that belong to the same part.
 #[derive(Default)]
 struct Pile<'a> {
     time: Picos,
@@ -127,7 +127,7 @@ impl<'a> Pile<'a> {
     }
 }
 
-/// What charges are sorted by.
+/// The key by which charges are put into parts.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Key<'a> {
     File(u32),
@@ -137,9 +137,9 @@ enum Key<'a> {
 }
 
 impl Audit {
-    /// The bound by its parts, without the table's factor, which is a part of its own. The dearest of what was asked for
-    /// come first, then what each scan costs, what the search left open, and the factor. All of them together are the
-    /// bound.
+    /// Divides the bound into parts, without the table's factor, which is a part by itself. The parts come in this
+    /// order: the requested division, the longest first; overhead; what the search left open; the factor. Their sum is
+    /// the bound.
     #[must_use]
     pub fn breakdown(&self, by: By) -> Vec<Part> {
         let mut piles: BTreeMap<Key<'_>, Pile<'_>> = BTreeMap::new();
@@ -181,7 +181,7 @@ impl Audit {
         Share::of(self.assumed_part(), self.bound.upper)
     }
 
-    /// How much of the bound rests on assumed times, what the search left open with it.
+    /// How much of the bound rests on assumed times, including what the search left open.
     #[must_use]
     pub fn assumed_part(&self) -> Picos {
         if self.table.assumed.is_empty() {
@@ -209,13 +209,13 @@ impl Audit {
         })
     }
 
-    /// Whether it is known of all of the bound what takes it: the search left nothing open, or the bound is the sum of all.
+    /// Whether every part of the bound is known: the search left nothing open, or the bound is the structural bound.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.open() == Picos::ZERO
     }
 
-    /// By how much the bound is higher than the dearest scan that the search found.
+    /// The difference between the bound and the longest scan that the search found.
     #[must_use]
     pub fn open(&self) -> Picos {
         let open = self.groups.iter().map(|group| {
@@ -225,7 +225,7 @@ impl Audit {
         open.sum()
     }
 
-    /// A time without the table's factor, rounded down: together with the factor's part this makes the bound.
+    /// A time without the table's factor, rounded down. Together with the factor's part, the times add up to the bound.
     fn without_factor(&self, time: Picos) -> Picos {
         let Some(factor) = &self.table.factor else { return time };
         let bare = u128::from(time.0) * 1_000_000 / u128::from(factor.millionths.max(1));
@@ -233,7 +233,7 @@ impl Audit {
     }
 }
 
-/// The kind of an instruction: its first word.
+/// The name of an instruction: the first word of its text.
 fn mnemonic(text: &str) -> &str {
     text.split_whitespace().next().unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! Every kind of step costs what it takes wherever it is reached, in the model and in the interpreter alike.
+//! Checks that every kind of step is charged each time it is executed, in the model and in the interpreter.
 
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{ChoiceId, Join, Logic, Program, Step, Summary, Witness, WordSource, testing};
@@ -7,7 +7,7 @@ use scanbound_replay::replay;
 use scanbound_scan::scan_model;
 use std::collections::BTreeSet;
 
-/// The kind's number. A new kind of step gets the next one here, and a place in the programs below.
+/// A number for each kind of step. A new kind gets the next number and must be added to the programs below.
 fn kind(step: &Step) -> usize {
     match step {
         Step::Logic { .. } => 0,
@@ -31,12 +31,12 @@ fn kind(step: &Step) -> usize {
     }
 }
 
-/// How many kinds there are.
+/// The number of kinds.
 const KINDS: usize = 18;
 
 const ALWAYS: Logic = Logic::Const(true);
 
-/// Main routines, and behind each step how often a scan executes it.
+/// Main routines. Each step comes with the number of its executions in a scan.
 fn programs() -> Vec<Vec<(Step, u64)>> {
     let contact = |join| Step::Logic { join, value: ALWAYS };
     let act = || Step::Act { fires: Logic::Condition };
@@ -92,7 +92,7 @@ fn every_kind_of_step_is_charged_as_often_as_it_is_executed() {
     let mut seen = BTreeSet::new();
     for steps in programs() {
         seen.extend(steps.iter().map(|(step, _)| kind(step)));
-        // Each instruction has a digit of its own in the sum.
+        // Each instruction has its own digit in the sum.
         let times: Vec<Times> = (0..steps.len() as u32)
             .map(|place| Picos(1 << (3 * place)))
             .map(|time| Times::new(time, time))

@@ -1,4 +1,4 @@
-//! What it is worth that steps and stored actions of charts exclude each other.
+//! How much the bound is lowered because steps and stored actions of charts are mutually exclusive.
 
 use super::Audit;
 use super::Value;
@@ -9,24 +9,24 @@ use super::solved_bound::SolvedBound;
 use scanbound_ir::Program;
 use std::time::Duration;
 
-/// What charts' co-activity does to the bound.
+/// How mutual exclusion in charts affects the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coactivity {
-    /// The bound if steps and stored actions did not exclude each other.
+    /// The bound if steps and stored actions were not mutually exclusive.
     pub without: SolvedBound,
-    /// The steps that are active and the actions that are on when the longest scan starts.
+    /// The steps that are active and the stored actions that are on when the longest scan starts.
     pub active: Vec<String>,
 }
 
-/// So much of the time limit this may take, whatever the audit before has taken or left over: a tenth.
+/// The minimum share of the time limit for this audit: one tenth, however much of the limit the first audit used.
 const LEAST_SHARE: u32 = 10;
 
-/// Adds to an audit the bound without what charts keep apart: that of a whole audit. It may take as long as the audit before: what
-/// is asked for is the bound, and without the charts there is far more to search.
-/// Nothing is added without charts, where only a limit is asked for, and where nothing is bounded.
+/// Adds the bound without the mutual exclusion of charts, found by a second, complete audit. It may take as long as the
+/// first one: without the charts there is far more to search. Nothing is added if there are no charts, if only a limit
+/// is to be decided, or if nothing bounds the scan.
 ///
 /// # Errors
-/// That in that audit the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in that audit.
 pub fn coactivity(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
     concluded.audit.coactivity = of(&concluded.followed.program, &concluded.audit, request)?;
     Ok(())
@@ -44,7 +44,7 @@ fn of(
     {
         return Ok(None);
     }
-    (request.progress)(Progress::Stage("solving without co-activity"));
+    (request.progress)(Progress::Stage("solving without the exclusion of steps"));
     let left = |limit: Duration| {
         limit.saturating_sub(found.elapsed).min(found.elapsed).max(limit / LEAST_SHARE)
     };
@@ -64,7 +64,7 @@ fn of(
     let names: std::collections::BTreeSet<String> = names.collect();
     let on = found.witness.iter().filter(|one| one.at_start && one.value == Value::Bit(true));
     let active = on.filter(|one| names.contains(&one.name)).map(|one| one.name.clone());
-    // Where time ran out, the second bound may be the lower one.
+    // If the time ran out, the second bound may be lower than the first.
     let upper = without.bound.upper.max(found.bound.upper);
     let is_over = all.time_limit.is_some_and(|limit| without.elapsed >= limit);
     let without = SolvedBound { upper, cut: is_over || !without.cuts.is_empty() };

@@ -1,21 +1,21 @@
-//! A guard in words: the devices that must be on, off, or hold which numbers.
+//! Writes a guard in words: which devices must be on or off, and which numbers words must hold.
 
 use scanbound_model::{Atom, Circuit, Lit, Node, VarId};
 use std::collections::BTreeMap;
 
-/// A condition that asks more often than this is not written out.
+/// A condition with more terms than this is not written.
 const LONGEST: usize = 40;
 
-/// The condition in words, over the names of its variables; `None` if it is too long to be read.
+/// The condition in words, with these names for its variables. `None` if it is too long to be readable.
 pub fn text(circuit: &Circuit, guard: Lit, name: &dyn Fn(VarId) -> String) -> Option<String> {
     let mut writer = Writer { circuit, name, left: LONGEST };
     Some(writer.formula(guard)?.text(false))
 }
 
-/// And, or, and what they join.
+/// Conjunctions, disjunctions and their operands.
 enum Formula {
     Leaf(String),
-    /// Is it all of these, else any?
+    /// `true`: all of these. `false`: any of these.
     Joined(bool, Vec<Formula>),
 }
 
@@ -35,7 +35,7 @@ impl Formula {
 struct Writer<'a> {
     circuit: &'a Circuit,
     name: &'a dyn Fn(VarId) -> String,
-    /// The number of leaves that may still be written.
+    /// The number of terms that may still be written.
     left: usize,
 }
 
@@ -58,7 +58,7 @@ impl Writer<'_> {
         })
     }
 
-    /// An and-gate with all the and-gates right behind it, or its negation.
+    /// An and-gate, merged with the and-gates that are its inputs, or the negation of all that.
     fn joined(&mut self, gate: Lit, holds: bool) -> Option<Formula> {
         let mut open = vec![gate.node()];
         let mut ranges: BTreeMap<VarId, (u16, u16)> = BTreeMap::new();
@@ -86,7 +86,7 @@ impl Writer<'_> {
                 }
             }
         }
-        // Gates know their inputs by number; people by the order in which they were first asked.
+        // Sort operands by their first use, which is the order a reader expects.
         inputs.sort_by_key(|(lit, _)| lit.node());
         let mut parts = Vec::new();
         for (lit, word) in inputs {
@@ -104,14 +104,14 @@ impl Writer<'_> {
         })
     }
 
-    /// That a word, unsigned, lies in a range, or that it does not, as signed numbers.
+    /// Whether a word, as an unsigned number, lies in a range or outside, written for signed numbers.
     fn leaf(&mut self, word: VarId, (low, high): (u16, u16), holds: bool) -> Option<Formula> {
         self.left = self.left.checked_sub(1)?;
         let name = (self.name)(word);
         if low > high {
             return Some(Formula::Leaf(if holds { "never" } else { "always" }.to_owned()));
         }
-        // A range from positive numbers to negative ones leaves out one that lies around 0.
+        // A range from positive to negative numbers is written as the complement of a range around 0.
         let around = low < 0x8000 && high >= 0x8000;
         let (low, high, within) = match around {
             true => (high.wrapping_add(1).cast_signed(), low.wrapping_sub(1).cast_signed(), !holds),

@@ -1,4 +1,4 @@
-//! Puts the groups' best assignments together to one scan, and holds its cost against the interpreter's.
+//! Combines the groups' best assignments into one scan, and compares its time with the interpreter's.
 
 use super::failure::Failure;
 use super::request::Request;
@@ -13,14 +13,14 @@ use scanbound_replay::Replay;
 use scanbound_solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
-/// What is said where no scan keeps what is stated, until the facts are known that it is said of.
-pub(super) const CONTRADICTION: &str = "no scan keeps all the stated ranges and counts";
+/// The message if no scan satisfies the stated facts. It is replaced later by one that names the facts.
+pub(super) const CONTRADICTION: &str = "no scan satisfies all stated ranges and counts";
 
-/// Where the time is over and no scan is known that keeps the stated facts, one is looked for so long.
+/// How long a scan that satisfies the stated facts is searched for after the time limit, if none is known yet.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// The groups' best assignments in one, which they can be since groups share no variable. It also gets values for
-/// constraints that concern no group, so that it keeps all the stated facts.
+/// The groups' best assignments combined. This is possible because groups share no variable. Constraints that belong to
+/// no group also get values, so that the scan satisfies all stated facts.
 pub(super) fn together(
     request: &Request<'_>,
     budget: &Budget<'_>,
@@ -30,7 +30,7 @@ pub(super) fn together(
 ) -> Result<Assignment, Failure> {
     let mut all = Assignment(vec![0; model.variables.len()]);
     for (group, maximum) in groups.iter().zip(maxima) {
-        // A search that ended before it found any allowed scan has no best one.
+        // A search that ended before it found a feasible scan has no best assignment.
         if !maximum.feasible {
             let constraints = Group { charges: Vec::new(), ..group.clone() };
             (maximum.best, maximum.feasible) =
@@ -45,7 +45,7 @@ pub(super) fn together(
     Ok(all)
 }
 
-/// Some values that keep the constraints of a group without charges.
+/// An assignment that satisfies the constraints of a group without charges.
 fn allowed(
     request: &Request<'_>,
     budget: &Budget<'_>,
@@ -56,13 +56,13 @@ fn allowed(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
         CONTRADICTION,
-        "look for two that concern the same word, and for counts that the program sets otherwise",
+        "look for two statements about the same word, and for counts that the program sets to other values",
     )));
-    // The program sets a count to a constant that contradicts what is stated.
+    // The program sets a count to a constant that contradicts the stated count.
     if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
         return contradicts;
     }
-    // Nearly always found at once, so it is looked for even where the time is over.
+    // This is nearly always found at once, so it is searched for even if the time is over.
     let least = Instant::now() + GRACE;
     let deadline = budget.deadline().map(|end| end.max(least));
     let limits = Limits { deadline, ..Limits::default() };
@@ -74,14 +74,14 @@ fn allowed(
         return Err(Failure::from(Diagnostic::file(
             Code::Time,
             request.inputs.first().map_or("", |input| &input.name),
-            "in the time given no scan was found that keeps all the stated ranges and counts",
+            "within the time limit, no scan was found that satisfies all stated ranges and counts",
             "give it more time (--time-limit), or state less",
         )));
     }
     contradicts
 }
 
-/// Holds the scan that was replayed against what the analysis says that it costs.
+/// Compares the replayed scan with the time that the analysis gives for it.
 pub(super) fn confirm(
     program: &Program,
     model: &ScanModel,
@@ -94,23 +94,25 @@ pub(super) fn confirm(
     let said: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
     if replayed.total != said {
         return Err(Failure::Internal(format!(
-            "the interpreter's scan takes {}, the analysis says {said}{}",
+            "the interpreter's scan takes {}, but the analysis gives {said}{}",
             replayed.total,
             first_difference(program, model, &values, replayed)
         )));
     }
     if let Some(&range) = replayed.broken_ranges.first() {
         let cell = program.cell_name(program.stated_ranges[range].cells[0]);
-        return Err(Failure::Internal(format!("the worst scan breaks the range of {cell}")));
+        return Err(Failure::Internal(format!("the longest scan violates the range of {cell}")));
     }
     if !replayed.broken_invariants.is_empty() {
-        return Err(Failure::Internal("the worst scan starts as no scan does".to_owned()));
+        return Err(Failure::Internal(
+            "the longest scan starts with values that an invariant excludes".to_owned(),
+        ));
     }
     for (group, maximum) in groups.iter().zip(maxima) {
         let cost: Picos = group.charges.iter().map(|&c| model.charges[c].cost(&values)).sum();
         if cost != maximum.lower || maximum.lower > maximum.upper {
             return Err(Failure::Internal(format!(
-                "a group's best scan costs {cost}, its search says {} to {}",
+                "a group's best scan takes {cost}, but its search gives {} to {}",
                 maximum.lower, maximum.upper
             )));
         }
@@ -118,7 +120,7 @@ pub(super) fn confirm(
     Ok(())
 }
 
-/// The first execution that the interpreter and the analysis price differently, for the message.
+/// The first execution whose time differs between the interpreter and the analysis, for the message.
 fn first_difference(
     program: &Program,
     model: &ScanModel,
@@ -181,6 +183,6 @@ mod tests {
         internal(&maxima, &replayed, "the interpreter's scan takes");
         replayed.total = replay(program, &times, &groups::witness(model, &assignment)).total;
         maxima[0].lower += Picos(1);
-        internal(&maxima, &replayed, "its search says");
+        internal(&maxima, &replayed, "its search gives");
     }
 }

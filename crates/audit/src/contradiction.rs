@@ -1,4 +1,4 @@
-//! Facts that no scan keeps: which of those that are stated contradict the program, and which are not worth offering.
+//! Facts that no scan satisfies: finds which stated facts contradict the program, and which offered ones would.
 
 use super::Audit;
 use super::confirmed::CONTRADICTION;
@@ -15,20 +15,20 @@ use scanbound_ir::{Program, flow};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Facts are tried for so long at most, where the request sets no shorter limit.
+/// The time limit for trying facts, unless the request sets a shorter one.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// What a count is offered as at most, the first that some scan keeps.
+/// The upper limits that are offered for a count. The first that some scan satisfies is used.
 const OFFERED: [u32; 5] = [20, 100, 1_000, 10_000, i16::MAX as u32];
 
-/// What reads and audits a project: the pipeline, which asks here what to say.
+/// The functions that read and audit a project. The pipeline passes them, so that this module does not depend on it.
 #[derive(Clone, Copy)]
 pub(super) struct Stages {
     pub read: fn(&Request<'_>) -> Result<Program, Failure>,
     pub audit: fn(&Request<'_>) -> Result<Audit, Failure>,
 }
 
-/// Whether some scan keeps the facts; yes also where that could not be found out.
+/// Whether some scan satisfies the facts. Also true if that could not be decided.
 fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     let request = Request {
         facts,
@@ -47,16 +47,16 @@ fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     }
 }
 
-/// When facts are tried no longer.
+/// When trying facts ends.
 fn end(request: &Request<'_>) -> Instant {
     Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
 }
 
-/// The failure of an audit; where it is that no scan keeps what is stated, with the facts that contradict the program.
+/// The failure of an audit. If no scan satisfies the stated facts, it names those that contradict the program.
 pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> Failure {
     let is_one = |fault: &Diagnostic| fault.message == CONTRADICTION;
     match failure {
-        // Facts that are only tried are not asked about.
+        // Facts that are only tried are not analysed for contradictions.
         Failure::Input(faults) if request.proves_facts && faults.iter().any(is_one) => {
             let named = contradicting(stages, request);
             Failure::Input(if named.is_empty() { faults } else { named })
@@ -65,7 +65,8 @@ pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> 
     }
 }
 
-/// Those of the stated ranges and counts that no scan keeps, each by itself; else those without which the others are kept.
+/// The stated ranges and counts that no scan satisfies, each alone. If there are none: those without which the others
+/// are satisfiable.
 fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let end = end(request);
     let facts = request.facts;
@@ -75,7 +76,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     };
     let mut told = Vec::new();
     for (key, &(low, high)) in &facts.counts {
-        // A word may count at several places.
+        // A word may be the count at several places.
         let places = found(&program, key).unwrap_or_default();
         let at = places.iter().map(|&at| program.instructions[at].place);
         let keys: Vec<String> = at.map(|place| unknown::key(&program, place)).collect();
@@ -84,7 +85,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
             if Instant::now() < end && !is_kept(stages, request, &Facts { counts, ..bare.clone() })
             {
                 let message = count_told(&program, at, low, high);
-                let help = "state what it can be there, or leave it out";
+                let help = "state a count that can occur there, or remove the statement";
                 let fact = ["counts", key.as_str()];
                 told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
             }
@@ -93,8 +94,8 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     for (key, &(low, high)) in &facts.ranges {
         let ranges = BTreeMap::from([(key.clone(), (low, high))]);
         if Instant::now() < end && !is_kept(stages, request, &Facts { ranges, ..bare.clone() }) {
-            let message = format!("no scan starts with {low} to {high} in {key}");
-            let help = "state what it can hold when a scan starts, or leave it out";
+            let message = format!("no scan starts with a value from {low} to {high} in {key}");
+            let help = "state a range that can occur when a scan starts, or remove the statement";
             let fact = ["ranges", key.as_str()];
             told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
         }
@@ -102,14 +103,14 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     if told.is_empty() { together(stages, request, end) } else { told }
 }
 
-/// Each fact without which some scan keeps the others.
+/// Each fact without which some scan satisfies the others.
 fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnostic> {
     let facts = request.facts;
     let is_one = |fewer: &Facts| Instant::now() < end && is_kept(stages, request, fewer);
     let told = |table: &'static str, key: &str, (low, high): (i64, i64)| {
         let message =
-            format!("no scan keeps {key} = {low} to {high} together with the other facts");
-        let help = "look for a fact that concerns the same word, and correct one of the two";
+            format!("no scan satisfies {key} = {low} to {high} together with the other facts");
+        let help = "look for another fact about the same word, and correct one of the two";
         facts.fault([table, key], Part::Value, Code::Facts, message, help)
     };
     let mut all = Vec::new();
@@ -126,14 +127,14 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
     all
 }
 
-/// That a count is never what is stated, and the instruction that sets its word before.
+/// The message that a count never has the stated value, with the instruction that sets its word before.
 fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
     let place = |at: usize| {
         let one = &program.instructions[at];
         let file = &one.place.of(&program.files).name;
         format!("`{}` ({file}:{})", one.text, one.place.line)
     };
-    let never = format!("no scan counts {low} to {high} in {}", place(at));
+    let never = format!("the count of {} is never {low} to {high}", place(at));
     let word = unknown::word(program, at);
     let Some((word, cell)) =
         word.and_then(|word| Some((word.clone(), stated::cell(program, &word)?)))
@@ -147,7 +148,7 @@ fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
     by.map_or(never.clone(), |by| format!("{never}: {} writes {word}", place(by)))
 }
 
-/// Facts that are stated and that no scan keeps, or that the program breaks.
+/// The stated facts that no scan satisfies, or that the program violates.
 pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let facts = request.facts;
     if facts.counts.is_empty() && facts.ranges.is_empty() && facts.exclusive.is_empty() {
@@ -169,8 +170,8 @@ pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     }
 }
 
-/// What each unknown count or index is offered as at most, by its key, so that some scan keeps all of these together. One
-/// that has no such number is not offered.
+/// The upper limit to offer for each unknown count or index, by its key, so that some scan satisfies all of them
+/// together. One without such a limit is not offered.
 pub(super) fn offered(
     stages: Stages,
     request: &Request<'_>,

@@ -1,4 +1,5 @@
-//! What the user states of counts, at single places or wherever a word counts: found in the program, and put into it.
+//! Counts that the user states, for one place or wherever a word is the count: finds the places and applies the
+//! statements.
 
 use super::unknown;
 use scanbound_base::code::Code;
@@ -8,16 +9,16 @@ use scanbound_base::suggestion;
 use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
 use std::collections::BTreeSet;
 
-/// So many places are offered where one is not found.
+/// The number of places that a message suggests if the stated one does not exist.
 const MOST_OFFERED: usize = 8;
 
-/// States counts at instructions: fewer iterations and units, and no scans in which they are others.
+/// Applies stated counts to instructions: limits their iterations and units, and excludes scans with other counts.
 ///
 /// # Errors
-/// Each place where nothing counts, or that is not in the program.
+/// Each place that is not in the program or has no count.
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
-    // What a front was told of its loops already, it has stated.
+    // Counts that the front already applied to its loops.
     let own: BTreeSet<usize> = program.stated_counts.keys().copied().collect();
     for (place, &(low, high)) in &facts.counts {
         let fault = |part, message: String, help: &str| {
@@ -34,10 +35,14 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
             if !lower(program, at, low, high) {
                 let text = program.instructions[at].text.clone();
                 let message = format!("the count of `{text}` at {place} is never {low} to {high}");
-                faults.push(fault(Part::Value, message, "leave it out, or state what it can be"));
+                faults.push(fault(
+                    Part::Value,
+                    message,
+                    "remove the statement, or state a count that can occur",
+                ));
                 continue;
             }
-            // A line and a step may name the same place: both hold.
+            // A line and a step may name the same place: both statements apply.
             let all = program.stated_counts.entry(at).or_insert((low, high));
             *all = (all.0.max(low), all.1.min(high));
             // Its iterations are known now: it is followed if they are few enough.
@@ -49,7 +54,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Whether words count something at an instruction.
+/// Whether words of the program hold a count of this instruction.
 fn counts(program: &Program, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let iterations = match &instruction.step {
@@ -61,7 +66,7 @@ fn counts(program: &Program, at: usize) -> bool {
         || instruction.counted().is_some()
 }
 
-/// The instructions that count at a place, or why there are none and what would be right.
+/// The instructions with a count at a place. If there are none: a message and the help.
 pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
     let form = || {
         "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or a word that counts"
@@ -69,7 +74,7 @@ pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (Strin
     };
     let Some((file, number)) = place.rsplit_once(':') else {
         let is_it = |word: &str| word.eq_ignore_ascii_case(place.trim());
-        // Of a file register the source may have another name than the program.
+        // The source may name a file register differently from the program.
         let written = |at: usize| {
             program.approximations.iter().any(|one| match &one.what {
                 Approximated::UnknownCount { word, .. } => one.instruction == at && is_it(word),
@@ -88,17 +93,20 @@ pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (Strin
             let words: BTreeSet<String> =
                 all.filter_map(|at| Some(unknown::word(program, at)?.to_string())).collect();
             let help = suggestion::with_suggestion(suggestion::nearest(place, words), &form());
-            return Err((format!("nothing is counted by a word '{place}'"), help));
+            return Err((format!("no count is read from a word '{place}'"), help));
         }
         return Ok(found);
     };
-    let what = ["no word counts iterations or units", "words count", "no word counts anything"];
+    let what = [
+        "no count of iterations or units is read from a word",
+        "counts are read from words",
+        "no count is read from a word",
+    ];
     at(program, (file, number), counts, what, form())
 }
 
-/// The instructions at a line or step of a file of which something can be stated, or why there are none and what would
-/// be right. `what` says in errors that none does it at the place, which ones do elsewhere, and that none does in the
-/// file.
+/// The instructions at a line or step for which something can be stated. If there are none: a message and the help.
+/// `what` has three texts: there is none at the place, where there are some, there is none in the file.
 pub(super) fn at(
     program: &Program,
     (file, number): (&str, &str),
@@ -113,7 +121,7 @@ pub(super) fn at(
         None => (false, number),
     };
     let Ok(number) = digits.parse::<u32>() else {
-        return Err((format!("'{place}' names no line"), form));
+        return Err((format!("'{place}' is not the place of an instruction"), form));
     };
     let files = matching(program, file);
     let [file] = files[..] else {
@@ -153,7 +161,7 @@ pub(super) fn at(
     Err((format!("{} at {place}", what[0]), help))
 }
 
-/// The files of a name, whole or without its directories.
+/// The files with this name, with or without directories.
 fn matching(program: &Program, name: &str) -> Vec<usize> {
     let all = || program.files.iter().enumerate();
     let whole: Vec<usize> =
@@ -165,14 +173,14 @@ fn matching(program: &Program, name: &str) -> Vec<usize> {
     all().filter(|(_, file)| last(&file.name) == name.to_lowercase()).map(|(at, _)| at).collect()
 }
 
-/// Lowers what an instruction counts at most to what is stated. Whether it can count that at all.
+/// Lowers the largest count of an instruction to the stated one. Returns whether the stated counts are possible at all.
 fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
     let keep_within = |least: &mut u32, most: &mut u32| {
         let (low, high) = (low.max(0).unsigned_abs(), high.max(0).unsigned_abs());
         if low > u64::from(*most) || high < u64::from(*least) {
             return false;
         }
-        // Within `u32`: they lie between what stands there.
+        // It fits into `u32`: it is at most the old value.
         *most = u64::from(*most).min(high) as u32;
         *least = u64::from(*least).max(low) as u32;
         true

@@ -1,4 +1,4 @@
-//! One program by every table of its family: on which CPU it keeps to a limit.
+//! Compares all tables of a family: on which CPU the program stays within a limit.
 
 use super::pipeline::{Prepared, conclude};
 use super::request::Request;
@@ -9,64 +9,64 @@ use scanbound_base::time::Picos;
 use scanbound_timing::table::{Table, builtin};
 use std::cmp::Reverse;
 
-/// The limit that is asked for.
+/// The limit for the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// The same for every CPU.
+    /// The same time for every CPU.
     Time(Picos),
-    /// Each CPU's watchdog.
+    /// Each CPU's watchdog time.
     Watchdog,
 }
 
-/// What each table is held against.
+/// The condition that each CPU is checked against.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Condition {
     /// The limit, if there is one.
     pub limit: Option<Limit>,
-    /// What is added to the scan before it is held against the limit.
+    /// The safety margin that is added to the scan time before it is compared with the limit.
     pub margin: Margin,
-    /// How much may rest on assumed times, if that is a condition.
+    /// The largest permitted share of assumed times, if there is such a condition.
     pub max_assumed: Option<MostAssumed>,
 }
 
-/// A program by all tables of its family, that with the highest bound first, those without a bound last.
+/// The results for all tables of the family, the highest bound first and those without a bound last.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Choice {
     /// The program's files.
     pub files: Vec<String>,
-    /// What the tables were held against.
+    /// The condition that was checked.
     pub condition: Condition,
-    /// The tables.
+    /// One result per table.
     pub candidates: Vec<Candidate>,
 }
 
 impl Choice {
-    /// The slowest CPU that is proved to keep to the limit: of those tables the one with the highest bound.
+    /// The slowest CPU that is proved to stay within the limit: the one with the highest bound among them.
     #[must_use]
     pub fn slowest(&self) -> Option<&Candidate> {
         self.candidates.iter().find(|one| one.is_proved())
     }
 }
 
-/// A table, and what the program's scan takes by it.
+/// A table, and the scan time of the program by it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidate {
     /// The table's name.
     pub table: String,
-    /// What it is for, one line.
+    /// Its title, one line.
     pub title: String,
-    /// The CPUs it is for.
+    /// The CPUs that it is for.
     pub cpus: Vec<String>,
-    /// Whether it is the one that prices the program unless another is named.
+    /// Whether this table is used unless the user names another.
     pub is_own: bool,
-    /// The CPU that the program or the user names, where it is that.
+    /// The CPU that the program or the user names, if this table is for it.
     pub cpu: Option<String>,
-    /// What was found, or why nothing: instructions that have no time there.
+    /// The result, or the errors: instructions without a time in this table.
     pub outcome: Result<Found, Vec<Diagnostic>>,
 }
 
 impl Candidate {
-    /// Whether it is proved to keep to the limit.
+    /// Whether the program is proved to stay within the limit.
     #[must_use]
     pub fn is_proved(&self) -> bool {
         let check = self.outcome.as_ref().ok().and_then(|found| found.check.as_ref());
@@ -74,19 +74,19 @@ impl Candidate {
     }
 }
 
-/// What a scan takes by a table.
+/// The scan time by one table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// No scan takes longer; none where a scan may never end.
+    /// The upper bound. `None` if a scan may never end.
     pub upper: Option<Picos>,
-    /// The same with all points that the CPU can have, where it is not stated how many are fitted: what a limit is held
-    /// against.
+    /// The upper bound with all points that the CPU can have, if their number is not stated. It is this bound that is
+    /// compared with the limit.
     pub all_points: Option<Picos>,
-    /// A scan that nothing known excludes takes so long.
+    /// The time of a scan that nothing known excludes.
     pub lower: Picos,
-    /// How much of the bound rests on assumed times, at most.
+    /// The largest share of the bound that can rest on assumed times.
     pub assumed: Share,
-    /// The answer to the limit, if there is one for this CPU.
+    /// The verdict on the limit, if there is a limit for this CPU.
     pub check: Option<Check>,
     /// Why the bound may be too low.
     pub doubts: Vec<Doubt>,
@@ -94,8 +94,8 @@ pub struct Found {
     pub is_cut: bool,
 }
 
-/// Audits a program by every built-in table of its family, and by the table that the user names. It is read, and what its
-/// words can hold is worked out, once; each table has the time limit for itself.
+/// Audits a program with every built-in table of its family, and with the table that the user names. The program is
+/// read and its value ranges are computed once. Each table may use the whole time limit.
 ///
 /// # Errors
 /// All faults of the program at once, or that the analysis and the interpreter disagree.

@@ -1,10 +1,10 @@
-//! Which free variables' values decide that the worst scan costs what it does: the others may be anything.
+//! Which free variables determine the time of the worst scan: the others may have any value.
 
 use scanbound_model::{Assignment, Lit, Node, ScanModel, VarId};
 use std::collections::BTreeSet;
 
-/// For each variable whether its value is needed to know what the given charges cost at least, and that the
-/// constraints hold. A small set, though not always the smallest.
+/// For each variable, whether its value is needed to know a lower bound on the charges' time and that the constraints
+/// hold. The set is small, but not always minimal.
 pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -> Vec<bool> {
     let values = model.circuit.evaluate(assignment);
     let nodes = model.circuit.nodes();
@@ -13,7 +13,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
     for &index in charges {
         let charge = &model.charges[index];
         let (reached, fires) = (values.get(charge.reached), values.get(charge.fires));
-        // Firing implies being reached.
+        // A charge that fires is also reached.
         let (on, units) = charge.cost_if_fired();
         if fires && on > charge.off {
             need(charge.fires);
@@ -27,7 +27,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
     }
     model.constraints.iter().copied().for_each(&mut need);
     let mut variables = vec![false; model.variables.len()];
-    // Gates come behind their inputs, so one pass from the end sees every need.
+    // Gates follow their inputs, so one backward pass finds everything that is needed.
     for index in (0..nodes.len()).rev() {
         if !needed[index] {
             continue;
@@ -42,7 +42,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
                 }
                 (false, true) => needed[a.node()] = true,
                 (true, false) => needed[b.node()] = true,
-                // Either will do: one that is needed anyway, else the one nearer the leaves.
+                // One input is enough: prefer one that is needed anyway, otherwise the one nearer to the leaves.
                 (false, false) => {
                     if !needed[a.node()] && !needed[b.node()] {
                         needed[a.node().min(b.node())] = true;
@@ -54,7 +54,7 @@ pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -
     variables
 }
 
-/// The variables on which it depends what the charges cost.
+/// The variables on which the time of the charges depends.
 pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
     let guards = charges.iter().map(|&index| &model.charges[index]);
     let mut open: Vec<usize> = guards.flat_map(|charge| charge.literals()).map(Lit::node).collect();
@@ -106,7 +106,7 @@ mod tests {
             });
         }
         let decide = |values: [u16; 4]| deciding(&model, &Assignment(values.into()), &[0, 1]);
-        // The second charge costs its lesser time whatever happens; of X0 and X1 one is enough.
+        // The second charge takes its smaller time in any case. Either X0 or X1 is enough.
         assert_eq!(decide([1, 1, 1, 0]), [true, false, false, false]);
         assert_eq!(decide([0, 1, 1, 1]), [false, true, true, true]);
         assert_eq!(decide([0, 0, 0, 0]), [false; 4]);

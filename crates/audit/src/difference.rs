@@ -1,4 +1,4 @@
-//! What two versions of a project differ in: rungs matched by what they say, and what each change costs.
+//! Compares two versions of a project: matches rungs by their text and gives the cost of each change.
 
 use super::Audit;
 use super::breakdown::{By, Piece};
@@ -9,31 +9,31 @@ use similar::{Algorithm, DiffOp, capture_diff_slices};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One version's side of a change.
+/// A changed rung in one of the two versions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Side {
     /// The file, as the user named it.
     pub file: String,
-    /// Where the rung's first instruction stands.
+    /// The place of the rung's first instruction.
     pub at: Location,
-    /// The rung's instructions, apart by ` / `.
+    /// The rung's instructions, separated by ` / `.
     pub text: String,
-    /// Its part in the bound, without the table's factor.
+    /// Its part of the bound, without the table's factor.
     pub time: Picos,
 }
 
-/// What became of a rung.
+/// How a rung changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// It says something else now.
+    /// Its text changed.
     Changed,
     /// It is new.
     Added,
-    /// It is gone.
+    /// It was removed.
     Removed,
-    /// It says the same elsewhere.
+    /// Its text is the same, its place changed.
     Moved,
-    /// It says the same at its place, and takes another part in the bound.
+    /// Its text and place are the same, its part of the bound changed.
     Same,
 }
 
@@ -51,10 +51,10 @@ impl Kind {
     }
 }
 
-/// A rung in both versions, or in one.
+/// A rung that is in both versions, or in one of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// What became of it.
+    /// How it changed.
     pub kind: Kind,
     /// In the old version.
     pub old: Option<Side>,
@@ -63,7 +63,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// By how much its part in the bound grew, in picoseconds; negative where it shrank.
+    /// The growth of its part of the bound in picoseconds. Negative if it shrank.
     #[must_use]
     pub fn delta(&self) -> i128 {
         let time = |side: &Option<Side>| side.as_ref().map_or(0, |side| i128::from(side.time.0));
@@ -71,7 +71,7 @@ impl Change {
     }
 }
 
-/// What two versions differ in.
+/// The differences between two versions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
     /// The files of the old version.
@@ -82,22 +82,22 @@ pub struct Difference {
     pub old: Picos,
     /// The new bound.
     pub new: Picos,
-    /// Rungs that say something else, stand elsewhere or cost something else, those that change the bound most first.
+    /// The rungs whose text, place or time changed, the largest change of the bound first.
     pub changes: Vec<Change>,
-    /// How many rungs say and cost the same.
+    /// The number of rungs that did not change.
     pub unchanged: usize,
-    /// By how much all else changed the bound: what each scan costs, what the search left open, the factor.
+    /// The growth of the bound from everything else, in picoseconds: overhead, what the search left open, the factor.
     pub besides: i128,
-    /// Whether either bound may be too low, as something is not stated.
+    /// Whether either bound may be too low because something is not stated.
     pub is_doubtful: bool,
-    /// Whether a scan of the new version can go round a loop for ever: its bound holds for scans that end.
+    /// Whether a scan of the new version can stay in a loop for ever. Its bound holds only for scans that end.
     pub is_endless: bool,
-    /// By how many millionths of the old bound the new one may be larger, if that is a condition.
+    /// The permitted growth of the bound in millionths of the old one, if there is such a condition.
     pub allowed: Option<u32>,
 }
 
 impl Difference {
-    /// Of two audits. The bound may grow by so many millionths, if that is a condition.
+    /// Compares two audits. `allowed` is the permitted growth of the bound in millionths, if there is such a condition.
     #[must_use]
     pub fn of(old: &Audit, new: &Audit, allowed: Option<u32>) -> Difference {
         let (before, after) = (rungs(old), rungs(new));
@@ -124,20 +124,20 @@ impl Difference {
         }
     }
 
-    /// By how much the bound grew, in picoseconds.
+    /// The growth of the bound in picoseconds.
     #[must_use]
     pub fn delta(&self) -> i128 {
         i128::from(self.new.0) - i128::from(self.old.0)
     }
 
-    /// The growth in thousandths of the old bound, rounded to the nearest away from nothing.
+    /// The growth in thousandths of the old bound, rounded to the nearest, halves away from zero.
     #[must_use]
     pub fn thousandths(&self) -> i128 {
         let (delta, old) = (self.delta(), i128::from(self.old.0).max(1));
         (delta.abs() * 2000 + old) / (old * 2) * delta.signum()
     }
 
-    /// Whether the bound grew by more than is allowed, as it does where a scan need not end.
+    /// Whether the bound grew by more than is allowed. Also true if a scan may never end.
     #[must_use]
     pub fn is_above(&self) -> bool {
         let above =
@@ -146,7 +146,7 @@ impl Difference {
     }
 }
 
-/// The rungs of each file, in its order, by the file's short name.
+/// The rungs of each file in the file's order, by the file's short name.
 fn rungs(audit: &Audit) -> BTreeMap<String, Vec<Side>> {
     let mut lines: BTreeMap<u32, BTreeSet<(Location, &str)>> = BTreeMap::new();
     let groups = audit.groups.iter().flat_map(|group| &group.charges);
@@ -174,7 +174,7 @@ fn rungs(audit: &Audit) -> BTreeMap<String, Vec<Side>> {
 
 type Rungs = BTreeMap<String, Vec<Side>>;
 
-/// The files that are one another's versions: of one name, or each the only one.
+/// The pairs of files that are versions of each other: files of the same name, or the only file of each version.
 fn pairs<'a>(old: &'a Rungs, new: &'a Rungs) -> Vec<(&'a [Side], &'a [Side])> {
     if let (1, 1) = (old.len(), new.len()) {
         return old.values().zip(new.values()).map(|(a, b)| (&a[..], &b[..])).collect();
@@ -184,16 +184,16 @@ fn pairs<'a>(old: &'a Rungs, new: &'a Rungs) -> Vec<(&'a [Side], &'a [Side])> {
     names.into_iter().map(|name| (of(old, name), of(new, name))).collect()
 }
 
-/// A rung that one version alone has, so far, and the stretch of the files in which it stands.
+/// A rung that is not matched yet, and the section of the files in which it is.
 struct Loose {
     stretch: usize,
     side: Side,
 }
 
-/// So many rungs of a stretch are looked at as what an old one became.
+/// The number of new rungs in a section that are compared with an old one.
 const MOST_LOOKED_AT: usize = 64;
 
-/// What was matched so far.
+/// The rungs matched so far.
 #[derive(Default)]
 struct Matched {
     changes: Vec<Change>,
@@ -232,7 +232,8 @@ impl Matched {
     }
 
     fn finish(mut self) -> (Vec<Change>, usize) {
-        // What says the same elsewhere was moved; the rest is new, unless it is much like what stood there.
+        // A rung with the same text elsewhere was moved. The others are new, unless they resemble what was at their
+        // place.
         let mut same: BTreeMap<String, Vec<Loose>> = BTreeMap::new();
         for loose in std::mem::take(&mut self.added).into_iter().rev() {
             same.entry(loose.side.text.clone()).or_default().push(loose);
@@ -268,7 +269,8 @@ impl Matched {
             old: None,
             new: Some(new),
         }));
-        // What somebody changed comes first: the longest scan may run otherwise for a tie alone.
+        // Edited rungs come first. Other rungs may differ only because the longest scan takes another of two equally
+        // long paths.
         self.changes.sort_by_cached_key(|one| {
             let side = one.new.as_ref().or(one.old.as_ref());
             let group = match one.kind {

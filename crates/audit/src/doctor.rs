@@ -1,4 +1,4 @@
-//! What of a project is read and what stands in the way of a bound: all of it at once, as far as it can be looked at.
+//! A list of everything that prevents a bound, and of everything that was read. It goes on after the first fault.
 
 use super::pipeline::STAGES;
 use super::priced::refuse_assumed;
@@ -13,74 +13,74 @@ use scanbound_timing::price;
 use scanbound_timing::table::Table;
 use std::collections::BTreeSet;
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnosis {
-    /// The files that were looked at.
+    /// The files that were examined.
     pub files: Vec<Seen>,
     /// The CPU that the project or the user names.
     pub cpu: Option<String>,
-    /// The table that prices it.
+    /// The timing table for it.
     pub table: Option<String>,
-    /// What was found, the gravest first.
+    /// The findings, the most serious first.
     pub findings: Vec<Finding>,
 }
 
 impl Diagnosis {
-    /// Whether nothing stands in the way of a bound.
+    /// Whether nothing prevents a bound.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.findings.iter().all(|one| !one.section.is_grave())
     }
 }
 
-/// A file that was looked at.
+/// A file that was examined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Seen {
     /// Its name as the user gave it.
     pub name: String,
-    /// What it is.
+    /// Its contents.
     pub what: What,
-    /// How many instructions it has, where they were read.
+    /// The number of its instructions, if it was read.
     pub instructions: Option<usize>,
-    /// Whether it holds subroutines alone, which run only where they are called.
+    /// Whether it contains only subroutines, which run only if they are called.
     pub standby: bool,
 }
 
-/// What a file is.
+/// The contents of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
-    /// A program in a dialect.
+    /// A program in this dialect.
     Program(&'static str),
     /// Names and comments of devices.
     Comments,
-    /// Nothing that can be read.
+    /// A file that cannot be read.
     Refused,
 }
 
-/// The parts of the list.
+/// The sections of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
-    /// What cannot be read or understood.
+    /// Text that cannot be read or understood.
     Refused,
-    /// Instructions that are not known.
+    /// Unknown instructions.
     Unknown,
-    /// Routines and labels that are not there.
+    /// Missing routines and labels.
     Missing,
-    /// What has no time.
+    /// Instructions without a time.
     NoTime,
-    /// What does not fit among the facts, the options or the table.
+    /// Facts, options or rows of the table that do not fit.
     Stated,
-    /// What the bound needs and nobody states.
+    /// Facts that the bound needs and nobody states.
     NotStated,
-    /// What lies among the programs and was left out.
+    /// Files among the programs that were left out.
     LeftOut,
-    /// What else is worth a look.
+    /// Other findings that are worth checking.
     Noticed,
 }
 
 impl Section {
-    /// All, in the order of the list.
+    /// All sections, in the order of the list.
     pub const ALL: [Section; 8] = [
         Section::Refused,
         Section::Unknown,
@@ -107,7 +107,7 @@ impl Section {
         }
     }
 
-    /// Whether it stands in the way of a bound.
+    /// Whether its findings prevent a bound.
     #[must_use]
     pub fn is_grave(self) -> bool {
         self < Section::NotStated
@@ -137,24 +137,25 @@ impl Section {
     }
 }
 
-/// Something that was found, perhaps at several places.
+/// A finding, perhaps at several places.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// Its part of the list.
+    /// Its section.
     pub section: Section,
-    /// Its code; of what is not stated, none.
+    /// Its code. `None` for facts that are not stated.
     pub code: Option<Code>,
     /// What is wrong.
     pub message: String,
     /// What to do.
     pub help: String,
-    /// The files and lines where it was found, in their order: of a whole file no line, and none where it is about none.
+    /// The files and lines, in their order. The line is `None` if the finding is about a whole file. The list is empty
+    /// if it is about no file.
     pub places: Vec<(String, Option<u32>)>,
-    /// The source text at the first.
+    /// The source text at the first place.
     pub text: String,
 }
 
-/// Looks at a project as far as it can be looked at; `noticed` is what was found on the way to its files.
+/// Examines a project as far as possible. `noticed` are findings made while its files were collected.
 #[must_use]
 pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
     let mut doctor = Doctor {
@@ -177,7 +178,7 @@ pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
 struct Doctor<'r, 'a> {
     request: &'r Request<'a>,
     found: Vec<Diagnostic>,
-    /// Files that are left out of further looks.
+    /// Files that are excluded from further stages.
     dropped: BTreeSet<String>,
     cpu: Option<String>,
     table: Option<String>,
@@ -185,7 +186,7 @@ struct Doctor<'r, 'a> {
 }
 
 impl Doctor<'_, '_> {
-    /// Goes through the stages; where one finds faults, it goes on without the files that have them.
+    /// Runs the stages. If one finds faults, the next ones run without the files that have them.
     fn look(&mut self) -> Option<Program> {
         loop {
             let project = self.read()?;
@@ -201,14 +202,14 @@ impl Doctor<'_, '_> {
             self.add(project.warnings());
             self.add(other_series(self.request.cpu, project.cpu()).into_iter().collect());
             let Some(program) = self.decode(&*project, table.as_ref()) else {
-                // Each round leaves files out, or there is nothing left to look at.
+                // Each round excludes files, or nothing is left to examine.
                 continue;
             };
             return Some(self.price(program, table));
         }
     }
 
-    /// Reads what is left of the files; those that cannot be read are left out.
+    /// Reads the remaining files. Files that cannot be read are excluded.
     fn read(&mut self) -> Option<Box<dyn Project>> {
         loop {
             let left: Vec<Input> = self.left().cloned().collect();
@@ -229,8 +230,8 @@ impl Doctor<'_, '_> {
         }
     }
 
-    /// What the programs mean. Unknown instructions are told and then let pass, to see what else there is; files with
-    /// other faults are left out, and there is no program then.
+    /// Decodes the programs. Unknown instructions are reported and then accepted, so that other faults are found too.
+    /// Files with other faults are excluded; then there is no program in this round.
     fn decode(&mut self, project: &dyn Project, table: Option<&Table>) -> Option<Program> {
         let options = |knows: &dyn Fn(&str) -> bool, incomplete: bool| {
             project.decode(&Options {
@@ -251,7 +252,7 @@ impl Doctor<'_, '_> {
         };
         let lenient = options(&|_| true, true);
         let is_whole = self.dropped.is_empty();
-        // What calls a file that was left out is not at fault.
+        // A call to an excluded file is not a fault.
         let calls = |fault: &Diagnostic| matches!(fault.code, Code::NoSubroutine | Code::NoLabel);
         self.add(faults.into_iter().filter(|fault| is_whole || !calls(fault)).collect());
         match lenient {
@@ -260,7 +261,7 @@ impl Doctor<'_, '_> {
                 let before = self.dropped.len();
                 self.drop_faulty(&faults);
                 if self.dropped.len() == before {
-                    // Faults of no file: nothing can be left out.
+                    // The faults belong to no file, so no file can be excluded.
                     let all: Vec<String> = self.left().map(|input| input.name.clone()).collect();
                     self.dropped.extend(all);
                 }
@@ -269,7 +270,7 @@ impl Doctor<'_, '_> {
         }
     }
 
-    /// Holds what is stated and the times against the program.
+    /// Checks the facts and the times against the program.
     fn price(&mut self, mut program: Program, table: Option<Table>) -> Program {
         if self.dropped.is_empty() {
             match state(&mut program, self.request) {
@@ -277,7 +278,7 @@ impl Doctor<'_, '_> {
             }
         }
         let settings = scanbound_passes::Settings { trust: self.request.trusted(), budget: None };
-        // What words can hold matters to the bound only; the others may refuse a program.
+        // The analysis of values affects only the bound; the other passes may refuse a program.
         let structure = scanbound_passes::Passes(&[
             &scanbound_passes::calls::PASS,
             &scanbound_passes::loops::PASS,
@@ -325,7 +326,7 @@ impl Doctor<'_, '_> {
         self.dropped.extend(faulty);
     }
 
-    /// Adds what is not known yet.
+    /// Adds findings that are new.
     fn add(&mut self, faults: Vec<Diagnostic>) {
         for fault in faults {
             if !self.found.contains(&fault) {
@@ -362,7 +363,7 @@ impl Doctor<'_, '_> {
     }
 }
 
-/// All that was found as a list, what is the same at several places once.
+/// All findings as a list. A finding at several places is listed once.
 fn listed(found: Vec<Diagnostic>, doubts: Vec<doubt::Doubt>) -> Vec<Finding> {
     let mut findings: Vec<Finding> = Vec::new();
     for fault in found {

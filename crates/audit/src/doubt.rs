@@ -1,4 +1,4 @@
-//! Why a bound may be too low all the same: what it needs and nobody stated. The words for each stand here.
+//! Why a bound may be too low: what it needs and nobody stated, with the message for each case.
 
 use super::{Audit, Cycle, LoopUse, NetworkUse};
 use scanbound_base::time::Picos;
@@ -6,73 +6,74 @@ use scanbound_ir::Program;
 use scanbound_timing::price::{MorePoints, Prices, UnstatedPoints};
 use std::fmt;
 
-/// The most loops listed one by one of which the search did not find out whether they end.
+/// The most undecided loops that are listed one by one.
 const MOST_TOLD: usize = 10;
 
 /// Why a bound may be too low.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Doubt {
-    /// How many points a side has is not stated.
+    /// The number of inputs or outputs is not stated.
     Points(UnstatedPoints),
-    /// How often a routine interrupts a scan is not stated.
+    /// It is not stated how often a routine interrupts a scan.
     Interrupts {
         /// The routine.
         name: String,
-        /// How often it was assumed to.
+        /// The number of interrupts that was assumed.
         taken: u32,
     },
-    /// A routine interrupts a scan more often than was counted, by its interval.
+    /// By its interval, a routine interrupts a scan more often than was charged.
     TooFewInterrupts {
         /// The routine.
         name: String,
         /// Its interval.
         every: Picos,
-        /// How often it was counted.
+        /// The number of interrupts that was charged.
         taken: u32,
         /// How often it is due in the longest scan, with all points that the CPU can have.
         due: u64,
     },
-    /// What networks take to refresh what the program uses is not stated.
+    /// The time of refreshing what the program uses of networks is not stated.
     Networks {
         /// What it uses.
         what: String,
-        /// The file and the line of the first use.
+        /// The file and line of the first use.
         first: (String, u32),
     },
-    /// Nothing bounds a loop that a scan can come to.
+    /// A scan can reach a loop that nothing bounds.
     Endless {
-        /// The line to which control goes back.
+        /// The line to which control jumps back.
         line: u32,
-        /// Whether the scan can go round it for ever; else only nothing is known that ends it.
+        /// True: a scan can stay in it for ever. False: nothing known ends it.
         certain: bool,
     },
-    /// Whether a scan can was not found out.
+    /// It was not decided whether a scan can stay in the loop for ever.
     PerhapsEndless {
         /// The line.
         line: u32,
     },
     /// The number of further such loops.
     MorePerhapsEndless(usize),
-    /// Units that are called have no body: they were taken to do nothing.
+    /// Called units have no body. They were assumed to do nothing.
     Bodiless {
         /// Their names.
         names: Vec<String>,
-        /// The file and the line of the first.
+        /// The file and line of the first call.
         first: (String, u32),
     },
-    /// A scan may last longer than a timer that it starts, and that is taken not to run out within it.
+    /// A scan may take longer than this timer time, but a timer that starts in a scan is assumed not to run out within
+    /// it.
     OutlastsTimer(Picos),
-    /// The program may switch a constant scan on, and for how long is not known.
+    /// The program may switch on a constant scan whose time is unknown.
     ConstantScan {
-        /// The register of its time.
+        /// The register that holds its time.
         device: &'static str,
-        /// What is taken from there, and is not known.
+        /// The device from which the register is set, whose value is unknown.
         from: Option<String>,
     },
 }
 
 impl Doubt {
-    /// All but those of points that are not stated.
+    /// All doubts except those about unstated points.
     pub(super) fn all(
         program: &Program,
         networks: &[NetworkUse],
@@ -110,14 +111,14 @@ impl Doubt {
 }
 
 impl Doubt {
-    /// That the program may make scans last for a time that is not known.
+    /// The doubt that the program may set a constant scan time that is unknown.
     pub(super) fn of_cycle(cycle: &Cycle) -> Option<Doubt> {
         let from = cycle.settings.iter().find_map(|one| one.from.clone());
         cycle.is_unknown.then_some(Doubt::ConstantScan { device: cycle.devices[0], from })
     }
 }
 
-/// What a bound needs and nobody states, as far as that is known before any scan is followed.
+/// The doubts that are known before any scan is followed.
 #[must_use]
 pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
     let place = |at: usize| program.instructions[at].place;
@@ -129,7 +130,7 @@ pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
 }
 
 impl Doubt {
-    /// What it is about, in a word or two.
+    /// The topic in a few words.
     #[must_use]
     pub fn topic(&self) -> &'static str {
         match self {
@@ -147,7 +148,7 @@ impl Doubt {
 }
 
 impl Audit {
-    /// All reasons why the bound may be too low, points that are not stated among them.
+    /// All reasons why the bound may be too low, including unstated points.
     #[must_use]
     pub fn all_doubts(&self) -> Vec<Doubt> {
         let is_more = |points: &&UnstatedPoints| {
@@ -157,8 +158,8 @@ impl Audit {
         points.chain(self.doubts.iter().cloned()).collect()
     }
 
-    /// The reasons that [`Audit::upper_with_all_points`] does not count. There are none where only points are not stated
-    /// and the table knows how many the CPU can have.
+    /// The reasons that [`Audit::upper_with_all_points`] does not cover. Unstated points are not among them if the
+    /// table says how many the CPU can have.
     #[must_use]
     pub fn uncounted_doubts(&self) -> Vec<Doubt> {
         let is_unknown = self.points.iter().any(|points| points.most.is_none());
@@ -174,45 +175,46 @@ impl fmt::Display for Doubt {
                 if let Some(MorePoints { points, more, .. }) = most {
                     write!(
                         f,
-                        ", with all {points} that the CPU can have a scan takes {more} longer"
+                        "; with all {points} that the CPU can have, a scan takes {more} longer"
                     )?;
                 }
                 write!(f, ": state them ([io] {side}s)")
             }
             Doubt::Interrupts { name, taken } => write!(
                 f,
-                "how often {name} interrupts a scan is not stated, {taken} was taken: give --interrupts {name}=N"
+                "it is not stated how often {name} interrupts a scan; {taken} was assumed: give --interrupts {name}=N"
             ),
             Doubt::TooFewInterrupts { name, every, taken, due } => write!(
                 f,
-                "{name} comes every {every} and was counted {taken} times: in the longest scan, with all points that the CPU can have, it is due {due} times: state the points, or give --interrupts {name}={due}"
+                "{name} occurs every {every} and was charged {taken} times, but it is due {due} times in the longest scan with all points that the CPU can have: state the points, or give --interrupts {name}={due}"
             ),
             Doubt::Networks { what, first: (file, line) } => write!(
                 f,
-                "the program uses {what} (first in {file}:{line}): what networks take to refresh these is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" where nothing refreshes them"
+                "the program uses {what} (first in {file}:{line}), but the time of network refresh is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" if no network refreshes them"
             ),
-            Doubt::Endless { line, certain: true } => write!(
-                f,
-                "a scan can go round the loop to line {line} without end: nothing bounds it"
-            ),
+            Doubt::Endless { line, certain: true } => {
+                write!(f, "a scan can stay in the loop to line {line} for ever: nothing bounds it")
+            }
             Doubt::Endless { line, certain: false } => write!(
                 f,
-                "nothing is known that ends the loop to line {line}: let it count a variable up or down to a constant that its type holds with room to spare, or write it as FOR with EXIT"
+                "nothing known ends the loop to line {line}: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
             ),
             Doubt::PerhapsEndless { line } => {
-                write!(f, "whether the loop to line {line} can run without end was not found out")
+                write!(f, "it was not decided whether the loop to line {line} can run for ever")
             }
-            Doubt::MorePerhapsEndless(more) => write!(f, "nor was it of {more} more loops"),
+            Doubt::MorePerhapsEndless(more) => {
+                write!(f, "nor was it decided for {more} further loops")
+            }
             Doubt::Bodiless { names, first: (file, line) } => write!(
                 f,
-                "{} (first in {file}:{line}) without a body, taken to do nothing: give the file with its code, or state what it takes ([calls] \"{}\" = {{ time = \"20us\" }})",
+                "{} (first in {file}:{line}) has no body and was assumed to do nothing: give the file with its code, or state its time ([calls] \"{}\" = {{ time = \"20us\" }})",
                 names.join(", "),
                 names.first().map_or("NAME", |name| name)
             ),
             Doubt::ConstantScan { device, from } => {
                 write!(
                     f,
-                    "the program may switch a constant scan on, and nothing says what {device} holds then"
+                    "the program may switch on a constant scan, but the value of {device} is then unknown"
                 )?;
                 if let Some(from) = from {
                     write!(f, " (it is set from {from})")?;
@@ -221,7 +223,7 @@ impl fmt::Display for Doubt {
             }
             Doubt::OutlastsTimer(shortest) => write!(
                 f,
-                "a scan may last longer than the shortest timer ({shortest}), which is taken not to run out within the scan that starts it"
+                "a scan may take longer than the shortest timer ({shortest}), but the bound assumes that no timer runs out in the scan that starts it"
             ),
         }
     }

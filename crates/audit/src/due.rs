@@ -1,4 +1,4 @@
-//! Which interrupts at fixed intervals are due in a scan of a known time.
+//! How often interrupts at fixed intervals are due in a scan of a known time.
 
 use super::doubt::Doubt;
 use scanbound_base::facts::Facts;
@@ -6,13 +6,13 @@ use scanbound_base::time::Picos;
 use scanbound_ir::{Interrupt, Program};
 use scanbound_replay::RealRun;
 
-/// How often an interrupt of this interval is due in a scan that takes so long: once where it begins, and then anew whenever
-/// the interval is over.
+/// How often an interrupt of this interval is due in a scan of this time: once at the start, and again each time the
+/// interval has passed.
 pub(super) fn due(scan: Picos, interval: Picos) -> u64 {
     scan.0.div_ceil(interval.0.max(1)).max(1)
 }
 
-/// The interrupts that are due more often in the longest scan than they were counted, by their intervals.
+/// The interrupts that, by their intervals, are due in the longest scan more often than they were charged.
 pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
     let of = |one: &Interrupt| {
         let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;
@@ -24,8 +24,8 @@ pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<D
     program.interrupts.iter().filter_map(of).collect()
 }
 
-/// What a scan that was found takes less where interrupts ran in it more often than they are due in its time: they may not
-/// have come. What is left may be too short for others, and so on.
+/// How much shorter a scan that was found can be if interrupts ran in it more often than they are due in its time.
+/// Removing these interrupts shortens the scan, so that others may no longer be due; this is repeated.
 pub(super) fn not_due(program: &Program, facts: &Facts, run: &RealRun, took: Picos) -> Picos {
     let mut less = Picos::ZERO;
     loop {

@@ -1,7 +1,7 @@
-//! How much of what a project says is followed exactly, and what the rest takes as any value.
+//! How many of a project's statements are followed exactly, and why the others are not.
 //!
-//! A statement is followed exactly if nothing that it reads or writes was taken as any value in the model of the scan, but
-//! for what the outside gives: inputs, how far timers have run. `docs/sfc.md` says what counts as a statement.
+//! A statement is followed exactly if nothing that it reads or writes has any value in the model of the scan, except
+//! for values from outside: inputs, and how far timers have run. `docs/sfc.md` says what counts as a statement.
 
 use scanbound_base::location::Location;
 use scanbound_ir::meaning::{ChoiceKind, Operation};
@@ -13,63 +13,63 @@ use scanbound_model::{Origin, ScanModel};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What of a project is followed exactly.
+/// How much of a project is followed exactly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exactness {
     /// By language, the one with the most statements first.
     pub languages: Vec<LanguageUse>,
-    /// What keeps the other statements from it, that of the most statements first.
+    /// The reasons why the other statements are not followed exactly, the most frequent first.
     pub constructs: Vec<Construct>,
-    /// The bodies that could not be read, which nothing calls; with the reason.
+    /// Bodies that could not be read and are never called, with the reason.
     pub unread: Vec<(String, String)>,
 }
 
-/// The bodies and statements of a language.
+/// The bodies and statements in one language.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LanguageUse {
     /// Its short name.
     pub language: &'static str,
-    /// The bodies that a scan can come to.
+    /// The number of bodies that a scan can reach.
     pub called: u64,
-    /// Those that nothing calls: their statements are not counted.
+    /// The number of bodies that are never called. Their statements are not counted.
     pub uncalled: u64,
-    /// The statements of those that are called.
+    /// The number of statements in the called bodies.
     pub statements: u64,
-    /// Those that are followed exactly.
+    /// The number of those that are followed exactly.
     pub exact: u64,
 }
 
-/// Something that is taken as any value, and the statements in which it is.
+/// A construct that may have any value in the model, and the statements that contain it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Construct {
-    /// What, in words.
+    /// Its name, for reports.
     pub what: String,
-    /// How many statements it keeps from being followed exactly.
+    /// The number of statements that are not followed exactly because of it.
     pub statements: u64,
-    /// Each of them.
+    /// These statements.
     pub places: Vec<InexactUse>,
 }
 
 /// A statement that is not followed exactly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InexactUse {
-    /// Where it stands.
+    /// Its place.
     pub at: Location,
-    /// In which body.
+    /// The body that contains it.
     pub body: String,
     /// Its first line.
     pub text: Arc<str>,
 }
 
 impl Exactness {
-    /// How many statements there are, and how many of them are followed exactly.
+    /// The number of statements, and the number of those that are followed exactly.
     #[must_use]
     pub fn total(&self) -> (u64, u64) {
         let sum = |of: fn(&LanguageUse) -> u64| self.languages.iter().map(of).sum();
         (sum(|one| one.statements), sum(|one| one.exact))
     }
 
-    /// Of a program whose front tells its statements, by the model that was made of it.
+    /// Counts the statements of a program, by its model. `None` if its front does not list statements.
     pub(super) fn of(program: &Program, model: &ScanModel) -> Option<Exactness> {
         let source = &program.statements;
         if source.bodies.is_empty() {
@@ -77,7 +77,7 @@ impl Exactness {
         }
         let reasons = reasons(program, model);
         let by_instruction = source.by_instruction(program.instructions.len());
-        // The first reason of a statement is the one that is told.
+        // If a statement has several reasons, the first one is reported.
         let mut inexact: BTreeMap<usize, String> = BTreeMap::new();
         for (instruction, reason) in reasons {
             if let Some(statement) = by_instruction.get(instruction).copied().flatten() {
@@ -121,7 +121,7 @@ impl Exactness {
     }
 }
 
-/// The instructions that take something as any value, in their order, and what.
+/// The instructions that have any value in the model, in their order, with the construct.
 fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
     let mut found: Vec<(usize, String)> = Vec::new();
     let taken = taken(program, model);
@@ -165,14 +165,15 @@ fn choices(instruction: &Instruction) -> Vec<ChoiceId> {
     found
 }
 
-/// Whether what is said of an instruction comes about in the model: one of its choices has any value there, if it has any.
+/// Whether an approximation of the instruction occurs in the model: one of its choices has any value there, or it has
+/// no choices.
 fn holds_here(program: &Program, taken: &BTreeSet<ChoiceId>, at: usize) -> bool {
     let own = choices(&program.instructions[at]);
     own.is_empty() || own.iter().any(|choice| taken.contains(choice))
 }
 
-/// The choices that may have any value somewhere in the model, though their operation is settled or the language does not
-/// leave them open.
+/// The choices that may have any value somewhere in the model. Choices that were resolved or that the language
+/// determines are not among them.
 fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     let read = model.variables.iter().filter_map(|variable| match &variable.origin {
         Origin::Choice(key) => Some((&key.frames, key.choice)),
@@ -186,12 +187,16 @@ fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     read.chain(written).filter(|one| !is_followed(one)).map(|(_, choice)| choice).collect()
 }
 
-/// What gives a choice its value on a PLC, if not the outside.
+/// What determines the choice's value on a PLC. `None` if it comes from outside.
 fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
     let meaning = match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) => meaning,
         Some(_) => return None,
-        None => return Some("something that is not followed: it may have any value".to_owned()),
+        None => {
+            return Some(
+                "an instruction that is not followed: its result may be any value".to_owned(),
+            );
+        }
     };
     let what = match &meaning.operation {
         Operation::Copy => "an element of an array whose index is not known",
@@ -202,5 +207,5 @@ fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
         Operation::ToReal | Operation::FromReal(_) => "a conversion from or to REAL",
         _ => "an operation",
     };
-    Some(format!("{what}: taken as any value"))
+    Some(format!("{what}: may be any value"))
 }

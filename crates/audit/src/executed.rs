@@ -1,4 +1,4 @@
-//! What a real run says about the model's charges and free variables.
+//! What a real run shows about the model's charges and free variables.
 
 use super::real::RunResults;
 use scanbound_base::time::Picos;
@@ -7,14 +7,14 @@ use scanbound_model::{Assignment, Origin, ScanModel};
 use scanbound_replay::{RealRun, StopReason, Stopped};
 use std::collections::BTreeMap;
 
-/// What to do where a CPU is set up otherwise than by default.
-const CHOICE: &str = ": where its parameters let it go on, state [scan] on_error = \"continue\"";
+/// The help if a parameter of the CPU decides what happens.
+const CHOICE: &str = ": if its parameters let it continue, state [scan] on_error = \"continue\"";
 
-/// What was executed, by instruction and call context: whether it fired, and what it cost.
+/// The executions by instruction and call context: whether each fired, and its time.
 pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
 
 impl Executed {
-    /// The executions of a scan. Those in a loop of which the model does not follow the iterations count as one.
+    /// The executions of a scan. Iterations of a loop that the model does not follow are combined into one.
     pub fn of(program: &Program, real: &RealRun) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
         let is_summary =
@@ -27,19 +27,19 @@ impl Executed {
         Executed(executed)
     }
 
-    /// Whether it was reached, whether it fired, and what it cost.
+    /// Whether it was reached, whether it fired, and its time.
     pub fn at(&self, instruction: usize, frames: &[Frame]) -> (bool, bool, Picos) {
         let found = self.0.get(&(instruction, frames.to_vec()));
         found.map_or((false, false, Picos::ZERO), |&(fired, cost)| (true, fired, cost))
     }
 
-    /// Every execution's instruction and cost.
+    /// The instruction and time of every execution.
     pub fn costs(&self) -> impl Iterator<Item = (usize, Picos)> + '_ {
         self.0.iter().map(|((instruction, _), (_, cost))| (*instruction, *cost))
     }
 }
 
-/// The values of the model's variables in the scan: what it started from and what the outside gave.
+/// The values of the model's variables in the scan: its start values and the values from outside.
 pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     let value = |origin: &Origin| match origin {
         Origin::Start(cell) => found.witness.start.get(cell).copied(),
@@ -54,7 +54,7 @@ pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
 }
 
-/// Why a real run is not known to take as long as the model's longest scan.
+/// Why no real run is known that takes as long as the model's longest scan.
 pub fn stands_between(program: &Program, real: &RealRun) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];
@@ -64,30 +64,30 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
     };
     match &real.stopped {
         Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) if stop == cause => {
-            format!("the simulation stops at {}: which way it goes on is not known", at(*stop))
+            format!("the simulation stops at {}: the path from there is unknown", at(*stop))
         }
         Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) => {
             format!(
-                "the simulation stops at {}: its path depends on what {} gives, which is not known",
+                "the simulation stops at {}: its path depends on the result of {}, which is unknown",
                 at(*stop),
                 at(*cause)
             )
         }
         Some(Stopped { at: stop, reason: StopReason::Error, .. }) => {
             format!(
-                "an operation error at {} stops the CPU in each scan that was tried{CHOICE}",
+                "an operation error at {} stops the CPU in every scan that was tried{CHOICE}",
                 at(*stop)
             )
         }
         Some(Stopped { at: stop, reason: StopReason::TooLong, .. }) => {
-            format!("the simulation was ended at {}, since the scan is long", at(*stop))
+            format!("the simulation was stopped at {} because the scan is too long", at(*stop))
         }
         _ => {
-            let why = "the model takes values that no scan was found to have";
+            let why = "the model uses values for which no scan was found";
             let error = program.errors.keys().next();
             let stops = error.map(|&first| {
                 format!(
-                    "; no scan counts in which an operation error stops the CPU (possible from {} on){CHOICE}",
+                    "; scans in which an operation error stops the CPU do not count (possible from {} on){CHOICE}",
                     at(first)
                 )
             });

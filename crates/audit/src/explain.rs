@@ -1,5 +1,5 @@
-//! What is known of an instruction: its times by a table, and what the analysis follows of it. Both are read off lines that
-//! its front writes and understands as it does those of any program.
+//! What is known of an instruction: its times by a table, and what the analysis follows of it. Both come from sample
+//! lines that the front writes, which are then decoded like any program.
 
 use scanbound_base::facts::Facts;
 use scanbound_front::{Examples, Form, Front, Fronts, Input, Options, SourceOptions};
@@ -11,59 +11,59 @@ use scanbound_passes::values;
 use scanbound_timing::price::{Price, Tags, price_of};
 use scanbound_timing::table::{Factor, Row, Table};
 
-/// An instruction by a table.
+/// What a table says about an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Explained {
     /// Its name.
     pub name: String,
     /// The table's name.
     pub table: String,
-    /// What the table is for, one line.
+    /// The table's title, one line.
     pub title: String,
-    /// Instructions that do the same in another way.
+    /// Instructions with the same effect that are written differently.
     pub variants: Vec<String>,
-    /// Its forms.
+    /// The forms of the instruction.
     pub forms: Vec<FormUse>,
-    /// What is added where operands lie in some areas (`@+ZR`), or are bits of words.
+    /// The rows that add time for operands in some areas (`@+ZR`) or for bits of words.
     pub extras: Vec<Row>,
-    /// The factor on the whole scan, which these times do not hold.
+    /// The factor on the whole scan. These times do not include it.
     pub factor: Option<Factor>,
 }
 
-/// A form of an instruction.
+/// One form of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FormUse {
-    /// A line that shows it.
+    /// A sample line of this form.
     pub line: String,
-    /// The table's rows that price it; none if it has no time.
+    /// The rows that price it. Empty if it has no time.
     pub rows: Vec<Row>,
-    /// Whether the first of them is that of its class.
+    /// Whether the first of them is the row of its class.
     pub by_class: bool,
     /// Its timing class.
     pub class: &'static str,
-    /// What the line shown takes, without the factor; none if it has no time.
+    /// The price of the sample line, without the factor. `None` if it has no time.
     pub price: Option<Price>,
-    /// What is followed of it.
+    /// How precisely the analysis follows it.
     pub follow: Follow,
-    /// What is over-approximated of it, each in a sentence.
+    /// Its over-approximations, one sentence each.
     pub approximations: Vec<String>,
 }
 
-/// What the analysis follows of an instruction, that of which most is known first.
+/// How precisely the analysis follows an instruction. The most precise comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Follow {
     /// It changes no device.
     Nothing,
-    /// All of it.
+    /// It is followed exactly.
     Exactly,
-    /// Its result is any value in the scan's model; of what counts and indices are made of, a range is worked out; real runs
-    /// carry it out.
+    /// Its result may be any value in the scan's model, but a range of values is computed if a count or an index
+    /// depends on it. Real runs execute it.
     Range,
-    /// Its result is any value in the scan's model; real runs carry it out.
+    /// Its result may be any value in the scan's model. Real runs execute it.
     RealRuns,
-    /// Its result is what the outside gives: any value.
+    /// Its result comes from outside and may be any value.
     Outside,
-    /// Its result is any value, and no real run knows it.
+    /// Its result may be any value, and real runs do not know it either.
     Unknown,
 }
 
@@ -82,7 +82,7 @@ impl Follow {
     }
 }
 
-/// What is known of an instruction by a table; `None` if no front knows it in the table's family.
+/// What is known of an instruction by a table. `None` if no front knows it in the table's family.
 #[must_use]
 pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<Explained> {
     let name = name.trim().to_ascii_uppercase();
@@ -111,7 +111,7 @@ pub fn names(fronts: Fronts) -> Vec<String> {
     fronts.0.iter().flat_map(|front| front.instructions()).collect()
 }
 
-/// A form by the first of its lines that is sound.
+/// Describes a form by the first of its sample lines that can be decoded.
 fn shown(
     front: &dyn Front,
     dialect: &str,
@@ -145,7 +145,8 @@ fn shown(
     })
 }
 
-/// The least that is known of what a part of an instruction writes and decides.
+/// How precisely the analysis follows what a part of an instruction writes and decides: the least precise of its
+/// effects counts.
 fn follow(program: &Program, part: &Instruction) -> Follow {
     let part = &at_operands(part);
     let is_quiet = part.effects.is_empty() && matches!(part.step, Step::Act { .. } | Step::Nothing);
@@ -165,8 +166,8 @@ fn follow(program: &Program, part: &Instruction) -> Follow {
     least
 }
 
-/// A part with those of its effects alone that write its operands, if any does: flags and memories besides are not what is
-/// asked.
+/// A copy of a part with only those effects that write its operands, if there are any. Flags and memory bits are left
+/// out.
 fn at_operands(part: &Instruction) -> Instruction {
     let is_operand =
         |region: Region| part.operands.iter().any(|one| region.contains(one.device.cell));

@@ -1,4 +1,4 @@
-//! What the user stated and the bound rests on, and the words for it.
+//! The user's statements on which the bound rests, and how reports word them.
 
 use super::proved::Proved;
 use super::request::Request;
@@ -9,14 +9,14 @@ use scanbound_timing::table::{Override, StatedClock};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// How something stated stands to the program.
+/// Whether a statement is proved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// The program writes nothing else into the word, or never leaves two of the bits on, if scans start as stated.
+    /// Proved: if it holds when a scan starts, it holds when the scan ends.
     Kept,
-    /// Nothing here proves it.
+    /// It is not proved.
     Unproved,
-    /// It is about the plant or the PLC: nothing in a program could prove it.
+    /// It is about the plant or the PLC, so nothing in a program could prove it.
     Stated,
 }
 
@@ -32,101 +32,101 @@ impl Status {
     }
 }
 
-/// Something that the user stated.
+/// A statement of the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fact {
-    /// What a word, or two read as one number, holds whenever a scan starts.
+    /// The range of a word, or of two words as one number, whenever a scan starts.
     Range {
         /// The word.
         word: String,
-        /// Its least value.
+        /// Its smallest value.
         low: i64,
-        /// Its largest one.
+        /// Its largest value.
         high: i64,
-        /// Whether the program keeps it.
+        /// Whether the program is proved to keep it.
         is_kept: bool,
     },
-    /// What a count is at a place.
+    /// The count at a place.
     Count {
         /// The place.
         at: String,
-        /// The least count.
+        /// The smallest count.
         low: i64,
-        /// The largest one.
+        /// The largest count.
         high: i64,
     },
-    /// What an index is where something is written by it.
+    /// The value of an index that selects where an instruction writes.
     Index {
-        /// The place, or the register.
+        /// The place, or the index register.
         at: String,
-        /// The least.
+        /// The smallest value.
         low: i64,
-        /// The largest.
+        /// The largest value.
         high: i64,
     },
-    /// A routine that is not there.
+    /// A routine whose code is not given.
     Call {
         /// The routine.
         name: String,
-        /// What it takes.
+        /// Its time.
         time: Picos,
-        /// What it writes, if that is stated.
+        /// The devices that it writes, if stated.
         writes: Option<Vec<String>>,
-        /// Whether its declaration is there: besides, it writes what it is handed and what it holds itself.
+        /// Whether its declaration is given. Then it also writes its output parameters and its own variables.
         declared: bool,
     },
-    /// How many bits an index to file registers has.
+    /// The number of bits of an index to file registers.
     IndexBits(u32),
     /// The only devices that are written through indirect addresses.
     Indirect(Vec<String>),
-    /// What others than the program write.
+    /// Devices that others than the program write.
     External(Vec<String>),
-    /// What nobody but the program writes.
+    /// Devices that only the program writes.
     Internal(Vec<String>),
-    /// Of these bits no two are on when a scan starts.
+    /// Bits of which at most one is on when a scan starts.
     Exclusive {
         /// The bits.
         bits: Vec<String>,
-        /// Whether the program keeps them apart.
+        /// Whether the program is proved to keep it.
         is_kept: bool,
     },
     /// Memory may hold anything when a scan starts, as after a download.
     Download,
-    /// Transitions that compete without priorities all clear if they are true.
+    /// If several transitions of a step without priorities are true, all of them clear.
     AllClear,
-    /// The order of a chart's actions.
+    /// The order in which a chart's actions run.
     ActionOrder(ActionOrder),
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
         name: String,
-        /// The most interrupts in a scan.
+        /// The largest number of interrupts in a scan.
         times: u32,
-        /// The interval that is stated, from which that was worked out.
+        /// The stated interval from which the number was computed.
         every: Option<Picos>,
     },
-    /// An instruction's times.
+    /// The times of an instruction.
     Time(Override),
     /// Whether the CPU stops at an operation error.
     StopsOnError(bool),
-    /// A flowchart PC reads its inputs once a pass, into an image, or at each test.
+    /// Whether a flowchart PC reads its inputs once per pass into an image, or at each test.
     Latched(bool),
-    /// How many points of a side are refreshed.
+    /// The number of refreshed inputs or outputs.
     Points {
         /// `input` or `output`.
         side: &'static str,
-        /// How many.
+        /// The number of points.
         points: u32,
-        /// Those of each kind of base, where they are told apart.
+        /// The points on each kind of base, if the table distinguishes bases.
         by_base: BTreeMap<String, u32>,
     },
     /// The base unit of all modules.
     Base(String),
-    /// What networks take to refresh.
+    /// The time of network refresh.
     Network(Picos),
     /// A factor on the whole scan.
     Factor(String),
-    /// A constant or minimum scan time; none if it is zero.
+    /// A constant or minimum scan time. Zero means that none is set.
     ConstantScan(Picos),
     /// The watchdog's time.
     Watchdog(Picos),
@@ -135,7 +135,7 @@ pub enum Fact {
 }
 
 impl Fact {
-    /// How it stands to the program.
+    /// Whether it is proved.
     #[must_use]
     pub fn status(&self) -> Status {
         match self {
@@ -150,7 +150,7 @@ impl Fact {
         }
     }
 
-    /// What the request states of the program, of which so much is proved to be kept.
+    /// All statements of the request about the program. `proved` says which of them the program keeps.
     pub(super) fn all(request: &Request<'_>, program: &Program, proved: &Proved) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {
@@ -228,21 +228,21 @@ impl fmt::Display for Fact {
             Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
             Fact::Index { at, low, high } => {
                 let at = if at.contains(':') { format!("at {at}") } else { at.clone() };
-                write!(f, "the index {at} is {low} to {high} where it says what is written")
+                write!(f, "the index {at} is {low} to {high} where it selects the written device")
             }
             Fact::Call { name, time, writes, declared: true } => {
-                write!(f, "the body of {name} is not there: it takes {time} at most, and writes what it is handed and holds itself")?;
+                write!(f, "the code of {name} is not given: it takes at most {time}, and writes its output parameters and its own variables")?;
                 match writes.as_deref() {
                     None | Some([]) => Ok(()),
                     Some(variables) => write!(f, ", and {}", variables.join(", ")),
                 }
             }
             Fact::Call { name, time, writes, declared: false } => {
-                write!(f, "the routine {name} is not there: it takes {time} at most, and ")?;
+                write!(f, "the code of the routine {name} is not given: it takes at most {time}, and ")?;
                 match writes.as_deref() {
                     None => f.write_str("may write anything"),
                     Some([]) => f.write_str("writes nothing"),
-                    Some(devices) => write!(f, "writes {} only", devices.join(", ")),
+                    Some(devices) => write!(f, "writes only {}", devices.join(", ")),
                 }
             }
             Fact::IndexBits(bits) => write!(f, "an index to file registers has {bits} bits"),
@@ -250,43 +250,43 @@ impl fmt::Display for Fact {
                 f.write_str("nothing is written through @")
             }
             Fact::Indirect(devices) => {
-                write!(f, "what is written through @ is {} only", devices.join(", "))
+                write!(f, "only {} is written through @", devices.join(", "))
             }
             Fact::External(devices) => {
-                write!(f, "others than the program write {}", devices.join(", "))
+                write!(f, "not only the program writes {}", devices.join(", "))
             }
             Fact::Internal(devices) => {
-                write!(f, "nobody but the program writes {}", devices.join(", "))
+                write!(f, "only the program writes {}", devices.join(", "))
             }
             Fact::Exclusive { bits, .. } => {
-                write!(f, "of {} no two are on when a scan starts", bits.join(", "))
+                write!(f, "at most one of {} is on when a scan starts", bits.join(", "))
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::AllClear => f.write_str(
-                "of transitions that compete for a step without priorities, all clear that are true",
+                "if several transitions of a step without priorities are true, all of them clear",
             ),
             Fact::ActionOrder(ActionOrder::Named) => {
-                f.write_str("actions are carried out as the chart first names them")
+                f.write_str("actions run in the order in which the chart first names them")
             }
             Fact::ActionOrder(ActionOrder::Declared) => f.write_str(
-                "Boolean variables of actions are written first, then actions are carried out as they are declared",
+                "Boolean variables of actions are written first, then actions run in the order of their declarations",
             ),
             Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
-                "actions are carried out by their names, those that have ended before the others",
+                "actions run in the order of their names, those that end first",
             ),
             Fact::Interrupts { name, times, every: Some(every) } => {
-                write!(f, "{name} comes every {every}: at most {times} times in a scan")
+                write!(f, "{name} occurs every {every}: at most {times} times in a scan")
             }
             Fact::Interrupts { name, times, every: None } => {
                 write!(f, "{name} interrupts a scan at most {times} times")
             }
             Fact::Time(Override { name, on, off }) if on == off => write!(f, "{name} takes {on}"),
             Fact::Time(Override { name, on, off }) => {
-                write!(f, "{name} takes {on}, {off} where it does not run")
+                write!(f, "{name} takes {on}, or {off} if it does not run")
             }
             Fact::StopsOnError(true) => f.write_str("the CPU stops at an operation error"),
             Fact::StopsOnError(false) => f.write_str("the CPU goes on after an operation error"),
-            Fact::Latched(true) => f.write_str("inputs are read once a pass, into an image"),
+            Fact::Latched(true) => f.write_str("inputs are read once per pass into an image"),
             Fact::Latched(false) => f.write_str("inputs are read at each test"),
             Fact::Points { side, points, by_base } => {
                 write!(f, "{points} {side} points are refreshed")?;
@@ -296,18 +296,18 @@ impl fmt::Display for Fact {
                     bases => write!(f, ": {}", bases.join(", ")),
                 }
             }
-            Fact::Base(base) => write!(f, "all I/O modules sit on the base {base}"),
+            Fact::Base(base) => write!(f, "all I/O modules are on the base {base}"),
             Fact::Network(Picos::ZERO) => f.write_str("no network is refreshed"),
             Fact::Network(time) => {
-                write!(f, "the refresh of networks takes {time} a scan at most")
+                write!(f, "network refresh takes at most {time} per scan")
             }
             Fact::Factor(text) => {
-                write!(f, "what else the CPU serves lengthens a scan by the factor {text} at most")
+                write!(f, "other services of the CPU lengthen a scan by at most the factor {text}")
             }
             Fact::ConstantScan(Picos::ZERO) => {
                 f.write_str("no constant or minimum scan time is set")
             }
-            Fact::ConstantScan(time) => write!(f, "each scan lasts {time} at least"),
+            Fact::ConstantScan(time) => write!(f, "each scan takes at least {time}"),
             Fact::Watchdog(time) => write!(f, "the watchdog is set to {time}"),
             Fact::Clock(clock) => clock.fmt(f),
         }

@@ -5,9 +5,9 @@ use scanbound_base::diagnostic::Diagnostic;
 /// Why there is no audit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
-    /// The input can't be taken; all faults that were found.
+    /// The input cannot be analysed. All faults that were found.
     Input(Vec<Diagnostic>),
-    /// The program contradicts itself: the analysis and the interpreter disagree.
+    /// An internal error: the analysis and the interpreter disagree.
     Internal(String),
 }
 

@@ -1,10 +1,10 @@
-//! What a net knows of its code's relays, as sets of a program's bits.
+//! What an S-net knows about the relays of its code, converted to a program's bits.
 
 use super::stated;
 use scanbound_ir::{BitSource, BitTarget, Program};
 use scanbound_nets::relays::Relays;
 
-/// What a net knows, as sets of a program's bits.
+/// A net's knowledge, and the program's bits for the net's elements.
 pub struct Hints<'a> {
     net: &'a Relays,
     /// By element.
@@ -12,7 +12,7 @@ pub struct Hints<'a> {
 }
 
 impl<'a> Hints<'a> {
-    /// A net's hints for a program.
+    /// The hints of a net for a program.
     #[must_use]
     pub fn of(net: &'a Relays, program: &Program) -> Hints<'a> {
         let has = |sign: &str| stated::cell(program, sign).is_some();
@@ -26,13 +26,13 @@ impl<'a> Hints<'a> {
         Hints { net, bits: devices.iter().map(bit).collect() }
     }
 
-    /// The sets of which every element has a relay.
+    /// The mutually exclusive sets in which every element has a relay.
     #[must_use]
     pub fn bits(&self) -> Vec<Vec<BitTarget>> {
         self.net.exclusive.iter().filter_map(|set| self.bits_of(set)).collect()
     }
 
-    /// The sets of elements.
+    /// All mutually exclusive sets.
     #[must_use]
     pub fn sets(&self) -> &'a [Vec<usize>] {
         &self.net.exclusive
@@ -50,7 +50,7 @@ impl<'a> Hints<'a> {
         set.iter().map(|&element| self.bit(element)).collect()
     }
 
-    /// What the net calls an element.
+    /// The element's name in the net.
     #[must_use]
     pub fn name(&self, element: usize) -> String {
         self.net.elements[element].name.clone()

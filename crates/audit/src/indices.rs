@@ -1,4 +1,4 @@
-//! What the user states of the indices by which instructions write, at single places or wherever a register is the index.
+//! Indices that the user states for writes, for one place or wherever a register is the index.
 
 use super::counts;
 use scanbound_base::code::Code;
@@ -6,11 +6,11 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part};
 use scanbound_ir::{ChoiceId, IndexedWrite, Program, WordSource, Write};
 
-/// States indices: what is written by them lies no further.
+/// Applies stated indices: limits the cells that writes with these indices can reach.
 ///
 /// # Errors
-/// Each place where nothing is written by an index, each register that is none, and each index of which it is not
-/// known how many bits it has.
+/// Each place without a write by an index, each name that is not an index register, and each index whose number of bits
+/// is not known.
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     for (place, &(low, high)) in &facts.indices {
@@ -26,20 +26,20 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         };
         let is_open = |choice: &ChoiceId| program.indexed[choice].indices.len() > 1;
         if found.iter().any(is_open) {
-            let message = format!("it is not known how many bits the index at {place} has");
+            let message = format!("the number of bits of the index at {place} is not stated");
             fault(message, "state that first, in the same table: bits = 16, or bits = 32");
             continue;
         }
         for choice in found {
             let Some(indexed) = program.indexed.get_mut(&choice) else { continue };
-            // A register and a place may name the same index: both hold.
+            // A register and a place may name the same index: both statements apply.
             let bits = 16 * indexed.indices.iter().map(Vec::len).min().unwrap_or(1);
             let largest = (1i64 << (bits - 1)) - 1;
             let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
             let both = (least.max(low), largest.min(high));
             if both.0 > both.1 {
                 let message = format!("the index at {place} is never {low} to {high}");
-                let help = "it cannot hold that, or something else is stated of it besides";
+                let help = "the index cannot have these values, or another statement about it contradicts this one: correct one of them";
                 faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
                 break;
             }
@@ -49,7 +49,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The choices by which an instruction writes where an index says.
+/// The choices with which an instruction writes to a place that an index selects.
 fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
     let effects = program.instructions[at].effects.iter();
     let choices = effects.filter_map(|effect| match effect.write {
@@ -61,14 +61,14 @@ fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
     choices.collect()
 }
 
-/// Whether a word says where, and not only how many.
+/// Whether a word selects the place of the write, and not only its length.
 fn has_index(indexed: &IndexedWrite) -> bool {
     indexed.indices.iter().flatten().any(|word| !matches!(word, WordSource::Const(_)))
 }
 
 fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, String)> {
     let form = || {
-        "write \"FILE:LINE\" = [0, 99] for what that line writes by an index, or Z0 = [0, 99] for all that is written by one"
+        "write \"FILE:LINE\" = [0, 99] for the writes of that line, or Z0 = [0, 99] for all writes with this index"
             .to_owned()
     };
     let instructions = match place.rsplit_once(':') {

@@ -1,4 +1,4 @@
-//! How often interrupts that come at fixed intervals run in a scan: as often as they are due in the longest one.
+//! How often interrupts at fixed intervals run in a scan: as often as they are due in the longest scan.
 
 use super::due::due;
 use super::failure::Failure;
@@ -10,16 +10,16 @@ use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// So many audits are made with counts that turn out too small.
+/// The largest number of audits with counts that turn out too small.
 const MOST_ROUNDS: usize = 16;
-/// A scan with more interrupts is taken to have no end.
+/// With more interrupts than this, a scan counts as endless.
 const MOST: u64 = 100_000;
 
-/// The facts with a count for each interrupt that is stated by its interval: the least counts that are enough for the longest
-/// scan that they lead to.
+/// The facts with a count for each interrupt that is stated by its interval: the smallest counts that suffice for the
+/// longest scan with these counts.
 ///
 /// # Errors
-/// Those of the audits that are made, and that interrupts leave the scan no time.
+/// Those of the audits, and that the interrupts leave no time for the scan.
 pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
     let intervals = &request.facts.intervals;
     let with = |counts: &BTreeMap<String, u64>| {
@@ -36,7 +36,7 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
     };
     let none: BTreeMap<String, u64> = intervals.keys().map(|name| (name.clone(), 0)).collect();
     let alone = bound(&none)?;
-    // What one of each adds.
+    // The additional time of one interrupt of each routine.
     let mut each = BTreeMap::new();
     for name in intervals.keys() {
         let mut one = none.clone();
@@ -55,7 +55,7 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
         let is_same = next == counts;
         counts = next;
         if is_same {
-            // These are enough by what one of each adds; the audit itself tells.
+            // An estimate from these times. The audit then checks whether the counts suffice.
             let found = bound(&counts)?;
             if intervals.iter().all(|(name, &every)| due(found, every) <= counts[name]) {
                 return Ok(with(&counts));
@@ -84,11 +84,10 @@ fn no_time(request: &Request<'_>) -> Failure {
         .map(|(name, every)| format!("{name} every {every}"))
         .collect();
     let message = format!(
-        "nothing bounds the scan: the interrupts take all the time before it ends ({})",
+        "nothing bounds the scan: the interrupts take all the CPU's time ({})",
         every.join(", ")
     );
-    let help =
-        "give longer intervals, or how often each runs in a scan at most: --interrupts I28=3";
+    let help = "state longer intervals, or the most interrupts in a scan: --interrupts I28=3";
     let file = request.inputs.first().map_or("", |input| &input.name);
     Failure::from(Diagnostic::file(Code::Facts, file, message, help))
 }

@@ -1,5 +1,5 @@
-//! What a bound rests on besides the model of its groups, as questions for other solvers: what scans keep, and how far
-//! words count and indices reach.
+//! Writes what a bound rests on besides its groups as problems for other solvers: what scans preserve, and limits of
+//! counts and indices.
 
 use super::pipeline::Concluded;
 use scanbound_ir::{BitTarget, Cell, ExclusiveBits, Program};
@@ -10,10 +10,10 @@ use scanbound_solve::{Limits, export, unreachable_charges};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// No model larger than this is asked, ...
+/// No problem is written for a model larger than this, ...
 const NODES: usize = 2_000_000;
 const NODES_EACH: usize = 1 << 15;
-/// ... and not for longer than this.
+/// ... or if writing takes longer than this.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// The names of the files.
@@ -21,15 +21,15 @@ const POWER_UP: &str = "invariants-power-up.smt2";
 const KEPT: &str = "invariants-kept.smt2";
 const COUNTS: &str = "counts.smt2";
 
-/// The files, and lines of the index: which there are, and what is shown by which.
+/// The files, and the lines of the index that say what each file shows.
 pub(super) struct Invariants {
-    /// By name, with their text.
+    /// Each file's name and text.
     pub files: Vec<(&'static str, String)>,
-    /// The lines.
+    /// The index lines.
     pub index: Vec<String>,
 }
 
-/// What a program's bound rests on, as far as the scan's formula shows it.
+/// The files for a program's bound, as far as the scan's formula covers it.
 pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let program = &concluded.followed.program;
     let given = given(program);
@@ -42,7 +42,9 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     }
     if !given.is_empty() {
         files.push((POWER_UP, power_up(program)));
-        index.push(format!("{POWER_UP}: unsat. What runs begin with is as scans keep it:"));
+        index.push(format!(
+            "{POWER_UP}: unsat. The state at power-up satisfies what scans preserve:"
+        ));
         index.extend(given.iter().map(|one| format!("  {one}")));
     }
     let end = Instant::now() + LONGEST;
@@ -50,7 +52,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let size = SizeLimits { per_execution: NODES_EACH, in_all: NODES, is_over: &is_over };
     let times = concluded.followed.prices.times();
     let Ok((model, violations)) = scan_model_of_violations(program, &times, &size) else {
-        index.push("The scan takes too much to ask of it what the bound rests on:".to_owned());
+        index.push("The scan is too large for files on what the bound rests on:".to_owned());
         index.extend(given.iter().map(|one| format!("  not shown: {one}")));
         return Invariants { files, index };
     };
@@ -83,18 +85,17 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     file(
         KEPT,
         kept,
-        "Can a scan that starts as scans are trusted to start do any of this?",
-        "No scan that starts where all of these hold breaks one of them:",
+        "Can a scan that starts in an assumed state do any of this?",
+        "If all of these hold when a scan starts, they hold when it ends:",
     );
     file(
         COUNTS,
         counted,
-        "Can a scan that starts as scans are trusted to start count or reach further than was found?",
-        "Nothing counts or reaches further than the bound has it:",
+        "Can a scan that starts in an assumed state exceed a limit of a count or an index?",
+        "No count or index exceeds the limit that the bound uses:",
     );
     if !left.is_empty() {
-        let why =
-            "the scan's formula takes some values as any, sums loops up, or takes too long to ask";
+        let why = "the scan's formula over-approximates values, summarises loops, or is too large";
         index.push(format!(
             "Not shown by a file, since {why} (docs/values.md says how it was found):"
         ));
@@ -103,7 +104,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     Invariants { files, index }
 }
 
-/// What holds whenever a scan starts, where the program is trusted with it.
+/// The invariants of the program that hold whenever a scan starts.
 fn given(program: &Program) -> Vec<String> {
     let words =
         (0..program.trusted_ranges.len()).map(|place| tell(program, &Violation::Word(place)));
@@ -111,12 +112,15 @@ fn given(program: &Program) -> Vec<String> {
     let fresh = program.mutually_exclusive.iter().filter(|one| one.max_on == 0);
     let cleared = fresh.map(|one| {
         let names: Vec<String> = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
-        format!("{} are off in the first scan, before which memory was cleared", names.join(", "))
+        format!(
+            "{} are off in the first scan, because memory was cleared before it",
+            names.join(", ")
+        )
     });
     words.chain(sets).chain(cleared).collect()
 }
 
-/// What the user states of words that start a scan.
+/// What the user states about words at the start of a scan.
 fn stated(program: &Program) -> Vec<String> {
     let trusted: BTreeSet<Cell> = program.trusted_ranges.iter().map(|one| one.cell).collect();
     let by_user = program
@@ -127,7 +131,7 @@ fn stated(program: &Program) -> Vec<String> {
         .map(|one| {
             let cells: Vec<String> =
                 one.cells.iter().map(|&cell| program.cell_name(cell)).collect();
-            format!("  {} is {} to {}, as is stated", cells.join(" with "), one.low, one.high)
+            format!("  {} is {} to {}, as stated", cells.join(" with "), one.low, one.high)
         })
         .collect()
 }
@@ -137,7 +141,7 @@ fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
     program.mutually_exclusive.iter().flat_map(ExclusiveBits::forbidden_sets)
 }
 
-/// What holds if this never happens.
+/// The statement that holds if this violation never occurs.
 fn tell(program: &Program, violation: &Violation) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
@@ -156,16 +160,16 @@ fn tell(program: &Program, violation: &Violation) -> String {
                 _ => format!("{} are never all on", names.join(", ")),
             }
         }
-        Violation::Count(at) => format!("{} counts no more than was found", place(at)),
-        Violation::Reach(at) => format!("{} reaches no further than was found", place(at)),
+        Violation::Count(at) => format!("the count of {} does not exceed its limit", place(at)),
+        Violation::Reach(at) => format!("{} writes only within its limit", place(at)),
     }
 }
 
-/// Whether the state in which runs begin breaks any of it: cleared memory.
+/// The problem whether the state at power-up violates any invariant: memory is cleared.
 fn power_up(program: &Program) -> String {
     let mut text = String::from(
-        "; Does memory that is cleared at power-up or reset break any of this?\n\
-         ; unsat: it does not. (A latched word comes up with what a scan wrote into it: the other file asks of every\n\
+        "; Does memory that is cleared at power-up or reset violate any of this?\n\
+         ; unsat: it does not. (A latched word keeps the value that a scan wrote into it: the other file covers every\n\
          ; write, not only of the last one.)\n\
          (set-logic QF_BV)\n",
     );

@@ -1,4 +1,4 @@
-//! How many iterations summarised loops make at most, by what a model knows of their counts.
+//! The largest number of iterations of summarised loops, by what a model knows about their counts.
 
 use scanbound_base::time::Picos;
 use scanbound_model::groups;
@@ -6,11 +6,11 @@ use scanbound_model::{Assignment, Charge, LoopCount, ScanModel};
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
-/// The most counts of which a solver is asked how large they can be.
+/// The largest number of counts for which a solver is asked.
 const MOST_ASKED: usize = 16;
 
-/// The most iterations of each summarised loop: as the model noted from the form of its count, or as a solver finds
-/// where that is less.
+/// The largest number of iterations of each summarised loop: the one that the model derived from the form of its count,
+/// or a smaller one that a solver proves.
 pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize, u32> {
     let mut iterations = model.iterations.clone();
     let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
@@ -27,10 +27,10 @@ pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize
     iterations
 }
 
-/// The largest number that a count can be where control gets to its loop, if it is not negative.
+/// The largest possible count when control reaches its loop, if it is not negative.
 ///
-/// It is asked as scans are: each of the count's bits is charged what it is worth, so the dearest scan has the largest
-/// count.
+/// It is found like a longest scan: each bit of the count is charged with its value, so the longest scan has the
+/// largest count.
 fn largest(model: &ScanModel, count: &LoopCount, limits: &Limits<'_>) -> u32 {
     let mut bare = ScanModel { charges: Vec::new(), ..model.clone() };
     let (&sign, digits) = count.bits.split_last().expect("a word has bits");

@@ -1,4 +1,4 @@
-//! A project's rungs as they are drawn, with what each of their instructions does in the longest scan.
+//! A project's rungs for drawing, with what each of their instructions does in the longest scan.
 
 use super::pipeline::Concluded;
 use super::{Audit, ChargeUse, comments_in};
@@ -15,19 +15,19 @@ pub struct Ladder {
     pub rungs: Vec<Drawn>,
 }
 
-/// A rung and what is told of it.
+/// A rung, and the notes on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawn {
     /// The rung.
     pub rung: Rung,
-    /// What is told of each of its elements.
+    /// The notes on each of its elements.
     pub told: Vec<Told>,
 }
 
-/// What is told of an instruction.
+/// The notes on an instruction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Told {
-    /// Its devices and what people call them.
+    /// Its devices and their comments.
     pub comments: Vec<String>,
     /// What its executions do.
     pub uses: Uses,
@@ -38,13 +38,13 @@ pub struct Told {
 pub struct Uses {
     /// How many executions have a time.
     pub timed: u64,
-    /// How many of them control reaches in the longest scan that was found.
+    /// How many of them are reached in the longest scan found.
     pub reached: u64,
-    /// How many of them run there: of a contact, conduct.
+    /// How many of them run there. A contact runs if it conducts.
     pub runs: u64,
-    /// Their part in the bound, without the table's factor.
+    /// Their part of the bound, without the table's factor.
     pub share: Picos,
-    /// What they would take at the dearer of their times, without the factor likewise.
+    /// The sum of the larger of their two times, without the factor.
     pub most: Picos,
 }
 
@@ -59,7 +59,7 @@ impl Uses {
 }
 
 impl Drawn {
-    /// What all of its instructions do.
+    /// The sum over all of its instructions.
     #[must_use]
     pub fn uses(&self) -> Uses {
         self.told.iter().fold(Uses::default(), |all, Told { uses, .. }| Uses {
@@ -73,7 +73,7 @@ impl Drawn {
 }
 
 impl Ladder {
-    /// The rungs of what was audited.
+    /// The rungs of an audited project.
     #[must_use]
     pub fn of(concluded: &Concluded) -> Ladder {
         let program = &concluded.followed.program;

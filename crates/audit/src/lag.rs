@@ -1,4 +1,5 @@
-//! How many scans later than an input an output may change: a relay that is read before it is written costs one more.
+//! By how many scans an output may change later than an input: each relay that is read before it is written costs one
+//! more scan.
 
 use petgraph::graphmap::DiGraphMap;
 use scanbound_ir::meaning::ChoiceKind;
@@ -12,15 +13,15 @@ type Reads = BTreeSet<Region>;
 /// An instruction that writes something.
 struct Site {
     at: usize,
-    /// Whether it runs in its place of the scan, and not where a routine is called.
+    /// Whether it runs at its own place in the scan, not where a routine is called.
     in_place: bool,
     reads: Reads,
     writes: Vec<Region>,
 }
 
-/// How many scans more than one an input's change takes at most until the last output that follows from it has changed,
-/// where each relay on the way changes as soon as what it is worked out from has. Relays that are worked out from each
-/// other count as if the change went through all of them.
+/// The most additional scans from the change of an input until the last output that follows from it has changed. Each
+/// relay on the way changes as soon as the values that it is computed from have changed. Relays that are computed from
+/// each other count as if the change passed through all of them.
 pub fn further_scans(program: &Program) -> u64 {
     let sites = sites(program);
     let mut graph: DiGraphMap<usize, bool> = DiGraphMap::new();
@@ -54,7 +55,7 @@ pub fn further_scans(program: &Program) -> u64 {
     let ends = |site: &Site| {
         !has(Role::Output) || site.writes.iter().any(|region| is_role(region, Role::Output))
     };
-    // From what is worked out first to what is worked out from it.
+    // In the order of computation.
     let mut parts = petgraph::algo::tarjan_scc(&graph);
     parts.reverse();
     let mut part_of = vec![0; sites.len()];
@@ -88,7 +89,8 @@ pub fn further_scans(program: &Program) -> u64 {
     most
 }
 
-/// All instructions that write, with what they are worked out from: their rung, master control regions, jumps and calls.
+/// All instructions that write, each with everything that affects it: its rung, master control regions, jumps and
+/// calls.
 fn sites(program: &Program) -> Vec<Site> {
     let mut found = Vec::new();
     // What decides whether routines are called.
@@ -109,7 +111,7 @@ fn sites(program: &Program) -> Vec<Site> {
         walk(program, at..end, &around, false, &mut calls, &mut found);
         at = end;
     }
-    // Subroutines lie among the instructions of a main routine, behind its end.
+    // Subroutines are stored behind the end of a main routine.
     let called: BTreeSet<usize> = flow::calls(program).into_iter().map(|(_, to)| to).collect();
     let entries = called.iter().chain(program.interrupts.iter().map(|one| &one.entry));
     let routines: Vec<_> = entries
@@ -139,7 +141,7 @@ fn walk(
     let mut slots: BTreeMap<u32, Reads> = BTreeMap::new();
     let mut masters: Vec<(u32, Reads)> = Vec::new();
     let mut jumps: Vec<(usize, Reads)> = Vec::new();
-    // How often something in a loop runs is decided by its count and by all that ends it.
+    // How often the body of a loop runs depends on its count and on everything that ends it.
     let loops: Vec<_> = range
         .clone()
         .filter_map(|at| match &program.instructions[at].step {
@@ -160,7 +162,7 @@ fn walk(
         });
         for effect in &instruction.effects {
             if let Write::Havoc(_, choice) = &effect.write {
-                // Of an operation that is not known it is not known what it reads.
+                // It is unknown what an unknown operation reads.
                 let is_worked_out = !program.kinds.contains_key(choice);
                 own.extend(is_worked_out.then_some(Region::Everything));
                 own.extend(of_choice(program, *choice));
@@ -218,7 +220,7 @@ fn walk(
     }
 }
 
-/// What a choice is worked out from: nothing if the outside gives it, and anything at all if an operation does.
+/// What a choice is computed from: nothing if it comes from outside, anything if it is the result of an operation.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
         None | Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,
@@ -226,7 +228,7 @@ fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     }
 }
 
-/// Whether a value depends on the result so far.
+/// Whether a value depends on the execution condition.
 fn asks_condition(value: &Logic) -> bool {
     match value {
         Logic::Condition => true,

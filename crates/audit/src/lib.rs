@@ -1,4 +1,4 @@
-//! The result of an audit, with everything that a report shows already worked out.
+//! The result of an audit, with everything that a report shows already computed.
 
 pub mod advise;
 mod assemble;
@@ -104,157 +104,156 @@ pub use unknown::{Counts, Unknown, UnknownKind};
 pub use watchdog::{Cycle, SettingUse, Stretch, Watchdog};
 pub use what_if::{Minor, Own, Step, WhatIf, what_if, what_if_offered};
 
-/// What is known about one project's longest scan.
+/// The result of auditing one project.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Audit {
-    /// The files, as the user gave them, in the order in which they run.
+    /// The files, as the user named them, in the order of execution.
     pub files: Vec<String>,
-    /// The places among these of those that hold subroutines alone: they run only where they are called.
+    /// Indices into `files` of those that contain only subroutines: they run only if they are called.
     pub standby: Vec<usize>,
-    /// What the audit was made from.
+    /// The files and the table that the audit was made from.
     pub sources: Vec<Source>,
     /// The dialect's name.
     pub dialect: String,
     /// The CPU that the source or the user names.
     pub cpu: Option<String>,
-    /// How many instructions the source has.
+    /// The number of instructions in the source.
     pub instructions: usize,
-    /// How many rungs it has.
+    /// The number of rungs.
     pub blocks: u32,
-    /// How many words a scan has, on a machine where each takes one period of a clock.
+    /// The number of words in a scan, for a machine that executes one word per clock cycle.
     pub clocked: Option<u64>,
-    /// The timing table and what it leaves to trust.
+    /// The timing table, and which of its times are uncertain.
     pub table: TableUse,
-    /// The answer.
+    /// The bounds.
     pub bound: Bound,
-    /// The least time of each scan, beside what it executes.
+    /// The minimum scan time that the CPU or the program sets, if any.
     pub cycle: Cycle,
     /// The watchdog, and what restarts it.
     pub watchdog: Watchdog,
-    /// What each scan costs besides its instructions.
+    /// The time of each scan in addition to its instructions.
     pub overhead: Vec<OverheadUse>,
-    /// Charges that no assignment changes.
+    /// Charges that have the same time in every scan.
     pub always: Vec<ChargeUse>,
     /// The groups, numbered from 1.
     pub groups: Vec<GroupUse>,
-    /// The scan that costs `Bound::lower`, by what is free in it.
+    /// The free values of the scan that takes `Bound::lower`.
     pub witness: Vec<FreeValue>,
-    /// How long the scan of the model takes that starts with the witness: what each value is worth there
-    /// ([`FreeValue::worth`]) is a part of it. The model may go on where the scan that was found is not followed.
+    /// The time of the model's scan that starts with the witness. Each [`FreeValue::worth`] is a part of it. It can be
+    /// longer than the scan found, because that one may have stopped early.
     pub weighed: Picos,
-    /// The scans of a run from power-up to one that costs `Bound::lower`, if such a run was found.
+    /// The scans of a run from power-up to one that takes `Bound::lower`, if such a run was found.
     pub witness_run: Vec<RunScan>,
-    /// Why the scan that costs `Bound::lower` is followed no further, or may cost more than it is known to.
+    /// Why the scan that takes `Bound::lower` stopped early, or may take longer than is known.
     pub stands_between: Option<String>,
-    /// Its path through the program, where not everything runs once; else empty.
+    /// Its path through the program, if not every instruction runs exactly once. Otherwise empty.
     pub path: Vec<PathStep>,
-    /// Loops that a scan can go round for ever. If there are any, no scan time is a bound: the figures are those
-    /// of scans that end where such a loop was gone round.
+    /// Loops in which a scan can stay for ever. If there are any, no time is a bound: all figures are then for scans
+    /// that end after such a loop ran once.
     pub unbounded: Vec<LoopUse>,
-    /// What the user stated and the bound rests on.
+    /// The user's statements on which the bound rests.
     pub facts: Vec<Fact>,
-    /// The sides of which it is not stated how many points are refreshed.
+    /// Inputs or outputs whose number of refreshed points is not stated.
     pub points: Vec<UnstatedPoints>,
-    /// The sides of which it is not stated on which base units they are: the dearest was taken.
+    /// Inputs or outputs whose base units are not stated. The slowest base was charged.
     pub bases: Vec<UnstatedBase>,
-    /// What networks refresh that the program uses, where nobody says how long that takes: it is not in the bound.
+    /// Network devices that the program uses whose refresh time is not stated. It is not in the bound.
     pub networks: Vec<NetworkUse>,
-    /// Why else the bound may be too low: what it needs and nobody stated.
+    /// Other reasons why the bound may be too low: facts that it needs and nobody stated.
     pub doubts: Vec<Doubt>,
-    /// What words were found to hold whenever a scan starts, and that lowers counts: what only the trust in the program rests
-    /// on.
+    /// Derived values of words at the start of a scan that lower counts. They hold only if the program alone writes
+    /// these words.
     pub assumptions: Vec<Assumption>,
-    /// Counts of which nothing is known and that the bound rests on, the dearest first.
+    /// Unknown counts on which the bound depends, the one with the most time first.
     pub unknowns: Vec<Unknown>,
-    /// What these and the assumptions are worth, if it was asked for.
+    /// How much stating these, and how much the assumptions, change the bound, if that was requested.
     pub what_if: Option<WhatIf>,
-    /// What it is worth that steps and stored actions of charts exclude each other, where there are charts.
+    /// How much the mutual exclusion of steps and stored actions lowers the bound, if there are charts.
     pub coactivity: Option<Coactivity>,
-    /// The tasks of the project, each by itself, where it has several and that was asked for; the one whose scan is bounded is
-    /// the first.
+    /// The tasks of the project, if there are several and that was requested. The first is the one whose scan is
+    /// bounded.
     pub tasks: Vec<TaskUse>,
-    /// What a net does to the bound of its code, if that was asked for.
+    /// How a net's knowledge changes the bound of its code, if that was requested.
     pub net: Option<NetBound>,
-    /// The rungs as they are drawn, if they were asked for.
+    /// The rungs for drawing, if they were requested.
     pub ladder: Option<ladder::Ladder>,
-    /// What is over-approximated.
+    /// Places that are over-approximated.
     pub approximations: Vec<ApproximationUse>,
-    /// How much of the source is followed exactly, where its dialect tells statements apart.
+    /// How much of the source is followed exactly, if its dialect lists statements.
     pub exactness: Option<Exactness>,
     /// Findings that did not stop the audit.
     pub warnings: Vec<Diagnostic>,
-    /// The worst response time, if it was asked for.
+    /// The worst-case response time, if it was requested.
     pub response: Option<response::Response>,
-    /// Whose writes between scans were reckoned with.
+    /// Which writers between scans were assumed.
     pub trust: scanbound_passes::values::Trust,
-    /// Whether the search ended before the longest scan was known, since it was decided whether any takes longer
-    /// than the request's limit.
+    /// Whether the search ended before the longest scan was known, because it was decided whether any scan exceeds the
+    /// limit.
     pub ended_early: bool,
     /// The stages that the time limit or the user cut short, and what they left open.
     pub cuts: Vec<EarlyStop>,
-    /// The arguments that name the project, as a shell takes them; empty where none is needed.
+    /// The command line arguments that name the project, quoted for a shell. Empty if none is needed.
     pub named: String,
     /// How long the audit took.
     pub elapsed: Duration,
 }
 
 impl Audit {
-    /// The longest scan that is known to be possible, by the table: the lower bound, without what is added for a clock's
-    /// tolerance, since no scan is known to need that.
+    /// The time of the longest scan that is known to be possible by the table. It is the lower bound without the
+    /// tolerance of a clock, since no scan is known to need that.
     #[must_use]
     pub fn possible(&self) -> Picos {
         possible(&self.bound, self.table.factor.as_ref(), self.clocked.is_some())
     }
 
-    /// Whether a scan was found that goes round a loop for ever.
+    /// Whether a scan was found that stays in a loop for ever.
     #[must_use]
     pub fn is_endless(&self) -> bool {
         self.unbounded.iter().any(|one| one.certain)
     }
 
-    /// Whether a run from power-up to the scan that costs `Bound::lower` was found.
+    /// Whether a run from power-up to the scan that takes `Bound::lower` was found.
     #[must_use]
     pub fn is_reached(&self) -> bool {
         !self.witness_run.is_empty()
     }
 
-    /// No scan takes longer, even if all points are fitted that the CPU can have, where it is not stated how many
-    /// are and the table says how many can be.
+    /// The upper bound with all points that the CPU can have, where their number is not stated and the table gives it.
     #[must_use]
     pub fn upper_with_all_points(&self) -> Picos {
         self.bound.upper + more_points(&self.points)
     }
 
-    /// The lower bound if no point is fitted where it is not stated how many are, and those that are on the
-    /// cheapest base where it is not stated on which.
+    /// The lower bound without points whose number is not stated, and on the fastest base where the base is not stated.
     #[must_use]
     pub fn lower_without_points(&self) -> Picos {
         let unsure = unsure(&self.points, &self.bases);
         self.possible().checked_sub(unsure).unwrap_or_default()
     }
 
-    /// The lower bound with the points that are charged, on the cheapest base where it is not stated on which they are.
+    /// The lower bound with the points that are charged, on the fastest base where the base is not stated.
     #[must_use]
     pub fn lower_on_least_bases(&self) -> Picos {
         let saves = self.bases.iter().map(|base| base.saves).sum();
         self.possible().checked_sub(saves).unwrap_or_default()
     }
 
-    /// The shortest limit that a check proves; `None` where it proves none, however long, since the bound may be too low.
+    /// The shortest limit that a check proves. `None` if it proves none because the bound may be too low.
     #[must_use]
     pub fn proved(&self) -> Option<Picos> {
         let is_proved = self.unbounded.is_empty() && self.uncounted_doubts().is_empty();
         is_proved.then(|| self.upper_with_all_points())
     }
 
-    /// A time of the report without the table's factor, which all of them hold.
+    /// Converts a time of the report to one without the table's factor.
     #[must_use]
     pub fn bare(&self, time: Picos) -> Picos {
         let factor = self.table.factor.as_ref();
         factor.map_or(time, |factor| scanbound_timing::table::taken_off(factor.millionths, time))
     }
 
-    /// The groups that are worth a look, of at least a two-hundredth of the bound and at most so many; and the others.
+    /// The groups that matter: those with at least a two-hundredth of the bound, at most `most`. The others follow as
+    /// the second part.
     #[must_use]
     pub fn main_groups(&self, most: usize) -> (&[GroupUse], &[GroupUse]) {
         let main = |group: &&GroupUse| Audit::is_main(group.upper, self.bound.upper);
@@ -268,7 +267,7 @@ impl Audit {
 }
 
 impl Audit {
-    /// What each scan takes at least by the table: what no condition avoids, without the table's factor.
+    /// A lower bound on every scan by the table: the charges that no condition avoids, without the table's factor.
     #[must_use]
     pub fn least(&self) -> Picos {
         let always = self.bound.always + self.bound.overhead;
@@ -281,7 +280,8 @@ impl Audit {
     }
 }
 
-/// The longest scan that is known to be possible: on a machine with a clock, without the clock's tolerance.
+/// The time of the longest scan that is known to be possible: for a machine with a clock, without the clock's
+/// tolerance.
 fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Picos {
     match factor {
         Some(factor) if is_clocked => bound.lower.min(factor.without),
@@ -294,40 +294,41 @@ fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Pico
 pub struct Bound {
     /// No scan takes longer.
     pub upper: Picos,
-    /// A scan that nothing known here excludes takes this long, run as the PLC runs it.
+    /// A scan that nothing known here excludes takes this long, executed as on a PLC.
     pub lower: Picos,
-    /// The dearest scan that the model allows, as far as it was found: it may need values that are not known here.
+    /// The longest scan that the model allows, as far as it was found. It may need values that are not known to be
+    /// possible.
     pub model: Picos,
-    /// Every charge at the dearer of its two times, and the overhead.
+    /// The structural bound: every charge at the larger of its two times, plus the overhead.
     pub naive: Picos,
-    /// The charges that no assignment changes.
+    /// The charges that have the same time in every scan.
     pub always: Picos,
-    /// What each scan costs besides its instructions.
+    /// The time of each scan in addition to its instructions.
     pub overhead: Picos,
-    /// The groups' upper bounds together.
+    /// The sum of the groups' upper bounds.
     pub groups: Picos,
 }
 
 impl Bound {
-    /// Whether the longest scan is known to the picosecond.
+    /// Whether upper and lower bound are equal.
     #[must_use]
     pub fn exact(&self) -> bool {
         self.upper == self.lower
     }
 
-    /// What mutual exclusion takes off the naive sum.
+    /// How much mutual exclusion saves compared with the structural bound.
     #[must_use]
     pub fn saved(&self) -> Picos {
         self.naive.checked_sub(self.upper).unwrap_or(Picos::ZERO)
     }
 }
 
-/// A part of a whole, in thousandths, rounded to the nearest; shown in percent.
+/// A share in thousandths, rounded to the nearest. Shown in percent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Share(pub u64);
 
 impl Share {
-    /// The part's share; none of nothing.
+    /// The share of `part` in `whole`. 0 if `whole` is 0.
     #[must_use]
     pub fn of(part: Picos, whole: Picos) -> Share {
         let (part, whole) = (u128::from(part.0), u128::from(whole.0));
@@ -342,140 +343,141 @@ impl fmt::Display for Share {
     }
 }
 
-/// The timing table and what it leaves to trust.
+/// The timing table, and which of its times are uncertain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableUse {
     /// Its name or file.
     pub name: String,
-    /// What it is for, one line; may be empty.
+    /// Its title, one line. May be empty.
     pub title: String,
-    /// Whether no time in it is published, measured or stated: all are assumed.
+    /// Whether all of its times are assumed: none is published, measured or stated.
     pub is_all_assumed: bool,
-    /// What its times do not hold.
+    /// What its times do not include.
     pub notes: Vec<String>,
-    /// The CPU's watchdog time by default.
+    /// The CPU's default watchdog time.
     pub watchdog: Option<Picos>,
     /// The factor on the whole scan.
     pub factor: Option<FactorUse>,
-    /// The assumed times that the program uses, those first on which most of the bound rests.
+    /// The assumed times that the program uses. Those come first on which most of the bound rests.
     pub assumed: Vec<AssumedUse>,
-    /// How much of the worst scan found rests on assumed times, overhead included.
+    /// How much of the worst scan found rests on assumed times, including overhead.
     pub assumed_time: Picos,
     /// The same as a share of that scan.
     pub assumed_share: Share,
 }
 
-/// A factor on the whole scan, and what the bound would be without it.
+/// A factor on the whole scan, and the bound without it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FactorUse {
-    /// As the table has it.
+    /// As written in the table.
     pub text: String,
     /// How well founded.
     pub evidence: Evidence,
-    /// Why there is one.
+    /// Its source or reason.
     pub source: String,
     /// The bound without it, rounded up.
     pub without: Picos,
-    /// In millionths.
+    /// The factor in millionths.
     pub millionths: u64,
-    /// What it adds to the parts of the bound: with their times without it, [`Audit::bare`], this makes the bound.
+    /// The time that it adds to the parts of the bound. With the other parts without the factor ([`Audit::bare`]), the
+    /// sum is the bound.
     pub part: Picos,
 }
 
-/// An assumed time and what it weighs.
+/// An assumed time, and how much of the bound rests on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AssumedUse {
-    /// The instruction or the table's term.
+    /// The instruction or the overhead term.
     pub name: String,
     /// The table's row.
     pub row: String,
-    /// Whether the row is that of a whole class of instructions.
+    /// Whether the row is for a whole class of instructions.
     pub by_class: bool,
-    /// How many instructions of the program it prices; 0 for a term of the scan, and for the factor on it.
+    /// The number of instructions that it prices. 0 for overhead and for the factor.
     pub count: usize,
-    /// Its part in the worst scan found; of the factor, what it adds to times that are not assumed themselves.
+    /// Its part of the worst scan found. For the factor: what it adds to times that are not assumed themselves.
     pub time: Picos,
-    /// Its part in the bound likewise, as far as the search settled it.
+    /// Its part of the bound, as far as the search determined it.
     pub part: Picos,
 }
 
-/// A cost of each scan besides its instructions.
+/// A time that each scan takes in addition to its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OverheadUse {
-    /// The table's term.
+    /// The name of the table's term.
     pub name: String,
     /// Its time.
     pub time: Picos,
     /// How well the time is founded.
     pub evidence: Evidence,
-    /// What it is for and how it was worked out.
+    /// What it is for, and how it was calculated.
     pub why: String,
 }
 
-/// Something that the program uses and that a network refreshes.
+/// A network device that the program uses.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// What, in words.
+    /// Its name.
     pub what: String,
     /// The first instruction that uses it.
     pub first: Location,
 }
 
-/// A loop that a scan can come to and that nothing bounds.
+/// A loop that a scan can reach and that nothing bounds.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LoopUse {
     /// Where it begins.
     pub from: Location,
-    /// Where control goes back.
+    /// The instruction that jumps back.
     pub to: Location,
     /// Its first instruction.
     pub begins: String,
-    /// Its last one.
+    /// Its last instruction.
     pub ends: String,
-    /// Whether a scan can go round it for ever; else only nothing is known that ends it.
+    /// True: a scan can stay in it for ever. False: nothing known ends it.
     pub certain: bool,
 }
 
 /// One instruction on the path of the worst scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PathStep {
-    /// Where it stands.
+    /// Its place.
     pub at: Location,
     /// Its source text.
     pub instruction: Arc<str>,
     /// The call context: the calls on the path to it, outermost first.
     pub via: Vec<String>,
-    /// Whether it fired: a test that held, a jump that was taken.
+    /// Whether it fired: the test was true, or the jump was taken.
     pub held: bool,
-    /// What it cost.
+    /// Its time.
     pub cost: Picos,
 }
 
-/// One execution of one instruction, what it may cost, and what it costs in the worst scan found.
+/// One execution of one instruction: its possible times, and its time in the worst scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChargeUse {
-    /// Where the instruction stands.
+    /// The instruction's place.
     pub at: Location,
-    /// Its rung.
+    /// The number of its rung.
     pub block: u32,
     /// Its source text.
     pub instruction: Arc<str>,
     /// The call context: calls, loop iterations and interrupts on the path to it, outermost first.
     pub via: Vec<String>,
-    /// Time when it runs.
+    /// The on-time.
     pub on: Picos,
-    /// Time when it is reached and does not run.
+    /// The off-time: it is reached and does not run.
     pub off: Picos,
     /// Whether it runs in the worst scan found.
     pub runs: bool,
-    /// Whether control reaches it there.
+    /// Whether it is reached in that scan.
     pub reached: bool,
-    /// What it costs there.
+    /// Its time in that scan.
     pub cost: Picos,
-    /// Its part in the bound: what it costs in the dearest scan that the model allows; where the bound is
-    /// the sum of all at their dearer times, that.
+    /// Its part of the bound: its time in the longest scan that the model allows. If the bound is structural: the
+    /// larger of its two times.
     pub share: Picos,
-    /// The routine that it was called in, if any.
+    /// The called routine that contains it, if any.
     pub routine: Option<Arc<str>>,
     /// The table's row.
     pub row: Arc<str>,
@@ -486,32 +488,32 @@ pub struct ChargeUse {
 /// Charges that depend on common variables, and their maximum.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroupUse {
-    /// Its number, from 1.
+    /// Its number, counted from 1.
     pub id: usize,
-    /// Its rungs, ascending.
+    /// The numbers of its rungs, ascending.
     pub blocks: Vec<u32>,
-    /// The devices that tie it, by name.
+    /// The names of the devices on which its charges depend.
     pub devices: Vec<String>,
-    /// The same, the most used first.
+    /// The same devices, the most used first.
     pub ties: Vec<Tie>,
-    /// Its charges can't cost more together.
+    /// The largest time of all its charges together.
     pub upper: Picos,
-    /// What they cost in the worst scan found.
+    /// Their time in the worst scan found.
     pub lower: Picos,
-    /// Every charge at the dearer of its times.
+    /// The sum of the larger of each charge's two times.
     pub naive: Picos,
-    /// Questions put to a solver.
+    /// The number of queries to a solver.
     pub solver_calls: u64,
     /// Its charges, in the order of execution.
     pub charges: Vec<ChargeUse>,
-    /// Its rungs, the dearest first.
+    /// Its rungs, the longest time first.
     pub rungs: Vec<RungUse>,
     /// How its maximum was found.
     pub search: method::SearchUse,
 }
 
 impl GroupUse {
-    /// Whether its maximum is known to the picosecond.
+    /// Whether its maximum is known exactly.
     #[must_use]
     pub fn exact(&self) -> bool {
         self.upper == self.lower
@@ -525,81 +527,81 @@ pub struct Tie {
     pub device: String,
     /// Its comment, empty if there is none.
     pub comment: String,
-    /// How many places ask for its value.
+    /// The number of places that use its value.
     pub uses: usize,
 }
 
-/// A rung's part in its group.
+/// A rung's part of its group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RungUse {
     /// Its number.
     pub block: u32,
-    /// Its dearest instruction's place.
+    /// The place of its instruction with the longest time.
     pub at: Location,
-    /// Its dearest instruction's text.
+    /// The text of that instruction.
     pub instruction: Arc<str>,
-    /// The comments of the devices in that text, those that have one.
+    /// The comments of the devices in that text.
     pub comments: Vec<String>,
-    /// How many other charges of the group it has.
+    /// The number of its other charges in the group.
     pub others: usize,
-    /// What becomes of it in the dearest scan that the model allows.
+    /// What happens to it in the longest scan that the model allows.
     pub fate: Fate,
-    /// Whether its dearest instruction does not run there and is charged all the same, with its time when off.
+    /// Whether that instruction does not run there but is charged with its off-time.
     pub is_charged_off: bool,
-    /// What it costs there: its part in the bound.
+    /// Its time there: its part of the bound.
     pub cost: Picos,
-    /// What it would cost, every charge at the dearer of its times.
+    /// The sum of the larger of its charges' two times.
     pub naive: Picos,
-    /// Why it can't cost more together with what runs, where that is known.
+    /// Why it cannot take longer together with the rungs that run, if that is known.
     pub exclusion: Option<Exclusion>,
 }
 
-/// What becomes of a rung in the dearest scan that the model allows.
+/// What happens to a rung in the longest scan that the model allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fate {
-    /// It costs the most that it can.
+    /// It takes its longest possible time.
     Runs,
-    /// It costs something, and could cost more.
+    /// It takes some time, but less than possible.
     Partly,
-    /// None of it runs: it costs nothing, or what it costs when it is off.
+    /// It does not run: it takes no time, or only off-times.
     Excluded,
 }
 
-/// A smallest set of rungs that run in the worst scan and keep a rung from costing more.
+/// A minimal set of rungs that run in the worst scan and prevent a rung from taking longer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exclusion {
-    /// The rungs; empty if the rung can never cost more.
+    /// The rungs. Empty if the rung can never take longer.
     pub blocks: Vec<u32>,
-    /// The devices through which they do.
+    /// The devices on which both depend.
     pub devices: Vec<String>,
 }
 
 /// One scan of a run from power-up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunScan {
-    /// Its number from 1 at power-up. The scans between two that are shown are like the first of them: the run waits for a
+    /// Its number, 1 at power-up. Scans between two that are listed repeat the first of them: the run waits for a
     /// timer.
     pub number: u64,
     /// The inputs that are on, or not 0, in it.
     pub inputs: Vec<(String, Value)>,
-    /// How long it takes at least.
+    /// A lower bound on its time.
     pub took: Picos,
 }
 
 /// A free value in the worst scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FreeValue {
-    /// What is free, by the name that people know.
+    /// Its name for users.
     pub name: String,
     /// Its comment, empty if there is none.
     pub comment: String,
     /// Its value.
     pub value: Value,
-    /// Whether it is the value at the start of the scan, rather than something that happens within.
+    /// True: the value at the start of the scan. False: something that happens during the scan.
     pub at_start: bool,
-    /// Whether the scan would not be known to cost as much without it.
+    /// Whether it is needed to show that the scan takes this time.
     pub matters: bool,
-    /// How much less the scan of the model ([`Audit::weighed`]) would cost if this alone were another.
+    /// How much shorter the model's scan ([`Audit::weighed`]) would be if only this value were different.
     pub worth: Picos,
 }
 
@@ -622,13 +624,13 @@ impl fmt::Display for Value {
     }
 }
 
-/// Something that is over-approximated.
+/// A place that is over-approximated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ApproximationUse {
-    /// Where.
+    /// The instruction's place.
     pub at: Location,
     /// The instruction's text.
     pub instruction: Arc<str>,
-    /// What was done.
+    /// How it was over-approximated.
     pub what: Approximated,
 }

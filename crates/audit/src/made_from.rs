@@ -1,24 +1,24 @@
-//! What an audit was made from: its files and its timing table, so that it can be told later whether they are the same.
+//! The files and the timing table of an audit, so that a later check can tell whether they are the same.
 
 use super::request::Request;
 use scanbound_base::checksum::sha256;
 use scanbound_ir::Program;
 use scanbound_timing::table::Table;
 
-/// Something that was read.
+/// An input of the audit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// What it is.
+    /// Its kind.
     pub what: SourceKind,
-    /// Its name, as the user gave it; of a built-in table that table's.
+    /// Its name as the user gave it. For a built-in table: the name of the table.
     pub name: String,
-    /// The day of its last change, where it says it.
+    /// The date of its last change, if it contains one.
     pub date: Option<String>,
     /// The SHA-256 of its bytes.
     pub sha256: String,
 }
 
-/// What something that was read is.
+/// The kinds of inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
     /// A program.
@@ -44,7 +44,7 @@ impl SourceKind {
     }
 }
 
-/// All that an audit was made from.
+/// All inputs of an audit.
 pub(super) fn sources(request: &Request<'_>, program: &Program, table: &Table) -> Vec<Source> {
     let inputs = request.inputs.iter().map(|input| Source {
         what: match program.files.iter().any(|file| file.name == input.name) {

@@ -1,16 +1,16 @@
-//! Which relays meet in rungs: pairs of which scans may keep that they are never both on.
+//! Which relays occur together in rungs: candidates for pairs that scans keep mutually exclusive.
 
 use scanbound_ir::{BitSource, BitTarget, Cell, Join, Program, Source, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A relay that has to do with more others than these is a mode, which tells nothing of single pairs.
+/// A relay that is related to more others than this is a mode flag: it says nothing about single pairs.
 const MOST_AKIN: usize = 40;
-/// What more relays than these hang on tells nothing of single pairs, either.
+/// An input or word on which more relays than this depend says nothing about single pairs, either.
 const MOST_SHARED: usize = 24;
-/// So many pairs are looked at.
+/// The maximum number of pairs that are considered.
 const MOST_PAIRS: usize = 20_000;
 
-/// What is read: a relay or word, or a bit of a word.
+/// Something that is read: a relay or word, or a bit of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Read(Cell, Option<u8>);
 
@@ -23,16 +23,17 @@ impl From<BitTarget> for Read {
     }
 }
 
-/// Which relays meet in a rung; relays are named by their places among those that are asked for.
+/// Which relays occur together in a rung. Relays are given by their index in the list passed to [`Meeting::of`].
 pub struct Meeting {
-    /// By relay: those that are read in rungs which write it.
+    /// For each relay: those that are read in rungs which write it.
     read: Vec<BTreeSet<usize>>,
-    /// By relay: those with which it meets in a rung that writes one of the two, or that hang on the same input or word.
+    /// For each relay: those that occur with it in a rung that writes one of the two, or that depend on the same input
+    /// or word.
     akin: Vec<BTreeSet<usize>>,
 }
 
 impl Meeting {
-    /// Of these relays, by the program's rungs.
+    /// The relations between these relays, from the program's rungs.
     pub fn of(program: &Program, bits: &[BitTarget]) -> Meeting {
         let place: BTreeMap<Read, usize> =
             bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
@@ -86,7 +87,8 @@ impl Meeting {
         }
     }
 
-    /// Of relays that never come on those that need none of the others for that: what these turn on would come on then.
+    /// Of relays that may never come on, those that need none of the others for that. Once one of these is free, the
+    /// relays that it turns on are free too.
     pub fn first(&self, never: &[usize]) -> Vec<usize> {
         let needs = |&from: &usize| {
             let mut found = BTreeSet::new();
@@ -103,7 +105,7 @@ impl Meeting {
         never.iter().copied().filter(is_first).collect()
     }
 
-    /// Pairs of relays that meet.
+    /// Pairs of relays that occur together.
     pub fn near(&self) -> Vec<Vec<usize>> {
         let pairs = self
             .akin
@@ -113,8 +115,8 @@ impl Meeting {
         pairs.take(MOST_PAIRS).collect()
     }
 
-    /// Pairs of relays that may be never both on: those that meet in a rung which writes one of them, and those that meet
-    /// the same third one so, in steps from one to the next.
+    /// Pairs of relays that may be mutually exclusive: those that occur together in a rung that writes one of them, and
+    /// those connected by a chain of such relations.
     pub fn pairs(&self) -> Vec<Vec<usize>> {
         let few: Vec<Vec<usize>> = self
             .akin
@@ -124,7 +126,7 @@ impl Meeting {
         let mut found: BTreeSet<(usize, usize)> = BTreeSet::new();
         let mut near: Vec<BTreeSet<usize>> = self.akin.clone();
         let mut before = usize::MAX;
-        // In each round pairs are one relay further apart.
+        // Each round adds pairs whose chain is one relay longer.
         while found.len() != before && found.len() < MOST_PAIRS {
             before = found.len();
             let all = near.iter().enumerate().flat_map(|(a, others)| {

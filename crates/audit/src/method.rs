@@ -1,4 +1,4 @@
-//! How each group's maximum was found: by which search, with which steps, and what a second solver says of it.
+//! How each group's maximum was found: the search, its steps, and the second opinion of another solver.
 
 use super::condition;
 use super::deciding::depends_on;
@@ -16,25 +16,25 @@ use scanbound_solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_op
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The most conditions of a group that are written out.
+/// The most conditions of a group that are written.
 const MOST: usize = 200;
 
-/// Of a longer condition so many devices are named.
+/// The number of devices that are named for a condition that is too long to be written.
 const SHOWN: usize = 8;
 
 /// How a group's maximum was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SearchUse {
-    /// By which search.
+    /// The search that was used.
     pub engine: Engine,
-    /// What Z3 says of it, if it was asked.
+    /// The answer of Z3, if it was asked.
     pub opinion: Option<Opinion>,
-    /// Its steps, if they were asked for.
+    /// The steps of the search, if they were requested.
     pub trace: Option<TraceUse>,
 }
 
 impl SearchUse {
-    /// Nothing is known but by which search.
+    /// A search of which only the method is known.
     #[must_use]
     pub fn by(engine: Engine) -> SearchUse {
         SearchUse { engine, opinion: None, trace: None }
@@ -44,34 +44,34 @@ impl SearchUse {
 /// A search, step by step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TraceUse {
-    /// What the group costs whatever holds.
+    /// The time that the group takes in every scan.
     pub constant: Picos,
-    /// What is taken off again: the conditions hold units also where none is handled.
+    /// A correction that is subtracted: the conditions' times include units even if an instruction handles none.
     pub deducted: Picos,
-    /// The conditions that are asked of: steps name them by their place here.
+    /// The conditions in the steps. A step refers to them by index.
     pub conditions: Vec<ConditionUse>,
     /// The steps.
     pub trace: Trace,
 }
 
-/// A condition under which something costs more.
+/// A condition under which charges take more time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConditionUse {
-    /// The number of its first rung, with a letter if that has several.
+    /// The number of its first rung, followed by a letter if the rung has several conditions.
     pub label: String,
-    /// What it costs more.
+    /// The additional time.
     pub cost: Picos,
-    /// Its dearest instruction's place.
+    /// The place of its instruction with the longest time.
     pub at: Location,
-    /// Its dearest instruction's text.
+    /// The text of that instruction.
     pub instruction: Arc<str>,
-    /// How many other charges depend on it.
+    /// The number of other charges that depend on it.
     pub others: usize,
-    /// The condition in words; where it is too long for that, on what it depends.
+    /// The condition in words. If it is too long: the devices on which it depends.
     pub condition: String,
 }
 
-/// How each group's maximum was found, with what of it was asked for.
+/// How each group's maximum was found, with the steps and opinions that were requested.
 pub fn searches(
     maxima: &[Maximum],
     traces: Option<Vec<TraceUse>>,
@@ -137,7 +137,7 @@ pub fn traces(
     groups.iter().zip(maxima).map(trace).collect()
 }
 
-/// On what it depends whether a condition holds that is too long to be written out.
+/// The devices on which a condition depends that is too long to be written.
 fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
     let mut devices: Vec<String> = Vec::new();
     for variable in depends_on(model, &item.charges[..1]) {
@@ -161,7 +161,7 @@ fn letters(number: usize) -> String {
     format!("{before}{last}")
 }
 
-/// What Z3 says of every group's maximum.
+/// The answer of Z3 on every group's maximum.
 ///
 /// # Errors
 /// If Z3 contradicts a search.
@@ -188,8 +188,7 @@ pub fn opinions(
     let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
     if open > 0 {
         let all = opinions.len();
-        budget
-            .record_stop("confirming", format!("{open} of {all} groups were not asked to the end"));
+        budget.record_stop("confirming", format!("{open} of {all} groups were not decided"));
     }
     Ok(opinions)
 }

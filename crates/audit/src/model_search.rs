@@ -14,23 +14,24 @@ use scanbound_replay::{Replay, replay_knowing};
 use scanbound_solve::{Exclusions, Limits, Maximum};
 use scanbound_timing::price::Prices;
 
-/// The fewest nodes of a large model: to prepare what is asked for reasons takes as long as a good part of the search.
+/// A model with at least this many nodes is large: preparing the explanations then takes as long as a good part of the
+/// search.
 pub const LARGE: usize = 50_000;
 
-/// What a model is searched with.
+/// The settings with which a model is searched.
 pub struct ModelSearch<'a, 'r> {
     pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub prices: &'a Prices,
     pub budget: &'a Budget<'a>,
     pub doubtful_from: Option<Picos>,
-    /// Whether the model is only the structural bound: the sum of all that can run.
+    /// Whether the model is only the structural bound: the sum of all instructions that can run.
     pub structural_only: bool,
-    /// What ends the search for reasons.
+    /// The limits of the search for explanations.
     pub limits: Limits<'r>,
 }
 
-/// A model's dearest scan, replayed.
+/// A model's longest scan, replayed.
 pub struct Searched<'r> {
     pub model: ScanModel,
     pub groups: Vec<Group>,
@@ -41,11 +42,11 @@ pub struct Searched<'r> {
     /// The charges' upper bound, without the scan's overhead.
     pub upper: Picos,
     pub ended_early: bool,
-    /// Of a large model, what is asked why charges don't cost their most, and of which group.
+    /// For a large model: the prepared search for explanations of one group.
     pub prepared: Option<Prepared<'r>>,
 }
 
-/// What is asked of one group why its charges don't cost their most.
+/// A prepared search for explanations why charges of one group do not take their longest time.
 pub struct Prepared<'r> {
     pub group: usize,
     pub exclusions: Exclusions<'r>,
@@ -92,7 +93,7 @@ impl<'r> ModelSearch<'_, 'r> {
         })
     }
 
-    /// Of a large model, prepares to ask for the reasons of its largest group.
+    /// For a large model, prepares the explanations of its largest group.
     fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
         let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();

@@ -1,4 +1,4 @@
-//! From a priced program to the model of one scan, within what that may take.
+//! From a priced program to the model of one scan, within limits on its size.
 
 use super::Failure;
 use scanbound_base::budget::Budget;
@@ -15,20 +15,20 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::BTreeMap;
 
-/// The most executed instructions that loops and calls may add to those that the program has.
+/// The most instructions that loops and calls may add to the executed ones.
 const MOST_UNROLLED: u64 = 200_000;
-/// The most rounds of following summarised loops after all, since the model shows their counts.
+/// The most rounds in which summarised loops are followed because the model shows their counts.
 const MOST_NESTED: usize = 8;
-/// The limit on a model's nodes and questions to words is this, ...
+/// The limit on a model's nodes and questions about words is this number, ...
 const NODES: usize = 1_000_000;
-/// ... plus this for each instruction that is executed, ...
+/// ... plus this number for each executed instruction, ...
 const NODES_EACH: usize = 48;
-/// ... but never above this.
+/// ... but never more than this.
 const MOST_NODES: usize = 8_000_000;
 /// A thousand hours.
 pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 
-/// Refuses a scan so long that sums of its times leave the range of times: no PLC has one.
+/// Refuses a scan so long that sums of its times could overflow. No PLC has such a scan.
 pub fn keep_in_range(
     program: &Program,
     table: &Table,
@@ -49,17 +49,18 @@ pub fn keep_in_range(
     let Some(charge) = most else {
         return Err(Failure::from(Diagnostic::file(Code::NoTime, &table.name, message, help)));
     };
-    // One instruction takes more than half of the time: the fault is shown there.
+    // One instruction takes more than half of the time: the fault is reported there.
     let at = &program.instructions[charge.instruction];
-    let message = format!("{message}: this here to {}", charge.largest_cost().best_text());
+    let message =
+        format!("{message}: this instruction alone to {}", charge.largest_cost().best_text());
     Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
 }
 
-/// The model of a scan, and whether it is only the structural bound, the sum of all that can run: so where the time is
-/// over, or the model would be too large.
+/// The model of a scan, and whether it is only the structural bound. It is the structural bound if the time is over or
+/// the model would be too large.
 ///
-/// What runs too often is summarised before ([`fit`]): so many instructions are `executed`. Where the model shows that a
-/// summarised loop makes fewer iterations than it was charged, it is followed after all.
+/// Before, [`fit`] summarised what runs too often; `executed` is the number of instructions that remain. If the model
+/// shows that a summarised loop makes fewer iterations than it was charged, the loop is followed after all.
 pub fn model_of(
     program: &mut Program,
     prices: &mut Prices,
@@ -68,7 +69,7 @@ pub fn model_of(
 ) -> Result<(ScanModel, bool), Failure> {
     let why = match follow(program, prices, executed, budget)? {
         Ok(mut model) => {
-            // Following one loop may show the count of another, within it or behind it.
+            // Following one loop may show the count of another, inside or behind it.
             for _ in 0..MOST_NESTED {
                 let Some(mut closer) = loops::restore(program, &model.iterations) else { break };
                 let Ok(executed) = fit(&mut closer) else { break };
@@ -84,7 +85,7 @@ pub fn model_of(
     if why == SummaryReason::TimeLimit {
         budget.record_stop(
             "following the scan",
-            "the bound is the sum of all that can run, each at its dearer time",
+            "the bound is the sum of all instructions that can run, each at its larger time",
         );
     }
     let summed = loops::summarise_all(program, why);
@@ -94,8 +95,8 @@ pub fn model_of(
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
-/// The program, its prices and its model with what was learned, where summarised loops make no more iterations than these
-/// and are followed again. `None` if they were charged no more than that, or following them takes too much.
+/// The program, its prices and its model after loops were put back: summarised loops that make at most these iterations
+/// are followed. `None` if they were not charged more than that, or if following them exceeds the limits.
 pub fn put_back(
     program: &Program,
     prices: &Prices,
@@ -113,20 +114,21 @@ pub fn put_back(
     Some((closer, priced, model))
 }
 
-/// Summarises loops and routines that execute too many instructions; how many are executed at most then.
+/// Summarises loops and routines that execute too many instructions. Returns the largest number of instructions that a
+/// scan then executes.
 pub fn fit(program: &mut Program) -> Result<u64, Failure> {
     let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
     fitted.map_err(|error| cannot_follow(program, &error))
 }
 
-/// Models the scan, in which so many instructions are executed; or why that is not possible.
+/// Models a scan that executes this many instructions. `Err` has the reason if that is not possible.
 fn follow(
     program: &mut Program,
     prices: &mut Prices,
     executed: u64,
     budget: &Budget<'_>,
 ) -> Result<Result<ScanModel, SummaryReason>, Failure> {
-    // Instructions that summarising appended have no price.
+    // Instructions that the summaries added have no price.
     prices.instructions.resize(program.instructions.len(), None);
     let executed = usize::try_from(executed).unwrap_or(usize::MAX);
     let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
@@ -157,7 +159,7 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
             "state a smaller range for the word that counts the loop, or split the program"
         }
         ScanError::NoResult { .. } => {
-            "a rung begins with LD; a jump must not go into the middle of one"
+            "begin each rung with LD, and let no jump lead into the middle of a rung"
         }
     };
     Failure::from(program.fault(at, Code::Scan, error.to_string(), help))

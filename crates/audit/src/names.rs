@@ -1,4 +1,4 @@
-//! The names that people know things by: devices with their comments, and the call contexts of an instruction.
+//! Names for users: devices with their comments, and the call contexts of an instruction.
 
 use scanbound_base::location::Location;
 use scanbound_ir::{BitTarget, Cell, Device, Frame, Instruction, Program, Role, Step, Write};
@@ -6,16 +6,16 @@ use scanbound_model::{Origin, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Looks up device comments and tells places.
+/// Looks up device comments and names places.
 pub struct Names<'a> {
     program: &'a Program,
-    /// The files, as places tell them; none if there is only one.
+    /// The file names as they appear in places. Empty if there is only one file.
     files: Vec<&'a str>,
-    /// The instructions that remember something in a cell that no device is.
+    /// The instructions whose state is stored in a cell that is not a device.
     memories: BTreeMap<Cell, usize>,
 }
 
-/// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.
+/// The operands of an instruction that have a comment, each with the comment. A bit without one uses that of its word.
 #[must_use]
 pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> {
     let comments = &program.comments;
@@ -31,7 +31,7 @@ pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> 
 }
 
 impl<'a> Names<'a> {
-    /// Over a program and the comments it came with.
+    /// Names for a program, with the comments that came with it.
     pub fn new(program: &'a Program) -> Names<'a> {
         let mut memories = BTreeMap::new();
         for (index, instruction) in program.instructions.iter().enumerate() {
@@ -50,7 +50,7 @@ impl<'a> Names<'a> {
         Names { program, files, memories }
     }
 
-    /// What is free, by a name that people know.
+    /// The name of a free value for users.
     pub fn free(&self, variable: &Variable) -> String {
         match &variable.origin {
             Origin::Start(cell) => self.cell(*cell),
@@ -63,7 +63,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// What `Program::told` says: there are many executions, and few files.
+    /// As `Program::told`, but cached: there are many executions and few files.
     fn told(&self, at: Location) -> String {
         match self.files.get(at.file as usize) {
             Some(file) => format!("{file}:{}", at.line),
@@ -85,22 +85,23 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The comment of the device that a free variable is about; empty if there is none.
+    /// The comment of the device of a free variable. Empty if there is none.
     pub fn comment(&self, variable: &Variable) -> String {
         cell_of(variable).map(|cell| self.comment_of(cell)).unwrap_or_default()
     }
 
-    /// A cell's comment; empty if there is none.
+    /// The comment of a cell. Empty if there is none.
     pub fn comment_of(&self, cell: Cell) -> String {
         self.program.comments.get(&Device { cell, bit: None }).cloned().unwrap_or_default()
     }
 
-    /// The operands of an instruction whose devices have a comment, each with it. A bit's is its own, else its word's.
+    /// The operands of an instruction that have a comment, each with the comment. A bit without one uses that of its
+    /// word.
     pub fn comments_in(&self, instruction: &Instruction) -> Vec<String> {
         comments_in(self.program, instruction)
     }
 
-    /// The device that a free variable is about.
+    /// The device of a free variable.
     pub fn device(&self, variable: &Variable) -> String {
         cell_of(variable).map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
@@ -110,7 +111,7 @@ impl<'a> Names<'a> {
         frames.iter().map(|frame| self.frame(*frame)).collect()
     }
 
-    /// The routine that the innermost call leads to, or the interrupt's, by the label that it begins with.
+    /// The name of the innermost called routine or of the interrupt: the label at its start.
     pub fn routine(&self, frames: &[Frame]) -> Option<Arc<str>> {
         frames.iter().rev().find_map(|frame| {
             let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
@@ -139,7 +140,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The cell that a free variable is about.
+/// The cell of a free variable.
 fn cell_of(variable: &Variable) -> Option<Cell> {
     match &variable.origin {
         Origin::Start(cell) | Origin::Havocked { cell, .. } => Some(*cell),

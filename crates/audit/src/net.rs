@@ -1,5 +1,5 @@
-//! What it is worth that a net's boxes exclude each other: sets of relays that the net never marks together are asked of the
-//! code, and those that every scan of it keeps are used.
+//! How the mutual exclusion of a net's boxes lowers the bound. Sets of relays that the net never marks together are
+//! checked on the code, and those that every scan preserves are used.
 
 use super::failure::Failure;
 use super::hints::Hints;
@@ -13,22 +13,23 @@ use scanbound_ir::{BitTarget, Program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// What a net does to the bound of its code.
+/// How a net changes the bound of its code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetBound {
     /// The net's file.
     pub net: String,
     /// The bound if relays could be on in any combination when a scan starts.
     pub without: Picos,
-    /// The bound with those combinations left out that the audit excludes without the net.
+    /// The bound without the net: combinations are excluded only if the audit finds that itself.
     pub alone: Picos,
-    /// What the net knows and the code keeps.
+    /// Sets that the net states and the code preserves.
     pub kept: Vec<Set>,
-    /// What the net knows and is not used.
+    /// Sets that the net states and that are not used.
     pub dropped: Vec<Dropped>,
-    /// By place: whether it is marked when the longest scan starts, if that scan hangs on it. A counter is if it has begun.
+    /// For each place of the net: whether it is marked when the longest scan starts, if that scan depends on it. A
+    /// counter counts as marked once it has counted.
     pub places: Vec<Option<bool>>,
-    /// The names of those that are.
+    /// The names of the marked places.
     pub marked: Vec<String>,
 }
 
@@ -39,40 +40,40 @@ pub struct Set {
     pub elements: Vec<String>,
     /// Their relays.
     pub relays: Vec<String>,
-    /// Whether all of them are boxes, timers and counters, and none a transition.
+    /// Whether all of them are boxes, timers or counters, and none a transition.
     pub is_of_places: bool,
-    /// So many of them are on at once, and no more: one, or all but one.
+    /// The largest number of them that can be on at once: one, or all but one.
     pub most: usize,
 }
 
-/// What is not used of what the net knows.
+/// A set that the net states and that is not used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dropped {
-    /// Elements that are never all on, by the net.
+    /// Elements that are never all on, according to the net.
     pub set: Set,
-    /// Why the code's bound does not rest on it.
+    /// Why the set is not used.
     pub why: Why,
 }
 
-/// Why what a net knows is not used.
+/// Why a set that the net states is not used.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Why {
     /// The CPU has no such relay, or the element has no address.
     NoRelay(String),
-    /// Nothing is known of this element's relay.
+    /// The value of this element's relay at the start of a scan is unknown.
     NotOwn(String, NotOwn),
-    /// The program never turns this element's relay on: whoever does is free to do so at any time.
+    /// The program never turns on this element's relay, so others may do so at any time.
     NeverOn(String),
-    /// No scan hangs on what this element's relay holds when it starts.
+    /// No scan depends on the start value of this element's relay.
     NotRead(String),
-    /// A scan breaks it.
+    /// A scan of the code violates it.
     Broken,
     /// The time was over.
     NoTime,
 }
 
 impl Why {
-    /// The element for whose sake the set is not used, if it is one's.
+    /// The element because of which the set is not used, if it is only one.
     #[must_use]
     pub fn element(&self) -> Option<&str> {
         match self {
@@ -83,16 +84,16 @@ impl Why {
         }
     }
 
-    /// The reason, without the element.
+    /// The reason, without the name of the element.
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
             Why::NoRelay(_) => "it has no relay in this code".to_owned(),
             Why::NotOwn(_, why) => why.to_string(),
-            Why::NeverOn(_) => "the code never turns it on, so somebody else does, at any time (initial marks are in the code only if it is translated with --initial first-scan)".to_owned(),
-            Why::NotRead(_) => "no scan hangs on what the one before left there".to_owned(),
+            Why::NeverOn(_) => "the code never turns it on, so others may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
+            Why::NotRead(_) => "no scan depends on its value from the scan before".to_owned(),
             Why::Broken => "a scan of the code can turn them all on".to_owned(),
-            Why::NoTime => "not decided in the time allowed".to_owned(),
+            Why::NoTime => "not decided within the time limit".to_owned(),
         }
     }
 }
@@ -106,7 +107,7 @@ impl fmt::Display for Why {
     }
 }
 
-/// What became of a net's hints in a program.
+/// Sorts a net's sets into used and unused ones.
 struct Judge<'a> {
     hints: &'a Hints<'a>,
     program: &'a Program,
@@ -126,7 +127,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Why a set is not used, where it is not.
+    /// Why a set is not used.
     fn why(&self, elements: &[usize]) -> Why {
         let name = |one: usize| self.hints.name(one);
         let Some(bits) = self.hints.bits_of(elements) else {
@@ -149,7 +150,7 @@ impl Judge<'_> {
         if self.found.decided { Why::Broken } else { Why::NoTime }
     }
 
-    /// The sets that the code keeps, and the others.
+    /// The sets that the code preserves, and the others with the reason.
     fn judged(&self) -> (Vec<Set>, Vec<Dropped>) {
         let proved: BTreeSet<&Vec<BitTarget>> = self.found.apart.iter().collect();
         let is_proved = |elements: &&Vec<usize>| {
@@ -171,7 +172,7 @@ impl Judge<'_> {
     }
 }
 
-/// Pairs put together to sets of which no two are on: each pair in one of them at least.
+/// Combines pairs into sets of mutually exclusive elements, so that each pair is in at least one set.
 fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
     let pairs: BTreeSet<(usize, usize)> = sets
         .iter()
@@ -204,11 +205,11 @@ fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
     groups
 }
 
-/// Adds to an audit what a net does to its bound: the bounds of two more audits, each of which has the time limit for itself.
-/// Nothing is added where no net is given, only a limit is asked for, or nothing is bounded.
+/// Adds how a net changes the bound, from two more audits. Each may use the whole time limit. Nothing is added if no
+/// net is given, if only a limit is to be decided, or if nothing bounds the scan.
 ///
 /// # Errors
-/// That in these audits the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in these audits.
 pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
     let Some(net) = request.net else { return Ok(()) };
     if request.limit.is_some() || !concluded.audit.unbounded.is_empty() {
@@ -227,7 +228,7 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     let alone = audit(&asked)?;
     (request.progress)(Progress::Stage("solving with relays on in any combination"));
     let without = audit(&Request { relays: false, ..asked })?;
-    // Where time ran out, the bound that says less may be the lower one.
+    // If the time ran out, the bound with less information may be lower.
     let upper = concluded.audit.bound.upper;
     let alone = alone.bound.upper.max(upper);
     let without = without.bound.upper.max(alone);
@@ -236,7 +237,7 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     Ok(())
 }
 
-/// Whether each place is marked when the longest scan starts.
+/// For each place, whether it is marked when the longest scan starts.
 fn marked(hints: &Hints<'_>, program: &Program, audit: &Audit) -> Vec<Option<bool>> {
     let values: BTreeMap<&str, Value> = audit
         .witness

@@ -1,4 +1,4 @@
-//! What of a project is worth stating: the lines of a facts file that an audit asks for.
+//! What of a project is worth stating: suggested lines for a facts file.
 
 use super::Audit;
 use super::contradiction;
@@ -15,33 +15,33 @@ use scanbound_ir::{ChoiceId, IndexedWrite, Program, Region, Step, WordSource, Wr
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Something worth stating.
+/// A suggested statement.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Offer {
     /// The table of the facts file.
     pub table: &'static str,
-    /// Its line there, the value to be replaced by what is true.
+    /// The line in that table. The user replaces its value by the true one.
     pub line: String,
-    /// What it is, and what is taken without it.
+    /// What it means, and what is assumed without it.
     pub what: String,
-    /// Where it matters, and the instructions there, the dearest first.
+    /// The places where it matters with the instructions there, the longest time first.
     pub places: Vec<(Location, Arc<str>)>,
-    /// What the bound loses by it at most.
+    /// How much it can lower the bound at most.
     pub worth: Option<Picos>,
-    /// The bound where it is at most so many, as do those that are named: what [`super::what_if`] solved.
+    /// The bounds with this value and the other named ones limited, from [`super::what_if`].
     pub solved: Option<Solved>,
 }
 
-/// Bounds for what an offered count may be.
+/// Bounds for several limits of an offered count.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Solved {
-    /// The counts that are stated to be as many at most besides.
+    /// The other counts that have the same limit in these bounds.
     pub with: Vec<Arc<str>>,
-    /// The count, and the bound.
+    /// The limit of the count, and the bound.
     pub bounds: Vec<(u32, SolvedBound)>,
 }
 
-/// All that is worth stating, as a facts file has its tables; within one the dearest first.
+/// All suggestions, in the order of the tables of a facts file. Within a table, the longest time first.
 #[must_use]
 pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
@@ -65,16 +65,19 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
         worth: None,
         solved: None,
     }));
-    offers.extend(audit.bases.first().map(|side| Offer {
-        table: "io",
-        line: format!("base = {:?}", side.least),
-        what: "the kind of base unit that all modules sit on: the dearest is taken".to_owned(),
-        places: Vec::new(),
-        worth: Some(audit.bases.iter().map(|side| side.saves).sum()),
-        solved: None,
+    offers.extend(audit.bases.first().map(|side| {
+        Offer {
+            table: "io",
+            line: format!("base = {:?}", side.least),
+            what: "the kind of base unit on which all modules are mounted: the slowest is assumed"
+                .to_owned(),
+            places: Vec::new(),
+            worth: Some(audit.bases.iter().map(|side| side.saves).sum()),
+            solved: None,
+        }
     }));
     offers.extend(networks(audit, program));
-    // Two lines of one name are no TOML.
+    // The same name twice is not valid TOML.
     let mut known: BTreeSet<(&str, String)> = BTreeSet::new();
     offers.retain(|one| {
         let name = one.line.split(" = ").next().unwrap_or_default();
@@ -88,7 +91,7 @@ fn place(program: &Program, at: usize) -> (Location, Arc<str>) {
     (instruction.place, instruction.text.clone())
 }
 
-/// Words of which each holds an index that is not known and that nobody but others write.
+/// Words that hold an unknown index and that only others than the program write.
 fn ranges(program: &Program) -> Vec<Offer> {
     let mut found: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (at, instruction) in program.instructions.iter().enumerate() {
@@ -106,14 +109,14 @@ fn ranges(program: &Program) -> Vec<Offer> {
         }
     }
     let others = found.into_iter().filter(|(cell, _)| {
-        // Such a name is not one that a program has.
+        // The name of a word in a program has no blanks.
         let has_name = !program.cell_name(*cell).contains(char::is_whitespace);
         has_name && !flow::is_written(program, *cell)
     });
     let offer = |(cell, mut places): (_, Vec<usize>)| {
         places.dedup();
         let word = program.cell_name(cell);
-        let what = format!("{word}, an index: what is written by it may be any device of its kind");
+        let what = format!("{word}, an index: a write with it may change any device of the area");
         Offer {
             table: "ranges",
             line: format!("{} = [0, {INDEX}]", key(&word)),
@@ -126,13 +129,13 @@ fn ranges(program: &Program) -> Vec<Offer> {
     others.map(offer).collect()
 }
 
-/// The index by which a region is written, where nothing is known of it.
+/// The index with which a region is written, if nothing is known about it.
 fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&IndexedWrite> {
     let indexed = program.indexed.get(&choice)?;
     indexed.is_unknown_in(region).then_some(indexed)
 }
 
-/// What is not known of words, for one of the facts file's tables; `most` is what each number is offered as.
+/// The unknown values of words, for one table of the facts file. `most` is the limit that is offered for each.
 fn unknowns(
     audit: &Audit,
     program: &Program,
@@ -163,7 +166,7 @@ fn unknowns(
     all.map(offer).collect()
 }
 
-/// What is not known, and what is named only where others are stated.
+/// The unknown values, including those that a report names only after others are stated.
 fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
     let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
     let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
@@ -171,7 +174,7 @@ fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
     audit.unknowns.iter().chain(hidden).cloned().collect()
 }
 
-/// What is not known, and what is taken.
+/// What is unknown, and what is assumed instead.
 pub(super) fn what(program: &Program, one: &Unknown) -> String {
     match &one.kind {
         UnknownKind::Count(counts) => {
@@ -183,19 +186,19 @@ pub(super) fn what(program: &Program, one: &Unknown) -> String {
             });
             let comments = at.map(|at| names.comments_in(at)).unwrap_or_default();
             let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
-            format!("{word}, a count: taken as up to {}, {} each", counts.most, counts.each)
+            format!("{word}, a count: assumed to be up to {}, {} each", counts.most, counts.each)
         }
         UnknownKind::Index(_) => format!(
-            "{}, the index of what is written there{}: it may be any device of its kind",
+            "{}, the index of a write{}: it may change any device of the area",
             one.word,
             one.origin()
         ),
-        UnknownKind::IndexBits => "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
-        UnknownKind::Indirect => "all that is written through indirect addresses (@): without it, anything".to_owned(),
+        UnknownKind::IndexBits => "the number of bits of an index to file registers, 16 or 32: a parameter of the CPU; the bound covers both".to_owned(),
+        UnknownKind::Indirect => "all devices that are written through indirect addresses (@): without this line, any device".to_owned(),
     }
 }
 
-/// Routines that are not there.
+/// Called routines whose code is not given.
 fn calls(program: &Program) -> Vec<Offer> {
     let calls = program.instructions.iter().enumerate();
     let calls: BTreeMap<usize, usize> = calls
@@ -213,7 +216,7 @@ fn calls(program: &Program) -> Vec<Offer> {
         table: "calls",
         line: format!("{} = {{ time = \"50us\" }}", key(name)),
         what: format!(
-            "{name} is called and not there. It may write anything, unless it is stated what: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
+            "{name} is called, but its code is not given. It may write anything unless its writes are stated: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
         ),
         places,
         worth: None,
@@ -222,7 +225,7 @@ fn calls(program: &Program) -> Vec<Offer> {
     routines.into_iter().map(offer).collect()
 }
 
-/// How indices and indirect addresses work.
+/// Parameters of indices and indirect addresses.
 fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     let mut offers = Vec::new();
     let of = |matters: &dyn Fn(&Write) -> bool| -> Vec<(Location, Arc<str>)> {
@@ -244,7 +247,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
         offers.push(Offer {
             table: "index",
             line: "bits = 16".to_owned(),
-            what: "how many bits an index to file registers has, 16 or 32: a parameter of the CPU; both are reckoned with".to_owned(),
+            what: "the number of bits of an index to file registers, 16 or 32: a parameter of the CPU; the bound covers both".to_owned(),
             places: either,
             worth: None,
             solved: None,
@@ -255,7 +258,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
         offers.push(Offer {
             table: "index",
             line: "indirect = [\"D0-D99\"]".to_owned(),
-            what: "all that is written through indirect addresses (@): without it, anything"
+            what: "all devices that are written through indirect addresses (@): without this line, any device"
                 .to_owned(),
             places: anywhere,
             worth: None,
@@ -265,10 +268,10 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     offers
 }
 
-/// More devices of one table are counted, not named.
+/// Further devices of a table are counted, not named.
 const MOST_DEVICES: usize = 40;
 
-/// What others may write after all.
+/// Devices that others may write in fact.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
     let devices = devices.filter(|device| stated::holder(program, device).is_some());
@@ -277,29 +280,29 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     (!devices.is_empty()).then(|| Offer {
         table: "external",
         line: listed(devices.iter().take(MOST_DEVICES)),
-        what: "what HMIs and others write: these are trusted since the program writes them; leave only those that somebody else writes, too".to_owned(),
+        what: "devices that operator panels and others write: the bound assumes that only the program writes these; keep in this list only those that others write, too".to_owned(),
         places: writers.collect(),
         worth: None,
         solved: None,
     })
 }
 
-/// What nobody else may write, as far as that was solved.
+/// Devices that only the program writes, if the bound with that statement is known.
 fn internal(audit: &Audit) -> Option<Offer> {
     let own = audit.what_if.as_ref()?.own.as_ref()?;
     Some(Offer {
         table: "internal",
         line: listed(own.devices.iter()),
-        what: format!("if nobody but the program writes all of these, the bound is {}", own.bound),
+        what: format!("if only the program writes all of these, the bound is {}", own.bound),
         places: Vec::new(),
         worth: audit.bound.upper.checked_sub(own.bound.upper),
         solved: None,
     })
 }
 
-/// A list of devices as a facts file has it.
+/// A list of devices in the format of a facts file.
 pub(super) fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
-    // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+    // A quoted name: the escapes of Rust are valid in TOML, too.
     let devices: Vec<String> = devices.map(|device| format!("{device:?}")).collect();
     format!("devices = [{}]", devices.join(", "))
 }
@@ -307,14 +310,14 @@ pub(super) fn listed<'a>(devices: impl Iterator<Item = &'a String>) -> String {
 fn interrupts(program: &Program) -> Vec<Offer> {
     let unstated = program.unstated_interrupts();
     let offer = |one: &scanbound_ir::Interrupt| {
-        // Of a routine of which nothing is known it can only be stated that it does not run.
+        // If a routine is unknown, the only useful statement is that it does not run.
         let is_empty = program.instructions[one.entry].step == Step::Return;
         let times = if is_empty { 0 } else { one.times };
         Offer {
             table: "interrupts",
             line: format!("{} = {times}", key(&one.name)),
             what: format!(
-                "how often {} interrupts a scan at most: {} is taken",
+                "how often {} interrupts a scan at most: {} is assumed",
                 one.name, one.times
             ),
             places: vec![place(program, one.entry)],
@@ -333,7 +336,7 @@ fn networks(audit: &Audit, program: &Program) -> Option<Offer> {
         table: "network",
         line: "refresh = \"1ms\"".to_owned(),
         what: format!(
-            "what networks take to refresh {} in one scan, or \"none\" where nothing refreshes them: not in the bound",
+            "the time of network refresh for {} in one scan, or \"none\" if no network refreshes them: not in the bound",
             what.join(", ")
         ),
         places: text.map(|one| vec![(first, one.text.clone())]).unwrap_or_default(),

@@ -1,5 +1,5 @@
-//! The relays that nobody but the program writes, and only in ways that are known: what they hold when a scan starts is
-//! what the scan before left in them.
+//! Relays that only the program writes, in known ways: at the start of a scan they hold what the scan before left in
+//! them.
 
 use scanbound_ir::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceKind, Logic, Number, Program, Region, Source,
@@ -9,20 +9,20 @@ use scanbound_passes::values::{Trust, is_unwritten_elsewhere};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// Why nothing is known of what a relay holds when a scan starts.
+/// Why the value of a relay at the start of a scan is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum NotOwn {
-    /// By `--trust`, anybody may write it.
+    /// According to `--trust`, others may write it.
     NotTrusted,
-    /// It is an input, or lies in a word of which the program reads bits that it does not write.
+    /// It is an input, or it is in a word of which the program reads bits that it does not write.
     Input,
-    /// It keeps its state without power: a power failure leaves what stood there in the midst of a scan.
+    /// It keeps its state without power: after a power failure it holds the value from the middle of a scan.
     Latched,
-    /// Others write it, as is stated; or the CPU, a network, a unit or an interrupt may at any moment.
+    /// Others write it: as stated, or the CPU, a network, a unit or an interrupt at any moment.
     Others,
     /// Nothing in the program writes it.
     NotWritten,
-    /// Something writes any value into it.
+    /// An instruction writes an unknown value into it.
     AnyValue,
 }
 
@@ -30,35 +30,36 @@ impl fmt::Display for NotOwn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             NotOwn::NotTrusted => {
-                "anybody may write it: --trust all says that only the program does, or [internal] devices in --facts"
+                "others may write it; if only the program does, state that with --trust all or under [internal] in --facts"
             }
             NotOwn::Input => {
                 "it is an input, or in a word of inputs: the program reads bits there that it does not write"
             }
-            NotOwn::Latched => "a power failure in mid-scan leaves what stood there by then",
-            NotOwn::Others => "others may write it: a network, a unit, an interrupt, or as [external] or [ranges] say",
-            NotOwn::NotWritten => "no instruction of the program writes it by itself",
-            NotOwn::AnyValue => "an instruction writes what is not known into it",
+            NotOwn::Latched => "after a power failure it holds the value from the middle of a scan",
+            NotOwn::Others => "others may write it: a network, a unit or an interrupt, or as stated under [external] or [ranges]",
+            NotOwn::NotWritten => "no instruction of the program writes this relay individually",
+            NotOwn::AnyValue => "an instruction writes an unknown value into it",
         })
     }
 }
 
-/// Who writes the relays of a program.
+/// Which relays of a program only the program writes.
 pub struct Owners<'p> {
     program: &'p Program,
     trust: Trust,
-    /// Bits that single instructions write.
+    /// Bits that instructions write individually.
     written: BTreeSet<BitTarget>,
-    /// Those into which one of them writes what is not known.
+    /// Those into which an instruction writes an unknown value.
     unknown: BTreeSet<BitTarget>,
-    /// What is written at any moment once it was asked for.
+    /// Regions that are written at any moment after an instruction requested it.
     later: Vec<Region>,
-    /// The words of points that the program writes, of which it reads no bit that it does not write: they serve outputs.
+    /// The words of I/O points that serve outputs: the program writes them and reads no bit of them that it does not
+    /// write.
     outputs: BTreeSet<Cell>,
 }
 
 impl<'p> Owners<'p> {
-    /// Looks through a program.
+    /// Examines a program.
     #[must_use]
     pub fn of(program: &'p Program, trust: Trust) -> Owners<'p> {
         let mut owners = Owners {
@@ -79,7 +80,7 @@ impl<'p> Owners<'p> {
                         }
                     }
                     Write::Havoc(region, choice) => {
-                        // What is delivered later is written at any moment from then on.
+                        // Data that is delivered later is written at any moment after the request.
                         let at_once = program.indexed.contains_key(choice)
                             || matches!(program.kinds.get(choice), Some(ChoiceKind::Exact(_)));
                         if !at_once {
@@ -98,13 +99,13 @@ impl<'p> Owners<'p> {
         owners
     }
 
-    /// Whether a cell is a word that serves outputs, as the program shows.
+    /// Whether a cell is a word that serves outputs, judged by the program.
     #[must_use]
     pub fn is_output(&self, cell: Cell) -> bool {
         self.outputs.contains(&cell)
     }
 
-    /// Why nothing is known of what a bit holds when a scan starts; `None` if it holds what the scan before left.
+    /// Why the value of a bit at the start of a scan is unknown. `None` if it is what the scan before left.
     #[must_use]
     pub fn refuses(&self, bit: BitTarget) -> Option<NotOwn> {
         let (program, cell) = (self.program, bit.cell());
@@ -118,7 +119,7 @@ impl<'p> Owners<'p> {
         if within(&program.power_up.inputs) && !self.is_output(cell) {
             return Some(NotOwn::Input);
         }
-        // What is stated never to be 0 somebody else set before the first scan.
+        // A bit that is stated never to be 0 was set by others before the first scan.
         let is_set = program
             .stated_ranges
             .iter()
@@ -134,8 +135,9 @@ impl<'p> Owners<'p> {
     }
 }
 
-/// The words of points that serve outputs. A word serves either; which, the program tells: one that it writes serves
-/// outputs. Where it also reads bits there that it does not write, somebody else may set them, and so all of them.
+/// The words of I/O points that serve outputs. A word serves either inputs or outputs. One that the program writes
+/// serves outputs. If the program also reads bits of it that it does not write, others may set these bits and therefore
+/// the whole word.
 fn outputs(program: &Program, written: &BTreeSet<BitTarget>) -> BTreeSet<Cell> {
     let mut bits: BTreeMap<Cell, (u16, u16)> = BTreeMap::new();
     let is_point = |cell: Cell| {
@@ -180,7 +182,7 @@ fn range(target: &WordTarget) -> Option<Region> {
     }
 }
 
-/// Whether a number has words of which nothing is known, not even that a result of this moment is in them.
+/// Whether a number contains words that may have any value, other than results of the same instruction.
 fn takes_any_value(program: &Program, number: &Number) -> bool {
     match number {
         Number::Words(words) => words.iter().any(|word| match word {

@@ -1,4 +1,4 @@
-//! The road from source text to an audit: typed stages, each of which adds to the one before.
+//! The pipeline from source text to an audit: typed stages, each of which builds on the one before.
 
 use super::Audit;
 use super::assemble::{Findings, Finished};
@@ -35,44 +35,44 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::time::Instant;
 
-/// A project followed as far as its scan's model: all that there is to search.
+/// A project with the model of its scan: everything that is searched.
 pub struct Followed {
-    /// When this began.
+    /// When the audit began.
     start: Instant,
     /// The program.
     pub program: Program,
-    /// The table that prices it.
+    /// The timing table.
     pub table: Table,
-    /// Every instruction's price.
+    /// The price of every instruction.
     pub prices: Prices,
     /// The charges of one scan.
     pub model: ScanModel,
-    /// Its slices.
+    /// The groups of the model.
     pub groups: Vec<Group>,
-    /// What of the machine the user may state.
+    /// What the user can state about the machine.
     pub machine: MachineOptions,
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user cut short.
     cuts: Vec<EarlyStop>,
-    /// The model is the sum of all that can run, and says nothing of what can run together.
+    /// The model is only the structural bound: it does not say which instructions can run together.
     structural_only: bool,
-    /// What was found of the relays that are trusted.
+    /// The mutually exclusive relays that were found.
     relays: reachable::Relays,
 }
 
 impl Followed {
-    /// What was found of the relays that are trusted.
+    /// The mutually exclusive relays that were found.
     pub(super) fn relays(&self) -> &reachable::Relays {
         &self.relays
     }
 
-    /// Whether its model is the sum of all that can run, and says nothing of what can run together.
+    /// Whether the model is only the structural bound, which does not say which instructions can run together.
     pub(super) fn is_structural_only(&self) -> bool {
         self.structural_only
     }
 }
 
-/// What others ask with other facts.
+/// The functions that other modules use to audit again with other facts.
 pub(super) const STAGES: Stages = Stages { read, audit };
 
 /// Audits a project.
@@ -83,7 +83,7 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
     Ok(concluded(request)?.audit)
 }
 
-/// Audits a project, and keeps what the audit was found in.
+/// Audits a project, and also returns the program and model in which the result was found.
 ///
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
@@ -101,7 +101,7 @@ pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
     searched?.concluded(request, early)
 }
 
-/// Reads a project, and follows nothing of it.
+/// Reads a project without following it.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -109,19 +109,19 @@ pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
     Ok(Understood::of(request)?.program)
 }
 
-/// A project that is read and priced, and not gone through by any pass: what an emulated CPU runs.
+/// A project that is read and priced, before any pass: what an emulated CPU runs.
 pub struct Ready {
     /// The program.
     pub program: Program,
-    /// The table that prices it.
+    /// The timing table.
     pub table: Table,
-    /// Every instruction's price.
+    /// The price of every instruction.
     pub prices: Prices,
-    /// What was noticed on the way.
+    /// The warnings.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Reads and prices a project, and follows nothing of it.
+/// Reads and prices a project without following it.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -131,7 +131,7 @@ pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
     Ok(Ready { program, table, prices, warnings })
 }
 
-/// Reads, prices and follows a project, without any search.
+/// Reads, prices and follows a project without searching it.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -139,7 +139,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
     Prepared::of(request)?.priced(request)
 }
 
-/// A project that is read and gone through by the passes: what does not hang on times.
+/// A project that was read and processed by the passes: everything that does not depend on times.
 #[derive(Clone)]
 pub struct Prepared {
     start: Instant,
@@ -179,20 +179,20 @@ impl Prepared {
         &self.understood.program
     }
 
-    /// The table that prices it.
+    /// The timing table.
     #[must_use]
     pub fn table(&self) -> &Table {
         &self.understood.table
     }
 
-    /// The same with another table of the same family, and the time limit for itself.
+    /// The same project with another table of the same family. It may use the whole time limit again.
     #[must_use]
     pub fn with_table(&self, table: Table, request: &Request<'_>) -> Prepared {
         let understood = self.understood.with_table(table, request);
         Prepared { start: Instant::now(), understood, cuts: self.cuts.clone() }
     }
 
-    /// Prices and follows it, without any search.
+    /// Prices and follows the project without searching it.
     ///
     /// # Errors
     /// All instructions that have no time.
@@ -205,20 +205,20 @@ impl Prepared {
         let machine = understood.machine;
         let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
         let executed = fit(&mut program)?;
-        // Instructions that summarising appended have no price.
+        // Instructions that the summaries added have no price.
         prices.instructions.resize(program.instructions.len(), None);
         timers::settle_by_sum(&mut program, &prices);
         Ok(SizeLimited { start, program, table, prices, executed, machine, warnings, cuts })
     }
 }
 
-/// A project with its prices, in which what runs too often to be followed is summarised.
+/// A priced project in which everything that runs too often to be followed is summarised.
 struct SizeLimited {
     start: Instant,
     program: Program,
     table: Table,
     prices: Prices,
-    /// How many instructions a scan executes at most.
+    /// The largest number of instructions that a scan executes.
     executed: u64,
     machine: MachineOptions,
     warnings: Vec<Diagnostic>,
@@ -278,7 +278,7 @@ impl SizeLimited {
     }
 }
 
-/// Whether relays are trusted to be kept apart by scans.
+/// Whether the analysis may assume that scans preserve the mutual exclusion of relays.
 fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
     match request.trusted() {
         Trust::None => false,
@@ -287,19 +287,20 @@ fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
     }
 }
 
-/// What ends searches.
+/// The limits of searches.
 fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
     Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
 }
 
-/// What executes so many instructions has a model so large that real runs are made on another thread while it is followed
-/// and searched.
+/// A scan that executes at least this many instructions has a large model. Then real runs are made on another thread
+/// while it is followed and searched.
 const MANY: u64 = 10_000;
 
-/// Makes real runs of a large program while the same program is followed and searched on another thread.
+/// Makes real runs of a large program on another thread, while the program is followed and searched. They give a lower
+/// bound.
 ///
-/// Following may change the program: it takes reads as any value, or follows summarised loops after all. Then these
-/// runs are of no use, and others are made behind the search.
+/// Following may change the program: it may replace reads by any value, or follow summarised loops after all. In that
+/// case these runs are discarded, and new ones are made after the search.
 struct LowerBoundSearch {
     /// The program before it is followed.
     program: Program,
@@ -308,7 +309,7 @@ struct LowerBoundSearch {
 }
 
 impl LowerBoundSearch {
-    /// `None` for small programs, and for those that are surely changed: by what is found of relays.
+    /// `None` for small programs, and for programs that the search for exclusive relays is going to change.
     fn of(limited: &SizeLimited, request: &Request<'_>) -> Option<LowerBoundSearch> {
         let is_worth_it = limited.executed >= MANY && !trusts_relays(&limited.program, request);
         is_worth_it.then(|| LowerBoundSearch {
@@ -324,7 +325,7 @@ impl LowerBoundSearch {
     }
 }
 
-/// An audit and what it was found in.
+/// An audit, with the program and model in which it was found.
 pub struct Concluded {
     /// The audit.
     pub audit: Audit,
@@ -334,7 +335,7 @@ pub struct Concluded {
     pub maxima: Vec<Maximum>,
 }
 
-/// Searches the groups' maxima, replays the worst scan and puts the audit together.
+/// Searches the groups' maxima, replays the worst scan and assembles the audit.
 ///
 /// # Errors
 /// That the analysis and the interpreter disagree.
@@ -342,7 +343,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
     followed.searched(request, None)?.concluded(request, None)
 }
 
-/// A project of which the groups' maxima were searched.
+/// A project whose groups' maxima were searched.
 struct Solved<'r> {
     /// The project. Its model and groups are in `searched`.
     followed: Followed,
@@ -352,7 +353,8 @@ struct Solved<'r> {
 }
 
 impl Followed {
-    /// Searches the groups' maxima, and makes real runs unless the program is the one that is `scouted` meanwhile.
+    /// Searches the groups' maxima. Makes real runs, too, unless another thread makes them for the same program
+    /// (`early`).
     fn searched<'r>(
         mut self,
         request: &Request<'r>,
@@ -370,7 +372,7 @@ impl Followed {
         Ok(Solved { followed: self, delays, searched, runs })
     }
 
-    /// The budget of the next stage. It takes over which stages were cut short so far.
+    /// The budget of the next stage. It takes over the list of stages that were cut short so far.
     fn budget<'a>(&mut self, request: &Request<'a>) -> Budget<'a> {
         let cuts = std::mem::take(&mut self.cuts);
         Budget::new(self.start, request.time_limit, request.cancelled, cuts)
@@ -390,7 +392,7 @@ impl Followed {
         }
     }
 
-    /// The loops that a scan can come to and never leave.
+    /// The loops that a scan can reach and never leave.
     fn endless_loops(
         &self,
         model: &ScanModel,
@@ -404,17 +406,14 @@ impl Followed {
             loops.open = unbounded::unasked(&self.program);
         }
         if !loops.open.is_empty() {
-            budget.record_stop(
-                "asking for loops without end",
-                "some of them were not asked to the end",
-            );
+            budget.record_stop("searching for endless loops", "some loops were not decided");
         }
         Ok(loops)
     }
 }
 
 impl Solved<'_> {
-    /// The audit, with the real runs that were made meanwhile, if any were.
+    /// Builds the audit, with the real runs that another thread made, if any.
     fn concluded(
         self,
         request: &Request<'_>,
@@ -512,7 +511,7 @@ impl Solved<'_> {
     }
 }
 
-/// Notes how much of the bound is open, if the time limit or the user ended the search.
+/// Records how much of the bound is open, if the time limit or the user ended the search.
 fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
     let unsolved = searched.maxima.iter().filter(|found| found.lower < found.upper);
     let unsolved: Vec<&Maximum> = unsolved.collect();

@@ -12,34 +12,34 @@ use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// The most times that the inputs of a run change.
+/// The most changes of the inputs in a run.
 const LONGEST: usize = 8;
 /// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
 const SAME: usize = 6;
 const MOST_WAITS: usize = 24;
-/// The number of runs that are tried with inputs that change at random.
+/// The number of runs that are tried with random changes of the inputs.
 const RANDOM: u64 = 64;
-/// So many of them are simulated side by side.
+/// The number of runs that are simulated in parallel.
 const AT_ONCE: usize = 8;
-/// No further ones are simulated when so many instructions were executed.
+/// No further runs are simulated after this many executed instructions.
 const MOST_EXECUTED: u64 = 1_500_000;
 /// The most instructions of one run.
 const MOST_OF_ONE: u64 = 400_000;
 
-/// Which inputs the outside sets in the scans before the last.
+/// The inputs in the scans before the last one.
 #[derive(Clone, Copy)]
 enum Before {
-    /// Those of the scan that is looked for.
+    /// Those of the scan to be reached.
     Same,
-    /// None.
+    /// All off.
     Off,
-    /// Its opposite, so that edges come in it.
+    /// The opposite of those of the scan to be reached, so that edges occur in it.
     Opposite,
-    /// Some of them, by this seed.
+    /// A random subset is on, by this seed.
     Random(u64),
-    /// Those of the longest first scan, and all else that the outside gives as there.
+    /// Those of the longest first scan. Other values from outside are as in that scan, too.
     First,
-    /// Each at random off or as in the scan that is looked for, by this seed.
+    /// Each input is at random off or as in the scan to be reached, by this seed.
     Part(u64),
 }
 
@@ -47,19 +47,19 @@ enum Before {
 #[derive(Clone, Copy)]
 struct Plan {
     before: Before,
-    /// Inputs stay until nothing changes any more and all timers that run are over; else each scan has others.
+    /// True: the inputs stay until nothing changes and all running timers are over. False: they change in every scan.
     waits: bool,
 }
 
-/// A run of scans that begins at power-up and ends with one that takes as long as the one that was found; none if no
-/// sequence that is tried leads there. Where that last scan takes longer, it is the longest that was found from then on.
+/// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
+/// sequences leads there. If the last scan takes longer, it becomes the longest scan found.
 pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<RunScan> {
     let (program, limits) = (search.program, search.limits);
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
     let outside = Outside::of(program);
     let overhead = prices.overhead_sum();
     let mut executed = 0;
-    // Where the longest first scan starts, once the simplest runs have led nowhere.
+    // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
     for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
         if executed >= MOST_EXECUTED || late() || (limits.cancelled)() {
@@ -86,7 +86,7 @@ pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<
     Vec::new()
 }
 
-/// The runs that are tried, in this order.
+/// The runs to try, in this order.
 fn plans(program: &Program) -> Vec<Plan> {
     let first = [Before::Same, Before::Off, Before::Opposite];
     let timekeeping = &program.timekeeping;
@@ -104,7 +104,7 @@ fn plans(program: &Program) -> Vec<Plan> {
     plans
 }
 
-/// The scans as reports tell them: those in which a run only waits are left out.
+/// The scans for the report. Scans in which the run only waits are left out.
 fn told(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
     let waits = |at: usize| scans.get(at + 1).is_some_and(|next| next.waited);
     let shown = scans.iter().enumerate().filter(|&(at, scan)| !(scan.waited && waits(at)));
@@ -116,7 +116,7 @@ fn told(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
     shown.map(told).collect()
 }
 
-/// The inputs that are on, or not 0, by their names.
+/// The names of the inputs that are on, or not 0, with their values.
 fn on(program: &Program, inputs: &BTreeMap<Cell, u16>) -> Vec<(String, Value)> {
     let input = |(&cell, &value): (&Cell, &u16)| {
         let value = match program.areas[usize::from(cell.area.0)].kind {
@@ -135,18 +135,18 @@ struct Simulation<'a> {
     outside: &'a Outside<'a>,
     found: &'a RunResults,
     overhead: Picos,
-    /// Where the longest first scan starts.
+    /// The start of the longest first scan.
     first: &'a Witness,
 }
 
 /// A scan of a run.
 struct Made {
-    /// Its number, from 1 at power-up.
+    /// Its number, 1 at power-up.
     number: u64,
     inputs: BTreeMap<Cell, u16>,
-    /// How long it takes without what each scan costs besides its instructions.
+    /// Its time without the overhead.
     took: Picos,
-    /// Whether other scans like the one before lie between.
+    /// Whether scans were left out before it because they repeat the previous one.
     waited: bool,
 }
 
@@ -154,14 +154,14 @@ struct Made {
 #[derive(Default)]
 struct Simulated {
     scans: Vec<Made>,
-    /// Its last scan and the values with which that starts, if it takes long enough.
+    /// The last scan with its start values, if it takes long enough.
     last: Option<(RealRun, Witness)>,
-    /// How many instructions were executed.
+    /// The number of executed instructions.
     executed: u64,
 }
 
 impl Simulation<'_> {
-    /// Makes scans until one takes long enough.
+    /// Simulates scans until one takes long enough.
     fn run(&self, plan: Plan) -> Simulated {
         let mut run = Run::new(self.outside, self.times, self.overhead);
         let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
@@ -175,7 +175,7 @@ impl Simulation<'_> {
         let mut done = Simulated::default();
         let mut number = 0;
         for turn in 0..LONGEST {
-            // Inputs that lead there and those of the scan itself take turns.
+            // Alternate between the inputs of the plan and those of the scan itself.
             let inputs = match plan.before {
                 _ if turn % 2 == 1 => sought.clone(),
                 Before::Same => sought.clone(),
@@ -195,7 +195,7 @@ impl Simulation<'_> {
                 Before::First if leads => &self.first.choices,
                 _ => &self.found.witness.choices,
             };
-            // Of what is tested directly nothing is among the inputs.
+            // Values that are tested directly are not among the inputs.
             let seed = match plan.before {
                 Before::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
                 _ => None,
@@ -225,7 +225,7 @@ impl Simulation<'_> {
         done
     }
 
-    /// Makes a scan; whether others may follow it.
+    /// Simulates one scan. Returns whether another may follow.
     fn scan<'p>(
         &'p self,
         run: &mut Run<'p>,
@@ -243,7 +243,7 @@ impl Simulation<'_> {
         done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
         let best = self.found.best.replay.total;
         if given.seed.is_some() && took > best {
-            // What it was given at random no report can tell.
+            // The random values of this scan cannot be shown in a report.
             return false;
         }
         let leads_there = took >= best;

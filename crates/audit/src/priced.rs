@@ -16,12 +16,12 @@ pub struct Priced {
     pub program: Program,
     pub table: Table,
     pub prices: Prices,
-    /// All that was noticed, first what the request brought along.
+    /// All warnings. Those of the request come first.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Priced {
-    /// Prices the program; notices what was stated and has no use.
+    /// Prices the program, and warns of stated times that have no effect.
     pub fn of(understood: Understood, request: &Request<'_>) -> Result<Priced, Failure> {
         (request.progress)(Progress::Stage("pricing"));
         let Understood { mut program, table, warnings, .. } = understood;
@@ -33,7 +33,7 @@ impl Priced {
         if request.strict_times {
             refuse_assumed(&program, &prices)?;
         }
-        // Later stages need of what instructions were priced by only the words that count units.
+        // After pricing, later stages need only the words that count units.
         for instruction in &mut program.instructions {
             instruction.timing = instruction.timing.take().filter(|key| key.counted().is_some());
         }
@@ -41,8 +41,8 @@ impl Priced {
     }
 }
 
-/// Times that were stated for what the program does not have, perhaps by a slip of the pen, and those that do not hold
-/// for all instructions of the name, since the table's rows for some of them stand.
+/// Warns of stated times for instructions that the program does not have, perhaps because of a typing error, and of
+/// those that do not apply to all instructions of the name because the table's rows take precedence for some.
 fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for Override { name, .. } in times {
@@ -62,12 +62,14 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
             (true, true) => continue,
             (_, false) => (
                 format!(
-                    "--time {name} does not hold for {rows}: what the table has of these is dearer, or stated"
+                    "--time {name} does not apply to {rows}: the table's times of these are larger, or stated"
                 ),
-                "state these too if they are meant",
+                "state times for these, too, if you mean them",
             ),
             (false, true) => (
-                format!("--time {name}: no instruction of the program has its time from this name"),
+                format!(
+                    "--time {name}: no instruction of the program takes its time from this name"
+                ),
                 "write the name as the report's table rows do, such as MOV or OUT:T",
             ),
         };
@@ -76,10 +78,10 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
     warnings
 }
 
-/// Refuses times that are assumed.
+/// Refuses assumed times.
 ///
 /// # Errors
-/// Each row that is, with the first instruction that it prices, and each term of the scan.
+/// Each assumed row with the first instruction that it prices, and each assumed overhead term.
 pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     let mut first: std::collections::BTreeMap<&str, (usize, usize)> =
         std::collections::BTreeMap::new();
@@ -90,8 +92,7 @@ pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure>
             first.entry(&price.row).or_insert((index, 0)).1 += 1;
         }
     }
-    let help =
-        "give a time with --time or in a table of your own (--table), or leave --strict-times out";
+    let help = "give a time with --time or in your own table (--table), or omit --strict-times";
     let mut faults: Vec<Diagnostic> = first
         .into_iter()
         .map(|(row, (index, count))| {
@@ -101,7 +102,7 @@ pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure>
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
-        let message = format!("the scan's term {} is assumed: {}", term.name, term.why);
+        let message = format!("the overhead {} is assumed: {}", term.name, term.why);
         faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if let Some(Factor { text, source, .. }) =

@@ -1,5 +1,5 @@
-//! Whether scans keep what is stated to hold whenever one starts: proved of the scan's model, or shown not to be so by real
-//! runs.
+//! Whether scans preserve the facts that are stated for the start of a scan: proved with the scan's model, or disproved
+//! by real runs.
 
 use super::own::Owners;
 use super::real::{RunResults, Search, standing, summary_choices};
@@ -20,45 +20,45 @@ use scanbound_solve::{Limits, unreachable_charges};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// No larger models are asked, ...
+/// Larger models are not checked, ...
 const NODES: usize = 2_000_000;
 const NODES_EACH: usize = 1 << 15;
-/// ... and not for longer than this, nor for more than one part of so many of the time that is left.
+/// ... and the check may not take longer than this, nor more than this fraction of the remaining time.
 const LONGEST: Duration = Duration::from_secs(10);
 const PARTS: u32 = 8;
-/// Of more facts than these nothing is asked.
+/// If there are more facts than this, none is checked.
 const MOST: usize = 100;
-/// So many times a scan that breaks something is looked for, each time with what the runs before taught.
+/// The number of rounds in which a scan that violates a fact is searched for. Each round uses what earlier runs showed.
 const ROUNDS: usize = 3;
-/// The most scans of a run from power-up on, and the most instructions in all of them.
+/// The most scans of a run from power-up, and the most instructions in all of them.
 const SCANS: usize = 100;
 const MOST_RUN: u64 = 400_000;
 
-/// The facts that the program keeps.
+/// The facts that the program is proved to keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Proved {
-    /// Words by their keys in the facts file.
+    /// Ranges, by the words' keys in the facts file.
     pub ranges: BTreeSet<String>,
-    /// Sets of bits by their places in the facts file.
+    /// Sets of exclusive bits, by their index in the facts file.
     pub exclusive: BTreeSet<usize>,
 }
 
-/// Which fact something is about.
+/// Which fact something belongs to.
 enum Of {
-    /// A range: its place in the program, and its key.
+    /// A range: its index in the program, and its key.
     Range(usize, String),
-    /// A set of bits: its place in the facts file, and those of its pairs in the program.
+    /// A set of bits: its index in the facts file, and the indices of its pairs in the program.
     Set(usize, Vec<usize>),
 }
 
-/// A fact, and what it says of a scan.
+/// A fact, and what it says about a scan.
 struct Asked {
     of: Of,
     stays: Candidate,
 }
 
 impl Asked {
-    /// Whether a real run was found that breaks it.
+    /// Whether a real run was found that violates it.
     fn is_broken(&self, found: &RunResults) -> bool {
         match &self.of {
             Of::Range(at, _) => found.violations.ranges.contains_key(at),
@@ -69,7 +69,7 @@ impl Asked {
     }
 }
 
-/// The facts that the program keeps; real runs that break others are noted in `found`.
+/// The facts that the program keeps. Real runs that violate others are recorded in `found`.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree.
@@ -86,7 +86,7 @@ pub fn proved(
     }
     let mut asked = asked(program, facts);
     if !facts.download {
-        // What an abstract interpretation of the scan has shown need not be asked again.
+        // Facts that the abstract interpretation has proved need not be checked again.
         asked.retain(|one| match (&one.of, &one.stays) {
             (Of::Range(_, key), Candidate::Within(cells, ..))
                 if cells.len() == 1 && program.proved_ranges.contains(&cells[0]) =>
@@ -111,13 +111,13 @@ pub fn proved(
         return Ok(proved);
     }
     let open: Vec<usize> = (0..asked.len()).filter(|&at| !asked[at].is_broken(found)).collect();
-    // Where no scan can start as is stated, all would be kept.
+    // If no scan can start as stated, every fact would count as kept.
     let is_provable = !facts.download && found.best.is_possible();
     let kept = if is_provable { kept(&search, &asked, &open) } else { BTreeSet::new() };
     seek(&search, &asked, found)?;
     for at in kept {
         if asked[at].is_broken(found) {
-            return Err("a scan breaks what the analysis says that the program keeps".to_owned());
+            return Err("a scan violates a fact that the analysis proved to be kept".to_owned());
         }
         match &asked[at].of {
             Of::Range(_, key) => _ = proved.ranges.insert(key.clone()),
@@ -127,11 +127,11 @@ pub fn proved(
     Ok(proved)
 }
 
-/// What is stated and speaks of the program.
+/// The stated facts about the program.
 fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (normalized(key), key)).collect();
-    // What is trusted stands behind what is stated.
+    // In this list, trusted ranges follow the stated ones.
     let stated = program.stated_ranges.len() - program.trusted_ranges.len();
     let range = |(at, range): (usize, &StartRange)| {
         let key = keys.get(&normalized(&program.cell_name(range.cells[0])))?;
@@ -158,8 +158,8 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
     ranges.into_iter().chain(sets).collect()
 }
 
-/// Makes scans from power-up on of which nothing is known that the outside gives: what these break is broken whatever it
-/// gives.
+/// Simulates scans from power-up with all values from outside unknown: a violation found this way occurs whatever these
+/// values are.
 fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     let outside = Outside::with_unknown_values(search.program);
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
@@ -169,7 +169,7 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
         let scan = run.scan(&given, MOST_RUN - executed);
         executed += scan.replay.events.len() as u64;
         found.violations.note(search.program, &scan, Some(number));
-        // What follows a broken fact is not as is stated.
+        // After a violated fact, the state is not as stated.
         let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MOST_RUN;
         if !goes_on
             || !scan.range_violations.is_empty()
@@ -181,14 +181,14 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     }
 }
 
-/// Those of the open facts that no scan breaks which starts as all facts have it. Nobody else may be known to write the
-/// cells, and memory that is cleared keeps them.
+/// Those of the undecided facts that every scan preserves which starts with all facts true. Only facts are checked
+/// whose cells only the program writes and that hold for cleared memory.
 fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let owners = Owners::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {
         Candidate::Within(cells, low, high) => match cells[..] {
-            // Two words are not watched together while the scan goes on.
+            // The check does not follow two words together through the scan.
             [cell] => {
                 let is_output = owners.is_output(cell) && is_unwritten_elsewhere(program, cell);
                 let first = program.power_up.initial_value(cell).cast_signed();
@@ -208,7 +208,8 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
     else {
         return BTreeSet::new();
     };
-    // What each breaks, and that each of its bits or words is ever written: what the program only clears somebody else sets.
+    // The scan's condition that violates each fact. Each of its bits or words must be written: if the program only
+    // clears it, others set it.
     let mut places: Vec<(usize, Vec<usize>)> = Vec::new();
     for CandidateOutcome { violated: breaks, changed: moves, .. } in found {
         let first = model.charges.len();
@@ -227,7 +228,7 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
     own.into_iter().zip(&places).filter(|(_, places)| holds(places)).map(|(at, _)| at).collect()
 }
 
-/// Looks for real runs that break what no run has broken so far.
+/// Searches for real runs that violate facts which no run has violated so far.
 fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<(), String> {
     let program = search.program;
     let stays: Vec<Candidate> = asked.iter().map(|one| one.stays.clone()).collect();
@@ -278,7 +279,7 @@ fn model(
     scan_model_of_candidates(search.program, times, (knowledge, purpose), &limits, stays).ok()
 }
 
-/// A charge where this holds.
+/// A charge that fires if this is true.
 fn charge(holds: Lit) -> Charge {
     Charge {
         instruction: 0,

@@ -1,10 +1,10 @@
-//! The groups' questions and the proofs of their answers, as files for other solvers.
+//! Writes the groups' problems and the proofs of their answers as files for other solvers.
 
 use super::invariants::{Invariants, invariants};
 use super::pipeline::{Concluded, Followed};
 use scanbound_solve::{Maximum, export};
 
-/// In which form a question is asked.
+/// The file format of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Weighted partial MaxSAT.
@@ -22,7 +22,7 @@ pub struct File {
     pub text: String,
 }
 
-/// What a charge is, on one line: its place and its text.
+/// A charge in one line: its place and its text.
 fn describe(followed: &Followed, charge: usize) -> String {
     let program = &followed.program;
     let instruction = &program.instructions[followed.model.charges[charge].instruction];
@@ -30,7 +30,7 @@ fn describe(followed: &Followed, charge: usize) -> String {
     format!("{file}:{} {}", instruction.place.line, instruction.text)
 }
 
-/// The question of a group, counted from 1 as in reports; `None` if there is no such group.
+/// The problem of a group, numbered from 1 as in reports. `None` if there is no such group.
 #[must_use]
 pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String> {
     let group = followed.groups.get(group.checked_sub(1)?)?;
@@ -41,20 +41,20 @@ pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String>
     })
 }
 
-/// For each group two SMT-LIB 2 files: whether more than its upper bound is possible (unsatisfiable), and the
-/// scan that reaches its lower bound (satisfiable). Then what these rest on, and an index of all.
+/// Two SMT-LIB 2 files for each group: that it cannot exceed its upper bound (unsatisfiable), and the scan that reaches
+/// its lower bound (satisfiable). Then the files about what the groups rest on, and an index of all files.
 pub fn certificates(concluded: &Concluded) -> impl Iterator<Item = File> {
     let followed = &concluded.followed;
     let Invariants { files, index } = invariants(concluded);
-    let mut text = "Questions for SMT solvers (SMT-LIB 2). A solver that answers as is said here confirms what is said.\n\n".to_owned();
+    let mut text = "Problems for SMT solvers (SMT-LIB 2). A solver that gives the answer listed here confirms the statement after it.\n\n".to_owned();
     for (maximum, number) in concluded.maxima.iter().zip(1..) {
         let Maximum { upper, lower, .. } = maximum;
         text += &format!(
-            "group-{number}-bound.smt2: unsat. The group costs no more than {}.\n",
+            "group-{number}-bound.smt2: unsat. The group takes at most {}.\n",
             upper.best_text()
         );
         text += &format!(
-            "group-{number}-scan.smt2: sat. There is a scan in which it costs {}.\n",
+            "group-{number}-scan.smt2: sat. There is a scan in which it takes {}.\n",
             lower.best_text()
         );
     }

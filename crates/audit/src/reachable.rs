@@ -1,4 +1,4 @@
-//! States that no run from power-up leads to: relays that are never all on when a scan starts.
+//! Unreachable states: sets of relays that are never all on when a scan starts.
 
 use super::meeting::Meeting;
 use super::own::Owners;
@@ -16,29 +16,29 @@ use scanbound_timing::price::Prices;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// What it is called while it runs.
-pub const STAGE: &str = "looking for what scans keep";
-/// It ends when one part of so many of the time allowed is over, and each of its searches takes one part of so many of what
-/// is left.
+/// The name of this stage in the progress display.
+pub const STAGE: &str = "searching for invariants";
+/// The stage may use this fraction of the time limit, and each of its searches this fraction of the time that is left.
 const UNTIL: u32 = 2;
 const PARTS: u32 = 8;
-/// It takes no longer than this where there is no limit to the time.
+/// The time limit of the stage if there is no other.
 const LONGEST: Duration = Duration::from_secs(20);
-/// What was found of relays.
+/// The result for the relays of a program.
 #[derive(Debug, Clone, Default)]
 pub struct Relays {
     /// The sets that are never all on.
     pub apart: Vec<Vec<BitTarget>>,
-    /// Those that the program never turns on: somebody else does, so they are free.
+    /// Relays that the program never turns on. Others may do so, so they are free.
     pub freed: BTreeSet<BitTarget>,
-    /// Those that a scan's costs may hang on, and that are known.
+    /// Relays on which a scan's time may depend and whose value between scans is known.
     pub known: BTreeSet<BitTarget>,
-    /// Whether all sets were asked for.
+    /// Whether all candidate sets were decided.
     pub decided: bool,
 }
 
-/// The model without scans that start where relays are all on that no run from power-up leaves on together, if any are found.
-/// What they are is noted in the program. `hints` are sets of relays of which somebody thinks so: they are asked for, too.
+/// The model without scans that start in an unreachable state: with relays all on that no run from power-up leaves on
+/// together. `None` if no such set is found. The sets are recorded in the program. `hints` are additional candidate
+/// sets.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,
@@ -91,12 +91,16 @@ pub fn exclude(
     (Some(model), relays)
 }
 
-/// Notes that the stage could not do all that it is for.
+/// Records that the stage was cut short.
 fn cut(budget: &Budget<'_>) {
-    budget.record_stop_at_part(UNTIL, STAGE, "fewer relays are taken as never both on than may be");
+    budget.record_stop_at_part(
+        UNTIL,
+        STAGE,
+        "more pairs of relays may be mutually exclusive than were found",
+    );
 }
 
-/// The places of these sets' relays among the bits; without sets of which a relay is not among them.
+/// Converts the sets to indices into `bits`. Sets with a relay that is not in `bits` are left out.
 fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
     let place: BTreeMap<BitTarget, usize> =
         bits.iter().enumerate().map(|(place, &bit)| (bit, place)).collect();
@@ -106,7 +110,7 @@ fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
     sets.iter().filter_map(of).collect()
 }
 
-/// Notes in the program that these relays are off where its flag says that memory was cleared before the scan.
+/// Records in the program that these relays are off if its flag says that memory was cleared before the scan.
 fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
     let flag = program.power_up.after_clear.map(|bit| Logic::Bit(bit.source()));
     let both = |bit: &BitTarget| {
@@ -120,7 +124,7 @@ fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
     });
 }
 
-/// The sets, each once, and none that has another in it.
+/// The sets without duplicates and without supersets of other sets.
 fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     let sorted = |mut set: Vec<usize>| {
         set.sort_unstable();
@@ -131,13 +135,13 @@ fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     all.into_iter().collect()
 }
 
-/// Sets of relays that scans may keep from being all on, by the relays' places among the bits.
+/// Candidate sets that scans may preserve, as indices of relays.
 struct Candidates {
     hinted: Vec<Vec<usize>>,
     pairs: Vec<Vec<usize>>,
 }
 
-/// What scans were found to keep, by places among the bits.
+/// The result, as indices of relays.
 struct Answer {
     /// The sets that are never all on.
     apart: Vec<Vec<usize>>,
@@ -145,21 +149,22 @@ struct Answer {
     freed: BTreeSet<usize>,
 }
 
-/// What is asked of a scan.
+/// The model of a scan, and what is asked about it.
 struct Question<'a> {
     model: &'a ScanModel,
     bits: &'a [BitTransition],
     meeting: &'a Meeting,
-    /// What is true only in scans before which memory was cleared.
+    /// A condition that is true only if memory was cleared before the scan.
     fresh: Option<Lit>,
 }
 
 impl Question<'_> {
-    /// What scans keep of the candidates, as far as there is time to ask. `None` if there was none for the fewest.
+    /// The candidates that scans preserve, as far as the time allows. `None` if there was no time even for the first
+    /// round.
     fn ask(&self, candidates: Candidates, budget: &Budget<'_>) -> Option<Answer> {
         let Candidates { hinted, pairs } = candidates;
         let is_over = || budget.must_stop_at_part(UNTIL);
-        // Pairs that lie close together first: they may be all that there is time for.
+        // Closely related pairs first: there may be no time for others.
         let rounds = [Vec::new(), self.meeting.near(), pairs];
         let mut answer = None;
         for pairs in rounds.into_iter().skip(usize::from(hinted.is_empty())) {
@@ -175,10 +180,10 @@ impl Question<'_> {
         answer
     }
 
-    /// What scans keep of the sets, where the program is trusted with the relays that it turns on. `None` if the limits end
-    /// the search.
+    /// The sets that scans preserve, if the program alone turns on their relays. `None` if the limits end the search.
     fn keep_apart(&self, mut sets: Vec<Vec<usize>>, limits: &Limits<'_>) -> Option<Answer> {
-        // A relay that the program never turns on is turned on by somebody else: it is free, and then others may be too.
+        // A relay that the program never turns on is turned on by others: it is free, and because of it others may be
+        // free, too.
         let mut own: BTreeSet<usize> = (0..self.bits.len()).collect();
         loop {
             let singles = own.iter().map(|&bit| vec![bit]);
@@ -196,7 +201,8 @@ impl Question<'_> {
         }
     }
 
-    /// Those of the candidates that every scan keeps which starts where they all hold. Where memory was cleared, all do.
+    /// The candidates that every scan preserves which starts with all of them true. They all hold after memory was
+    /// cleared.
     fn kept(
         &self,
         candidates: Vec<Vec<usize>>,
@@ -213,7 +219,7 @@ impl Question<'_> {
     }
 }
 
-/// That these relays are off where memory was cleared before the scan.
+/// The condition that these relays are off if memory was cleared before the scan.
 fn off_where(
     fresh: Lit,
     bits: &[BitTransition],
@@ -223,7 +229,7 @@ fn off_where(
     own.iter().map(|&bit| !circuit.and(fresh, bits[bit].start)).collect()
 }
 
-/// Whether memory was cleared before the scan, where a bit says so that the program leaves alone.
+/// The condition that memory was cleared before the scan, if there is a flag for it that the program does not write.
 fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.after_clear?;
     let holds = program.power_up.memory_hold_word;
@@ -249,14 +255,14 @@ fn atom(bit: BitTarget, variable: VarId) -> Atom {
     }
 }
 
-/// The relays that a scan's costs may hang on and that nobody but the program writes, and only in ways that are known.
+/// The relays on which a scan's time may depend and that only the program writes, in known ways.
 fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
     let owners = Owners::of(program, trust);
     let read = read(model);
     read.into_iter().filter(|&bit| owners.refuses(bit).is_none()).collect()
 }
 
-/// The bits that are read as they are when a scan starts.
+/// The bits whose start values the scan reads.
 pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
     let start = |variable: VarId| match model.variables[variable.0 as usize].origin {
         Origin::Start(cell) => Some(cell),
@@ -289,7 +295,7 @@ fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     bits.iter().map(|&bit| circuit.atom(atom(bit, variables[&bit.cell()]))).collect()
 }
 
-/// The pairs put together: of each group's relays no two are ever on. Larger sets stand by themselves.
+/// Combines pairs into groups of mutually exclusive relays. Larger sets stay as they are.
 fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<ExclusiveBits> {
     let (pairs, larger): (Vec<&Vec<usize>>, Vec<&Vec<usize>>) =
         sets.iter().partition(|set| set.len() == 2);
@@ -323,7 +329,7 @@ fn written(program: &Program, bits: &[BitTarget]) -> Vec<usize> {
             Write::Bit(bit, _) => Some(*bit),
             _ => None,
         };
-        // A bit of a word is written alone, or with its word.
+        // A bit of a word is written individually, or with its word.
         let all_alone = instruction.effects.iter().all(|effect| alone(effect).is_some());
         if all_alone && matches!(instruction.step, Step::Act { .. }) {
             return instruction.effects.iter().filter_map(alone).any(|bit| bits.contains(&bit));

@@ -1,4 +1,5 @@
-//! The search for a scan that a PLC makes: a real run of the model's longest scan, then, with what it taught, of the next.
+//! The search for a scan that a PLC can make: a real run of the model's longest scan, then of the longest scan that
+//! remains after what this run showed, and so on.
 
 use super::modelling::LONGEST_SCAN;
 use super::violations::Violations;
@@ -17,34 +18,33 @@ use std::collections::BTreeSet;
 
 /// The most instructions of a real run.
 const MOST_RUN: u64 = 400_000;
-/// Limits of the search in models that grow with what is learned: the size of each, gates in all, and rounds.
+/// Limits of the search in models that grow with what is learned: the size of each, the gates in all, and the rounds.
 const LARGEST: usize = 2_000_000;
 const MOST_GATES: usize = 1_000_000;
 const MOST_ROUNDS: usize = 400;
-/// The largest model in which the longest scan after power-up is looked for by itself.
+/// The largest model in which the longest scan after power-up is searched for separately.
 const LARGEST_FIRST: usize = 100_000;
-/// Models of more gates take as long as a good part of the bound's search: rounds go on only as long as each makes the run
-/// longer by one part in so many.
+/// A model with more gates takes as long as a good part of the bound's search. With such models, rounds go on only as
+/// long as each makes the run longer by one part in `WORTH`.
 const DEAR: usize = 300_000;
 const WORTH: u64 = 100;
-/// The most decisions of a solver in a group in each of them: what is wanted is a long scan, not the proof that there is no
-/// longer one.
+/// The most decisions of a solver per group and round: a long scan is wanted, not a proof that no longer one exists.
 const MOST_DECISIONS: u64 = 200_000;
 
-/// The longest real run that was found, and what was learned until then.
+/// The longest real run found, and what all runs showed.
 pub struct RunResults {
-    /// The run.
+    /// The longest run.
     pub best: RealRun,
     /// The values with which it starts.
     pub witness: Witness,
-    /// What all runs taught.
+    /// What all runs showed about operations.
     pub knowledge: Knowledge,
-    /// What runs break of what is stated.
+    /// Stated facts that runs violate.
     pub violations: Violations,
 }
 
 impl RunResults {
-    /// What a first run found, beside what was known before it.
+    /// The results after a first run, added to what was known before.
     fn first(program: &Program, run: RealRun, start: Witness, knowledge: Knowledge) -> RunResults {
         let mut found =
             RunResults { best: run, witness: start, knowledge, violations: Violations::default() };
@@ -53,14 +53,14 @@ impl RunResults {
         found
     }
 
-    /// Takes from a run what it teaches and breaks; whether it taught something new.
+    /// Records what a run showed and violated. Returns whether it showed something new.
     pub(super) fn note(&mut self, program: &Program, run: &mut RealRun) -> bool {
         let news = learn(&mut self.knowledge, run);
         self.violations.note(program, run, None);
         news
     }
 
-    /// Lets no time stand of a run that is not possible: where there is no other, nothing is known of any scan.
+    /// Removes the time of a run that is not possible: if there is no other run, nothing is known of any scan.
     fn without_impossible(mut self) -> RunResults {
         if !self.best.is_possible() {
             self.best.replay.total = Picos::ZERO;
@@ -76,7 +76,7 @@ impl RunResults {
         }
     }
 
-    /// Keeps a run if it is better than the best so far: possible, then longer.
+    /// Keeps a run that is better than the best so far: a possible one before an impossible one, then the longer one.
     fn keep_better(&mut self, run: RealRun, start: Witness) {
         let rank = |run: &RealRun| (run.is_possible(), run.replay.total);
         if rank(&run) > rank(&self.best) {
@@ -85,26 +85,26 @@ impl RunResults {
     }
 }
 
-/// What runs found beside the search of the bound, without its scan.
+/// The results of real runs made before the search of the bound has found its longest scan.
 pub struct EarlyRuns {
     found: RunResults,
-    /// Whether rounds are worth going on with, once more is learned.
+    /// Whether more rounds are worthwhile once more is learned.
     goes_on: bool,
-    /// How many gates the models had.
+    /// The sum of the models' gates.
     gates: usize,
 }
 
-/// The search.
+/// A search for long real runs.
 pub struct Search<'a> {
     pub program: &'a Program,
-    /// What instructions cost at least where a count is not known.
+    /// Lower bounds on the times of instructions, for counts that are unknown.
     pub least: &'a [Times],
     pub limits: Limits<'a>,
 }
 
 impl Search<'_> {
-    /// What runs find before any start is known: those of the dearest scans that surely go as the model has them.
-    /// `Err` if an operation wrote what its effects do not allow.
+    /// Makes the real runs that need no result of the bound's search: those of the longest scans that certainly run as
+    /// in the model. `Err` if an operation wrote a cell that its effects do not declare.
     pub fn search_early(&self) -> Result<EarlyRuns, String> {
         let start = Witness::default();
         let run = self.real(&start)?;
@@ -114,8 +114,9 @@ impl Search<'_> {
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
-    /// Makes a real run of the model's dearest scan, which costs `upper`, beside what was scouted, and goes on from it if it
-    /// is the longest. `Err` if an operation wrote what its effects do not allow, or a run costs more than `upper`.
+    /// Makes a real run of the model's longest scan, which takes `upper`, in addition to the `early` runs, and makes
+    /// further rounds if it is the longest. `Err` if an operation wrote a cell that its effects do not declare, or if a
+    /// run takes longer than `upper`.
     pub fn continue_from(
         &self,
         dearest: &Witness,
@@ -128,7 +129,7 @@ impl Search<'_> {
         let mut one = self.real(dearest)?;
         self.within(&one, upper)?;
         found.note(self.program, &mut one);
-        // Of two that take as long, the model's own is shown.
+        // Of two equally long runs, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, dearest.clone());
         found.keep_better(before, start);
@@ -139,9 +140,9 @@ impl Search<'_> {
         Ok(found.without_impossible())
     }
 
-    /// Makes real runs from these starts, the first that of the model's dearest scan, which costs `upper`, and goes on
-    /// as long as a dearer one may be found; `knowledge` is what was learned before. `Err` if an operation wrote what
-    /// its effects do not allow, or a run costs more than `upper`.
+    /// Makes real runs with these start values; the first are those of the model's longest scan, which takes `upper`.
+    /// Makes further rounds as long as a longer run may be found. `knowledge` is what was learned before. `Err` if an
+    /// operation wrote a cell that its effects do not declare, or if a run takes longer than `upper`.
     pub fn run(
         &self,
         [dearest, other]: [&Witness; 2],
@@ -160,9 +161,10 @@ impl Search<'_> {
         Ok(found.without_impossible())
     }
 
-    /// Makes further runs, each of the dearest scan of the model with what all before taught, as long as a dearer one may be
-    /// found; none costs more than `upper`, if that is known. Whether there were any, and the last was worth it. Where the
-    /// models of earlier rounds had as many `gates` as all may have, one more round is made.
+    /// Makes further runs as long as a longer one may be found. Each is the longest scan of the model that includes
+    /// what all earlier runs showed. No run may take longer than `upper`, if that is given. Returns whether a round was
+    /// made and the last one was worthwhile. If earlier rounds have used up the limit on `gates`, one more round is
+    /// made.
     fn go_on(
         &self,
         found: &mut RunResults,
@@ -186,7 +188,7 @@ impl Search<'_> {
             let news = found.note(self.program, &mut one);
             let total = one.replay.total;
             goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
-            // A run that was left for its length is not tried again from other starts: that takes as long each time.
+            // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
             found.keep_better(one, start);
@@ -197,20 +199,20 @@ impl Search<'_> {
         Ok(goes_on)
     }
 
-    /// The model by what is known, if it is not too large to be searched again and again.
+    /// The model that includes the knowledge. `None` if it is too large to be searched repeatedly.
     fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
         let limits =
             SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
         let purpose = Purpose::LowerBound;
         let model =
             scan_model_with_knowledge(self.program, self.least, knowledge, purpose, &limits);
-        // Times that cannot be added up are none to search; the audit is refused for them.
+        // If its times cannot be added up, the audit is refused elsewhere.
         model.ok().filter(|model| model.sum_of_largest() <= u128::from(LONGEST_SCAN.0))
     }
 
-    /// Where the dearest scan starts of those that surely go as the model has them, and a bound on what any of these costs.
-    /// Where every path depends on what is not known, what hangs on that is taken at its least. Adds the models' size to
-    /// `gates`.
+    /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
+    /// If every path depends on unknown values, what depends on them counts with its smallest time. Adds the models'
+    /// size to `gates`.
     fn dearest_known(
         &self,
         full: &ScanModel,
@@ -228,8 +230,8 @@ impl Search<'_> {
         dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
     }
 
-    /// Where the dearest scan starts of those that surely go as the model has them and in which the CPU comes up; `None` if
-    /// the model is too large, or nothing is known of it.
+    /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
+    /// model is too large, or nothing is known of it.
     pub(super) fn first_scan(
         &self,
         knowledge: &Knowledge,
@@ -270,8 +272,8 @@ impl Search<'_> {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
     }
 
-    /// Makes a real run. `Err` if an operation wrote what its effects do not allow, or a word left its range of which the
-    /// analysis says that the program keeps it.
+    /// Makes a real run. `Err` if an operation wrote a cell that its effects do not declare, or if a word left the
+    /// range that the analysis proved.
     pub(super) fn real(&self, witness: &Witness) -> Result<RealRun, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
@@ -280,7 +282,7 @@ impl Search<'_> {
         Ok(run)
     }
 
-    /// `Err` if a run does what the analysis says that no run does.
+    /// `Err` if a run contradicts the analysis.
     fn agrees(&self, run: &RealRun) -> Result<(), String> {
         let program = self.program;
         if let Some(&(instruction, cell)) = run.undeclared_writes.first() {
@@ -288,7 +290,7 @@ impl Search<'_> {
             let (file, line) = (&at.place.of(&program.files).name, at.place.line);
             let (text, cell) = (&at.text, program.cell_name(cell));
             return Err(format!(
-                "{file}:{line} {text} writes {cell}, the analysis says that it does not"
+                "{file}:{line} {text} writes {cell}, but the analysis says that it does not"
             ));
         }
         let is_kept = |(range, _): &&(usize, i64)| {
@@ -299,13 +301,13 @@ impl Search<'_> {
         if let Some(&(range, value)) = left {
             let cell = program.cell_name(program.stated_ranges[range].cells[0]);
             return Err(format!(
-                "a scan leaves {value} in {cell}, the analysis says that the program keeps its range"
+                "a scan leaves {value} in {cell}, but the analysis proved that the program keeps its range"
             ));
         }
         Ok(())
     }
 
-    /// `Err` if a run costs more than the bound.
+    /// `Err` if a run takes longer than the bound.
     pub(super) fn within(&self, one: &RealRun, upper: Picos) -> Result<(), String> {
         if one.is_possible() && one.replay.total > upper {
             return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
@@ -313,10 +315,11 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The dearest scan of a model, if one keeps its constraints, and a bound on what any costs.
+    /// The longest scan of a model that satisfies its constraints, and an upper bound on all its scans. `None` if no
+    /// scan satisfies them.
     pub(super) fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
         if model.constraints.contains(&Lit::FALSE) {
-            // What costs something depends on the unknown, whatever is chosen: there is nothing to search.
+            // All charges depend on unknown values: there is nothing to search.
             return None;
         }
         let slices = groups(model);
@@ -338,13 +341,14 @@ impl Search<'_> {
     }
 }
 
-/// Whether a run is known not to be worth the round that it took: one that could not go on tells what to do otherwise.
+/// Whether a run was not worth its round. A run that stopped early does not count, because it shows where to search
+/// next.
 fn is_hardly_longer(one: &RealRun, best: &RealRun) -> bool {
     let (took, before) = (one.replay.total.0, best.replay.total.0);
     one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
 }
 
-/// Adds what a run taught; whether something was new.
+/// Adds what a run showed. Returns whether something was new.
 fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     let mut news = false;
     for (moment, facts) in std::mem::take(&mut real.learned) {
@@ -359,7 +363,7 @@ fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     news
 }
 
-/// Whether the search may choose a variable's value.
+/// Whether the search may choose a variable's value, must use 0, or cannot know it.
 pub(super) fn standing(
     program: &Program,
     summary: &BTreeSet<ChoiceId>,
@@ -389,7 +393,7 @@ pub(super) fn standing(
     }
 }
 
-/// The choices of loops that the model summarises: running them tells what they write.
+/// The choices of loops that the model summarises. Real runs show what these loops write.
 pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
         Step::Summary(summary) if summary.iterations.is_some() => {
@@ -400,7 +404,7 @@ pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     choices.collect()
 }
 
-/// The words that count a loop of which the model does not follow the iterations, each with the loop's instruction.
+/// The words that count loops which the model summarises, each with the loop's instruction.
 fn counts(program: &Program) -> Vec<(usize, Cell)> {
     let summary = |step: &Step| match step {
         Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
@@ -422,8 +426,8 @@ fn counts(program: &Program) -> Vec<(usize, Cell)> {
     cells.collect()
 }
 
-/// With what a run starts besides the cells that are known of it, to be repeated from a report: cells that do not hold 0,
-/// and whether each counts a loop that the run comes to.
+/// Further start values of a run that are needed to repeat it from a report: cells that are not 0. Each comes with
+/// whether it counts a loop that the run reaches.
 pub(super) fn other_starts(
     program: &Program,
     found: &RunResults,
@@ -449,8 +453,8 @@ pub(super) fn other_starts(
     others.collect()
 }
 
-/// Start values of a real run: the witness's. A cell that it does not name gets the value nearest to 0 that is stated for
-/// it; one that counts a loop, the largest.
+/// The start values of a real run: those of the witness. Any other cell has the value nearest to 0 that is stated as
+/// possible; a word that counts a loop has the largest.
 struct Start<'a> {
     program: &'a Program,
     witness: &'a Witness,
@@ -492,7 +496,7 @@ mod tests {
         follow(&request).expect("a program")
     }
 
-    /// Runs a list both ways: from the model's dearest scan, and scouted before that is known.
+    /// Runs a program both ways: from the model's longest scan, and with early runs before that scan is known.
     fn both_ways(list: &str) -> (Picos, Picos, Picos) {
         let followed = followed(list);
         let least = followed.prices.least_times();
@@ -518,7 +522,7 @@ mod tests {
 
     #[test]
     fn what_is_scouted_is_as_long_as_what_the_models_scan_leads_to() {
-        // What the sum is decides; that it is 7 or more, and the model takes for both at once.
+        // The path depends on the sum. The model assumes both that it is 7 or more and that it is less.
         let sum = "LD X0\n+ D0 D1 D2\nLD> D2 K7\nBMOV D100 D200 K50\nLD<= D2 K7\nBMOV D100 D200 K40\nEND\n";
         let sine = "LD X0\nSIN D0 D2\nLDD> D2 K5\nAND X1\nBMOV D100 D200 K50\nEND\n";
         let none = "LD X0\nMOV K1 D0\nEND\n";

@@ -1,88 +1,88 @@
-//! Why a check is undecided, and the words for each reason.
+//! Why a check is undecided, and the text for each reason.
 
 use super::doubt::Doubt;
 use super::{Share, UnstatedBase};
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// Why a limit is neither proved nor refuted. Some reasons say what to do about the one before.
+/// Why a limit is neither proved nor refuted. Some reasons only add what to do about the one before.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reason {
     /// The bound may be too low.
     Doubt(Doubt),
-    /// The limit lies between the lower and the upper bound.
+    /// The limit is between the lower and the upper bound.
     Between {
         /// Whether a search was cut short.
         is_cut: bool,
-        /// The fact to state first, where the bound hangs on something that nobody stated.
+        /// The fact to state first, if the bound depends on something that nobody stated.
         fact: Option<String>,
     },
-    /// The same where only a clock's tolerance lies between them.
+    /// The limit is between the bounds, but only because of a clock's tolerance.
     WithinTolerance,
-    /// The limit is kept with the points that the program uses, and not with all that the CPU can have.
+    /// The limit is kept with the points that the program uses, but not with all that the CPU can have.
     MorePoints {
-        /// The points that it uses, of each side.
+        /// The numbers of points that it uses, for inputs and outputs.
         seen: Vec<(u32, &'static str)>,
-        /// All that the CPU can have.
+        /// The numbers of points that the CPU can have.
         all: Vec<(u32, &'static str)>,
-        /// The bound with those used.
+        /// The bound with the points that it uses.
         upper: Picos,
-        /// The bound with all.
+        /// The bound with all points.
         most: Picos,
     },
-    /// The limit is broken with the points that the program uses, and not without any.
+    /// The limit is exceeded with the points that the program uses, but not without any points.
     FewerPoints(Vec<(u32, &'static str)>),
-    /// The points of these sides are to be stated; so many more than are used keep the limit, if it can be kept.
+    /// The numbers of these points should be stated.
     StatePoints {
-        /// The sides.
+        /// `input`, `output` or both.
         sides: Vec<&'static str>,
-        /// How many more.
+        /// How many more points than are used still keep the limit. `None` if the limit cannot be kept.
         more: Option<u64>,
     },
-    /// The dearest base unit was taken.
+    /// The slowest base unit was assumed.
     DearestBase(UnstatedBase),
-    /// A scan refutes, and no run from power-up leads to it.
+    /// A scan exceeds the limit, but no run from power-up to it was found.
     NotReached {
-        /// How long it takes.
+        /// The time of that scan.
         took: Picos,
     },
-    /// The program may switch a constant scan on that lasts longer.
+    /// The program may switch on a constant scan that exceeds the limit.
     ConstantScan {
-        /// How long it lasts at most.
+        /// The largest constant scan time.
         most: Picos,
         /// The relay that switches it on.
         device: &'static str,
     },
-    /// The watchdog is set to what is not known.
+    /// The watchdog is set to an unknown value.
     WatchdogUnknown {
-        /// Its device.
+        /// The device that holds the watchdog time.
         device: &'static str,
-        /// What sets it.
+        /// The instruction that sets it.
         instruction: String,
-        /// The device that it is set from, where it is one.
+        /// The device whose value it is set to, if there is one.
         from: Option<String>,
     },
-    /// The program sets the watchdog, and its time before that is not known.
+    /// The program sets the watchdog, and its time before that is unknown.
     DefaultUnknown {
         /// The watchdog's device.
         device: &'static str,
     },
-    /// What the program sets the watchdog to is kept, and what it is before that is not.
+    /// The watchdog time that the program sets is kept, but not the one before that.
     DefaultFirst {
-        /// What it is at power-up.
+        /// The watchdog time at power-up.
         default: Picos,
-        /// What it is set to.
+        /// The time that the program sets.
         set: Picos,
-        /// Its device.
+        /// The device that holds it.
         device: &'static str,
     },
-    /// More than was allowed rests on assumed times.
+    /// More than the permitted share rests on assumed times.
     Assumed {
-        /// How much does.
+        /// The share.
         share: Share,
-        /// Whether of the scan that was found; else of the bound.
+        /// True: the share of the longest scan found. False: of the bound.
         of_lower: bool,
-        /// How much may, as it was given.
+        /// The permitted share, as it was given.
         most: String,
         /// The times to state first.
         first: Vec<String>,
@@ -95,7 +95,7 @@ impl From<&Doubt> for Reason {
     }
 }
 
-/// `16 input and 32 output`.
+/// Written as `16 input and 32 output`.
 struct Sides<'a>(&'a [(u32, &'static str)]);
 
 impl fmt::Display for Sides<'_> {
@@ -118,10 +118,10 @@ impl fmt::Display for Reason {
             ),
             Reason::ConstantScan { most, device } => write!(
                 f,
-                "a constant scan of {most} may be switched on ({device}): no run was found that surely does, and none is excluded"
+                "a constant scan of {most} may be switched on ({device}): it is not decided whether a run does so"
             ),
             Reason::WatchdogUnknown { device, instruction, from } => {
-                write!(f, "`{instruction}` sets the watchdog ({device}), and nothing says to what: state ")?;
+                write!(f, "`{instruction}` sets the watchdog ({device}) to an unknown value: state ")?;
                 if let Some(from) = from {
                     write!(f, "the range of {from} ([ranges] {from} = [200, 500]), or ")?;
                 }
@@ -129,63 +129,63 @@ impl fmt::Display for Reason {
             }
             Reason::DefaultUnknown { device } => write!(
                 f,
-                "the program sets the watchdog ({device}), and the timing table does not say its time before that: state it ([scan] watchdog = \"200ms\"), or give the table a row @watchdog"
+                "the program sets the watchdog ({device}), but its time before that is unknown: state it ([scan] watchdog = \"200ms\"), or add a row @watchdog to the table"
             ),
             Reason::DefaultFirst { default, set, device } => write!(
                 f,
-                "the program sets the watchdog ({device}) to {set}; before that takes effect, at the end of the first scan or at a WDT behind the instruction, it is {default}: restart it (WDT) behind that instruction"
+                "the program sets the watchdog ({device}) to {set}, but it stays {default} until the first scan ends or a WDT restarts it: add a WDT after that instruction"
             ),
             Reason::Between { is_cut, fact } => {
-                f.write_str("the limit lies between the scan that was found and the bound")?;
+                f.write_str("the limit is between the longest scan found and the bound")?;
                 match (fact, is_cut) {
                     (Some(fact), _) => write!(
                         f,
-                        ", which depends on what nobody stated: say it in a facts file (--facts), such as {fact}"
+                        ", and the bound depends on a fact that is not stated: state it in a facts file (--facts), such as {fact}"
                     ),
                     (None, true) => f.write_str("; give the search more time (--time-limit)"),
                     (None, false) => f.write_str(
-                        "; what is between them could not be worked out: the report lists what is over-approximated (-v)",
+                        "; over-approximation causes the difference: the report lists the places (-v)",
                     ),
                 }
             }
             Reason::WithinTolerance => f.write_str(
-                "the limit lies within the clock's tolerance; measure the clock and state it (--clock)",
+                "the limit is within the clock's tolerance; measure the clock and state it (--clock)",
             ),
             Reason::MorePoints { seen, all, upper, most } => write!(
                 f,
-                "it depends on how many I/O points are fitted, which is not stated: with the {} points that the program is seen to use no scan takes longer than {upper}, with all {} points that the CPU can have {most}",
+                "it depends on the number of I/O points, which is not stated: with the {} points that the program uses, no scan takes longer than {upper}; with all {} points that the CPU can have, {most}",
                 Sides(seen),
                 Sides(all)
             ),
             Reason::FewerPoints(seen) => write!(
                 f,
-                "it depends on how many I/O points are fitted, which is not stated: the scan that was found is over the limit with the {} points that the program is seen to use, and not without any",
+                "it depends on the number of I/O points, which is not stated: the longest scan found is over the limit with the {} points that the program uses, but not without them",
                 Sides(seen)
             ),
             Reason::StatePoints { sides, more } => {
                 let sides: Vec<String> = sides.iter().map(|side| format!("{side}s = N")).collect();
                 let sides = sides.join(", ");
-                write!(f, "state those that are fitted in a facts file (--facts): [io] {sides}")?;
+                write!(f, "state the number of points in a facts file (--facts): [io] {sides}")?;
                 match more {
                     Some(more) => write!(
                         f,
-                        "; up to {more} points more than it is seen to use keep the limit"
+                        "; up to {more} additional points keep the limit"
                     ),
                     None => Ok(()),
                 }
             }
             Reason::DearestBase(UnstatedBase { side, least, saves }) => write!(
                 f,
-                "{side} refresh is counted on the dearest base unit, since it is not stated on which the modules sit: on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
+                "{side} refresh is charged for the slowest base unit, because the base units are not stated; on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
             ),
             Reason::NotReached { took } => write!(
                 f,
-                "a scan takes {took}, but no run from power-up to the state in which it starts was found (--refute reached)"
+                "a scan takes {took}, but no run from power-up to its start state was found (--refute reached)"
             ),
             Reason::Assumed { share, of_lower, most, first } => write!(
                 f,
-                "{share} of {} rests on assumed times, more than the {most} of --max-assumed: state times (--time, or a table of your own), first of {}",
-                if *of_lower { "the scan that was found" } else { "the bound" },
+                "{share} of {} rests on assumed times, more than the {most} of --max-assumed: state times (--time, or your own table), first for {}",
+                if *of_lower { "the longest scan found" } else { "the bound" },
                 first.join(", ")
             ),
         }

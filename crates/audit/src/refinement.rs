@@ -1,5 +1,5 @@
-//! Brings both bounds of a model closer: searches it, makes real runs of what it finds, and searches again with what
-//! these taught.
+//! Brings both bounds of a model closer together: searches it, makes real runs of the scans found, and searches again
+//! with what these showed.
 
 use super::failure::Failure;
 use super::iterations::most_iterations;
@@ -18,34 +18,35 @@ use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::Limits;
 use scanbound_timing::price::Prices;
 
-/// The most nodes and questions to words of a model with what was learned.
+/// The limit on the size of a model that includes what was learned: its nodes and questions about words.
 const MOST_LEARNED: usize = 4_000_000;
-/// The most rounds of following summarised loops after all, since their counts were learned.
+/// The most rounds in which summarised loops are followed because their counts became known.
 const MOST_ROUNDS: usize = 8;
 
-/// What both bounds are searched with.
+/// The settings with which both bounds are searched.
 pub struct Refinement<'a, 'r> {
     pub request: &'a Request<'r>,
     pub budget: &'a Budget<'a>,
     pub limits: Limits<'r>,
     pub doubtful_from: Option<Picos>,
-    /// Whether the model is only the structural bound: the sum of all that can run.
+    /// Whether the model is only the structural bound: the sum of all instructions that can run.
     pub structural_only: bool,
 }
 
-/// The real runs that were made by the end of a search.
+/// The state of the real runs when a search ends.
 pub enum Runs {
-    /// All that are made.
+    /// All real runs are made.
     Complete(RunResults),
-    /// Those that need nothing from the search.
+    /// Only those are made that do not need the result of the search.
     Early(EarlyRuns),
-    /// None: they are made on another thread.
+    /// None: another thread makes them.
     OtherThread,
 }
 
 impl<'r> Refinement<'_, 'r> {
-    /// The model's dearest scan, and the real runs that were made by then. Where these show how many iterations summarised
-    /// loops make, the program has these loops again. Real runs of the program that is `scouted` are left to others.
+    /// Returns the model's longest scan, and the real runs made so far. If these show how often summarised loops
+    /// iterate, the loops are put back into the program. If another thread already makes real runs of this program
+    /// (`early`), none are made here.
     pub fn search(
         &self,
         program: &mut Program,
@@ -54,13 +55,13 @@ impl<'r> Refinement<'_, 'r> {
         early: Option<&Program>,
     ) -> Result<(Searched<'r>, Runs), Failure> {
         let mut knowledge = Knowledge::new();
-        // Where the longest run of the round before starts.
+        // The start of the longest run of the previous round.
         let mut other = Witness::default();
         let mut rounds = 0;
         loop {
             (self.request.progress)(Progress::Stage("searching"));
             let search = self.model_search(program, prices);
-            // To search a large one again takes several times as long as the first time, and what single scans teach
+            // Searching a large model again takes several times as long as the first search, and what single scans show
             // hardly ever lowers its bound.
             if model.circuit.nodes().len() > LARGE && !self.structural_only {
                 return match early == Some(program) {
@@ -102,8 +103,8 @@ impl<'r> Refinement<'_, 'r> {
         }
     }
 
-    /// Searches a large model once, and makes those real runs at the same time that need nothing from the search: each
-    /// takes about as long, and much of it on one core only.
+    /// Searches a large model once, and at the same time makes the real runs that do not need the result. Both take
+    /// about equally long, and each uses mainly one core.
     fn search_with_runs(
         &self,
         search: &ModelSearch<'_, 'r>,
@@ -118,7 +119,7 @@ impl<'r> Refinement<'_, 'r> {
         Ok((searched?, Runs::Early(early)))
     }
 
-    /// The longest real run, after the search of the model.
+    /// The longest real run, determined after the search of the model.
     pub fn longest(
         &self,
         program: &Program,
@@ -153,7 +154,8 @@ impl<'r> Refinement<'_, 'r> {
     }
 }
 
-/// The closer of two searches: the one made before, and that of the model which knows what runs taught of operations.
+/// Searches the model that includes what real runs showed. Returns the result with the lower bound of this search and
+/// the one before.
 fn tighter<'r>(
     search: &ModelSearch<'_, 'r>,
     before: Searched<'r>,

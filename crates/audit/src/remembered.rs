@@ -1,5 +1,6 @@
-//! Timers and edges: a timer that was running when it was executed last, and an edge that comes only now. What a scan leaves
-//! in the cells that instructions remember by themselves rules out that both go together, whoever is trusted.
+//! Excludes contradictions between timers and edges. Instructions store in their own cells whether a timer was running
+//! and what an edge's condition was. These cells can exclude that a timer runs and an edge occurs in the same scan,
+//! whoever else writes devices.
 
 use scanbound_base::budget::Budget;
 use scanbound_ir::{AreaKind, BitTarget, Cell, Logic, Program, Region, Role};
@@ -12,18 +13,18 @@ use scanbound_timing::price::Prices;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// What it is called while it runs.
+/// The name of this stage in the progress display.
 const STAGE: &str = "comparing timers with edges";
-/// It ends when one part of so many of the time allowed is over, and takes no longer than this.
+/// The stage may use this fraction of the time limit, and no more than this time.
 const UNTIL: u32 = 4;
 const LONGEST: Duration = Duration::from_secs(5);
-/// The most pairs that are asked for.
+/// The most pairs that are checked.
 const MOST_PAIRS: usize = 4_000;
 
-/// The model without scans in which a timer was running and an edge is new that contradict each other; `None` if nothing
-/// rules any out. What is ruled out is noted in the program.
+/// The model without scans in which a running timer and an edge contradict each other. `None` if nothing is excluded.
+/// The exclusions are recorded in the program.
 ///
-/// When a program begins to run, no timer was running: so all pairs hold then.
+/// When a program begins to run, no timer was running, so all exclusions hold at first.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,
@@ -40,7 +41,7 @@ pub fn exclude(
     let bits: Vec<BitTarget> = cells.iter().map(|&cell| BitTarget::Cell(cell)).collect();
     let followed = scan_model_to_end(program, &prices.times(), &limits, &bits);
     let Ok((mut model, ends)) = followed else {
-        let what = "timers and edges may go together that never do";
+        let what = "the model may contain combinations of timers and edges that never occur";
         budget.record_stop_at_part(UNTIL, STAGE, what);
         return None;
     };
@@ -65,7 +66,7 @@ pub fn exclude(
     (!kept.is_empty()).then_some(model)
 }
 
-/// The memories of timers, and of edges, that the model reads as they are when a scan starts.
+/// The memory cells of timers, and those of edges, whose start values the model reads.
 fn remembered(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     let expiries = program.timekeeping.expiries.values();
     let running: BTreeSet<Cell> = expiries.map(|one| one.memory).collect();
@@ -78,7 +79,7 @@ fn remembered(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
         }
     }
     if !timers.is_empty() && !edges.is_empty() {
-        // What is written at any moment is not followed.
+        // Cells that are written at any moment are not followed.
         let is_own = |cell: &Cell| {
             let within = |region: &Region| region.contains(*cell);
             !program.volatile.iter().any(within) && !program.external.iter().any(within)
@@ -100,8 +101,9 @@ fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
     cells.iter().map(|cell| circuit.atom(Atom::Bit(variables[cell]))).collect()
 }
 
-/// Pairs of a timer that runs and an edge's memory, on or off, that a scan seems to rule out: the timer runs when the scan
-/// ends only if that bit is the other way. By their places among the bits; those of bits that are off follow the others.
+/// Candidate pairs of a running timer and an edge's memory bit that is on, or off, that a scan seems to exclude: when
+/// the scan ends, the timer runs only if the bit has the other value. They are indices into the bits; indices of bits
+/// that are off follow behind the others.
 fn pairs(circuit: &Circuit, bits: &[BitTransition], timers: usize) -> Vec<Vec<usize>> {
     let mut edges: BTreeMap<Lit, Vec<usize>> = BTreeMap::new();
     for (at, bit) in bits.iter().enumerate().skip(timers) {

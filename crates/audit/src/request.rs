@@ -1,4 +1,4 @@
-//! What an audit is asked, and what it tells while it runs.
+//! The settings of an audit, and its progress reports.
 
 use super::response::Given;
 use scanbound_base::diagnostic::Diagnostic;
@@ -17,79 +17,80 @@ use std::time::Duration;
 pub struct Request<'a> {
     /// The project's files.
     pub inputs: &'a [Input],
-    /// The arguments that name them, as a shell takes them, for commands that are offered; empty: none is needed.
+    /// The command line arguments that name them, quoted for a shell, for commands that a report suggests. Empty if
+    /// none is needed.
     pub named: &'a str,
-    /// What reads them.
+    /// The fronts that read them.
     pub fronts: Fronts,
-    /// What is made of the program that was read, before it is priced.
+    /// The passes that process the program before it is priced.
     pub passes: Passes,
-    /// The dialect, if not to be found from the content.
+    /// The dialect. `None`: it is detected from the content.
     pub dialect: Option<&'a str>,
-    /// How source text is read where its language leaves it open.
+    /// How source text is read where its language allows several ways.
     pub reading: SourceOptions,
     /// The CPU, if the source does not name it or names it wrongly.
     pub cpu: Option<&'a str>,
-    /// The timing table, if not to be found by the CPU.
+    /// The timing table. `None`: it is chosen by the CPU.
     pub table: Option<&'a Table>,
     /// Times that the user stated.
     pub times: &'a [Override],
-    /// The clock that the user stated, for a machine that runs one word a clock.
+    /// The clock that the user stated, for a machine that executes one word per clock cycle.
     pub clock: Option<&'a StatedClock>,
-    /// What the user stated about the plant.
+    /// The facts that the user stated.
     pub facts: &'a Facts,
-    /// Whether routines that are not there, and of which nothing is stated, are let pass as if they took no time. What is
-    /// found then is no bound.
+    /// Whether calls to routines without code and without stated facts are accepted as if they took no time. The result
+    /// is then not a bound.
     pub incomplete: bool,
-    /// Whose writes between scans are reckoned with.
+    /// Which writers between scans are assumed.
     pub trust: Trust,
-    /// Whether what charts say excludes each other is used.
+    /// Whether the mutual exclusion of charts' steps is used.
     pub use_chart_exclusion: bool,
-    /// The task whose scan is bounded, where the project has several.
+    /// The task whose scan is bounded, if the project has several.
     pub task: Option<&'a str>,
-    /// Whether that scan is bounded as if no other task interrupted it, whatever is stated.
+    /// Whether that scan is bounded as if no other task interrupted it, even if interrupts are stated.
     pub alone: bool,
-    /// Whether it is asked which facts the program keeps, and which it breaks.
+    /// Whether it is checked which facts the program keeps and which it violates.
     pub proves_facts: bool,
-    /// Whether relays are kept apart that scans keep apart, where they are trusted.
+    /// Whether mutual exclusion of relays that scans preserve is searched for and used, if relays are trusted.
     pub relays: bool,
-    /// The net that the program is the code of, if it is one's: what it knows of relays is asked of the code.
+    /// The net that the program was generated from, if any: its knowledge about relays is checked on the code.
     pub net: Option<&'a Relays>,
     /// Whether assumed times are refused.
     pub strict_times: bool,
     /// Which search to use.
     pub method: Method,
-    /// Whether each search's steps are kept.
+    /// Whether each search's steps are recorded.
     pub trace: bool,
     /// Whether Z3 is asked for a second opinion on each group's maximum.
     pub confirm: bool,
-    /// The delays given for a worst response time, if one is asked for.
+    /// The delays for a worst-case response time, if one is requested.
     pub response: Option<Given>,
-    /// How long the search may take; the bound is valid whenever it stops.
+    /// How long the search may take. The bound is valid whenever it stops.
     pub time_limit: Option<Duration>,
-    /// What was noticed before, told in front of what the audit notices.
+    /// Earlier warnings, which are reported before those of the audit.
     pub warnings: &'a [Diagnostic],
     /// If given, the search may end as soon as it is decided whether a scan takes longer than this.
     pub limit: Option<Picos>,
-    /// Asked now and then; true stops the search as the time limit does.
+    /// Called now and then. If it returns true, the search stops as at the time limit.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
-    /// Told how far the audit is.
+    /// Called with the progress of the audit.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
 impl<'a> Request<'a> {
-    /// Whose writes between scans are reckoned with: anybody's, where scans after a download count.
+    /// The writers between scans that are assumed: anybody, if scans after a download count.
     #[must_use]
     pub fn trusted(&self) -> Trust {
         if self.facts.download { Trust::None } else { self.trust }
     }
 
-    /// Whether others than the program may write what it declares between scans.
+    /// Whether others than the program may write its own variables between scans.
     #[must_use]
     pub fn others_write(&self) -> bool {
         self.trusted() != Trust::All || !self.facts.external.is_empty()
     }
 
-    /// All of a project's longest scan, by what its source names, with no limit.
+    /// A request for a project's longest scan, with the CPU that the source names and without limits.
     #[must_use]
     pub fn new(inputs: &'a [Input], facts: &'a Facts) -> Request<'a> {
         Request {
@@ -131,17 +132,17 @@ impl<'a> Request<'a> {
 pub enum Progress {
     /// A stage begins.
     Stage(&'static str),
-    /// The bounds of the whole scan have come closer.
+    /// The bounds of the whole scan have improved.
     Bounds {
         /// No scan takes longer.
         upper: Picos,
-        /// Some scan takes as long.
+        /// Some scan takes this long.
         lower: Picos,
-        /// The group at work, as reports number it.
+        /// The group being searched, numbered as in reports.
         group: usize,
-        /// Groups whose maximum is known.
+        /// The number of groups whose maximum is known.
         solved: usize,
-        /// All groups.
+        /// The number of all groups.
         groups: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! The worst time from an input's edge to an output's.
+//! The worst-case response time: from an input's edge to the output's edge.
 
 use super::failure::Failure;
 use scanbound_base::code::Code;
@@ -7,19 +7,19 @@ use scanbound_base::time::Picos;
 use scanbound_ir::Program;
 use scanbound_timing::table::{Evidence, Row, Table};
 
-/// A delay outside the scan, and how it is known.
+/// A delay outside the scan, and its evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delay {
     /// How long.
     pub time: Picos,
-    /// How well founded.
+    /// The evidence for it.
     pub evidence: Evidence,
-    /// Where it comes from.
+    /// Its source.
     pub source: String,
 }
 
 impl Delay {
-    /// A table's row.
+    /// The delay in a table's row.
     fn of_row(row: &Row) -> Delay {
         Delay { time: row.on, evidence: row.evidence, source: row.source.clone() }
     }
@@ -29,27 +29,27 @@ impl Delay {
     }
 }
 
-/// How many scans an edge takes at least at its worst: one that it has just missed, and the one that works with it.
+/// The number of scans that an edge needs in the worst case: one that it just missed, and the one that processes it.
 const SCANS: u64 = 2;
 
-/// The worst time from an input's edge to the output's that follows from it, where each relay on the way changes as soon as
-/// what it is worked out from has: no timer, counter or step of a sequence waits.
+/// The worst-case time from an input's edge to the resulting edge of an output. It assumes that each relay on the way
+/// changes as soon as the values that it is computed from have changed: no timer, counter or step of a sequence waits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Response {
-    /// From the terminal to where a scan's input latch sees it.
+    /// From the input terminal until a scan reads the input.
     pub input: Delay,
-    /// From the end of a scan to the terminal.
+    /// From the end of a scan to the output terminal.
     pub output: Delay,
-    /// How many scans it takes at most: one that it has just missed, the one that works with it, and one more for each relay
-    /// on the way that is read before it is written.
+    /// The largest number of scans: one that the edge just missed, the one that processes it, and one more for each
+    /// relay on the way that is read before it is written.
     pub scans: u64,
     /// The longest scan.
     pub scan: Picos,
-    /// All together.
+    /// The sum.
     pub total: Picos,
 }
 
-/// What the user gave in place of the table's delays.
+/// Delays that the user gave in place of the table's.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Given {
     /// From an input terminal to the scan.
@@ -58,7 +58,7 @@ pub struct Given {
     pub output: Option<Picos>,
 }
 
-/// The delays on both sides of the scan.
+/// The delays before and after the scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delays {
     input: Delay,
@@ -67,14 +67,14 @@ pub struct Delays {
 }
 
 impl Delays {
-    /// Those that are given, else the table's.
+    /// The given delays, otherwise the table's.
     ///
     /// # Errors
-    /// That one of them is not known, or that no response time is known for programs of this kind.
+    /// If one of them is unknown, or no response time can be computed for this kind of program.
     pub(super) fn of(given: Given, program: &Program, table: &Table) -> Result<Delays, Failure> {
         if program.shows_path {
-            let message = "no response time is known for a program of which not every pass asks for every input";
-            let help = "leave --response out";
+            let message = "the response time of this program is unknown, because not every pass of it reads every input";
+            let help = "omit --response";
             let file = program.files.first().map_or("", |file| &file.name);
             return Err(Failure::from(Diagnostic::file(Code::NoResponse, file, message, help)));
         }
@@ -93,7 +93,7 @@ impl Delays {
         }
     }
 
-    /// The response of a program whose longest scan is this.
+    /// The response time of a program whose longest scan takes this time.
     pub(super) fn around(self, scan: Picos) -> Response {
         let Delays { input, output, scans } = self;
         let total = input.time + scan.times(scans) + output.time;
@@ -102,7 +102,7 @@ impl Delays {
 }
 
 fn unknown(table: &str, side: &str) -> Diagnostic {
-    let message = format!("the table does not say how long an {side} takes (@{side}-delay)");
+    let message = format!("the table does not give the delay of an {side} (@{side}-delay)");
     let help = format!(
         "give it with --{side}-delay, such as --{side}-delay 10ms: the module's manual has it"
     );
@@ -113,7 +113,7 @@ fn unknown(table: &str, side: &str) -> Diagnostic {
 mod tests {
     use super::*;
 
-    /// The delays by a table with these further rows; if they are not known, the findings' texts.
+    /// The delays by a table with these additional rows, or the messages if they are unknown.
     fn delays(rows: &str, given: Given) -> Result<Delays, Vec<String>> {
         let text =
             format!("instruction,on_us,off_us,evidence,source\nLD,1,1,published,manual\n{rows}");

@@ -1,18 +1,19 @@
-//! A group's charges by rung: what each rung takes, and which of its charges falls short.
+//! A group's charges by rung: the time of each rung, and which of its charges is furthest below its largest time.
 
 use super::{ChargeUse, Fate, RungUse};
 use scanbound_base::time::Picos;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// A rung, and what keeps it from costing its most.
+/// A rung, and what prevents it from taking its longest time.
 pub struct Rung {
     pub shown: RungUse,
-    /// The charge, by its place among the group's, that falls shortest of the dearer of its times; none if all cost that.
+    /// The charge that is furthest below the larger of its two times, as an index into the group's charges. `None` if
+    /// all take their larger time.
     pub shortest: Option<usize>,
 }
 
-/// The group's rungs, the dearest first; `comments` are those of a charge's operands.
+/// The group's rungs, the longest time first. `comments` gives the comments of a charge's operands.
 pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> Vec<Rung> {
     let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, charge) in charges.iter().enumerate() {
@@ -26,7 +27,7 @@ pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> 
     rungs
 }
 
-/// A rung of these of the charges; none of none.
+/// The rung made of these charges. `None` if there are none.
 fn rung(
     block: u32,
     own: &[usize],

@@ -1,4 +1,4 @@
-//! The groups' maxima, as far as they are wanted.
+//! Searches the groups' maxima, as far as they are needed.
 
 use super::{Progress, Request};
 use scanbound_base::time::Picos;
@@ -11,32 +11,32 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// What is searched, and what ends it.
+/// What is searched, and the limits of the search.
 pub struct Search<'a> {
-    /// What is asked: the method, the limit to decide, what else ends it and who is told of progress.
+    /// The method, the limit to decide, the cancellation and the progress reports.
     pub request: &'a Request<'a>,
-    /// The times, for the points that may be fitted besides those counted.
+    /// The prices, for the points that the CPU can have in addition to those charged.
     pub prices: &'a Prices,
-    /// What the groups' charges are part of.
+    /// The model that the groups belong to.
     pub model: &'a ScanModel,
-    /// The groups, the dearest first.
+    /// The groups, the longest time first.
     pub groups: &'a [Group],
-    /// The part of the scan that no assignment changes.
+    /// The part of the scan time that is the same in every scan.
     pub constant: Picos,
     /// When the whole search ends.
     pub deadline: Option<Instant>,
-    /// An upper bound from here on may be too low, which leaves the limit undecided.
+    /// An upper bound of at least this time may be too low, so that the limit stays undecided.
     pub doubtful_from: Option<Picos>,
 }
 
 /// What is known about all groups together.
 struct Known {
-    /// Of each group, the upper bound and the lower.
+    /// Each group's upper and lower bound.
     bounds: Vec<(Picos, Picos)>,
-    /// The sums of these.
+    /// The sums of these bounds.
     upper: Picos,
     lower: Picos,
-    /// How many groups' bounds have met.
+    /// The number of groups whose bounds are equal.
     solved: usize,
 }
 
@@ -48,9 +48,9 @@ impl Known {
         Known { bounds, upper, lower, solved }
     }
 
-    /// Takes note of a group's new bounds. Whether a better scan is known now.
+    /// Records a group's new bounds. Returns whether a longer scan is known now.
     fn put(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
-        // The sums are kept up to date, as there may be many groups.
+        // The sums are updated incrementally, as there may be many groups.
         let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
         let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
         self.upper = without(self.upper, old.0) + upper;
@@ -64,7 +64,7 @@ fn is_open(maximum: &Maximum) -> bool {
     maximum.lower < maximum.upper
 }
 
-/// Takes what a further search found where it is better.
+/// Takes over the bounds of a further search where they are better.
 fn better(known: &mut Maximum, again: Maximum) {
     let calls = known.calls + again.calls;
     let upper = known.upper.min(again.upper);
@@ -75,12 +75,12 @@ fn better(known: &mut Maximum, again: Maximum) {
 }
 
 impl Search<'_> {
-    /// The maximum of every group, in their order; and whether the search ended because it was decided before
-    /// whether a scan takes longer than the request's limit.
+    /// The maximum of every group, in their order, and whether the search ended early because it was decided whether a
+    /// scan exceeds the request's limit.
     ///
-    /// With a limit the groups are searched in rounds: the largest alone, then two, then four, and so on. What is
-    /// known between two rounds does not depend on which thread was first, nor does what is known whenever the
-    /// search of one group has found a better scan, since all its threads have met then. Only there is it asked
+    /// With a limit, the groups are searched in rounds: the largest alone, then two, then four, and so on. What is
+    /// known between two rounds does not depend on the order of the threads. The same is true when the search of one
+    /// group has found a longer scan, since its threads have then synchronised. Only at these points is it checked
     /// whether the limit is decided, so that every run ends with the same bounds.
     pub fn run(&self) -> (Vec<Maximum>, bool) {
         let dearest = |group: &Group| {
@@ -117,7 +117,7 @@ impl Search<'_> {
         (found, open && stop.into_inner())
     }
 
-    /// Searches the groups that are open again, as long as there is time that the others left over.
+    /// Searches the undecided groups again, as long as other groups left time over.
     fn again(
         &self,
         found: &mut [Maximum],
@@ -147,7 +147,7 @@ impl Search<'_> {
             for (&group, again) in open.iter().zip(again) {
                 better(&mut found[group], again);
             }
-            // A search that ends open before its time does so every time.
+            // A search that ended undecided before its time limit would do so again.
             if start.elapsed() < (end - start) / 2
                 && found.iter().filter(|one| is_open(one)).count() == open.len()
             {
@@ -156,7 +156,7 @@ impl Search<'_> {
         }
     }
 
-    /// Nothing but each group's sum, where no more is asked.
+    /// Only each group's sum, if nothing more is requested.
     pub fn sums(&self) -> (Vec<Maximum>, bool) {
         let zeros = Assignment(vec![0; self.model.variables.len()]);
         let values = self.model.circuit.evaluate(&zeros);
@@ -176,7 +176,7 @@ impl Search<'_> {
         (self.groups.iter().map(sum).collect(), false)
     }
 
-    /// Which groups are searched side by side, one range after the other.
+    /// Which groups are searched in parallel: one range per round.
     fn rounds(&self) -> Vec<Range<usize>> {
         let count = self.groups.len();
         let mut size = if self.request.limit.is_some() { 1 } else { count };
@@ -191,7 +191,7 @@ impl Search<'_> {
         rounds
     }
 
-    /// Whether it is known if a scan takes longer than the limit, whatever points are fitted.
+    /// Whether it is decided if a scan exceeds the limit, for any number of points that the CPU can have.
     fn decided(&self, known: &Known) -> bool {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
@@ -210,7 +210,7 @@ impl Search<'_> {
         });
     }
 
-    /// When a round must end so that it leaves the later ones their share of the time, by their charges.
+    /// When a round must end so that later rounds get their share of the time, in proportion to their charges.
     fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
         let charges = |groups: &[Group]| -> usize {
             groups.iter().map(|group| group.charges.len() + 1).sum()

@@ -1,15 +1,15 @@
-//! The bound of an audit that is asked something else besides what was asked.
+//! The bound of an additional audit with other settings.
 
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// What such an audit found.
+/// The result of such an audit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SolvedBound {
-    /// No scan takes longer then.
+    /// No scan takes longer under these settings.
     pub upper: Picos,
-    /// The time limit ended that audit: how low its bound was by then hangs on how fast the machine is, and on what else it
-    /// does. Otherwise every run that is asked the same finds this bound.
+    /// The time limit ended that audit, so its bound depends on machine speed and load. Otherwise every run with the
+    /// same input finds the same bound.
     pub cut: bool,
 }
 
@@ -20,7 +20,7 @@ impl fmt::Display for SolvedBound {
 }
 
 impl SolvedBound {
-    /// What is to be said behind it.
+    /// The note that follows the bound in a report.
     #[must_use]
     pub fn note(&self) -> &'static str {
         if self.cut { " or less (the time limit ended that audit)" } else { "" }

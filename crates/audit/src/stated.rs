@@ -1,4 +1,4 @@
-//! Tells of stated facts that say nothing of the program, or less than it shows: perhaps a slip of the pen.
+//! Warns of stated facts that have no effect on the program or contradict what it shows: perhaps typing errors.
 
 use super::own::Owners;
 use super::violations::{ExclusionViolation, RangeViolation, Violations, bits_of, writes_constant};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The most facts that are reported.
 const MOST_TOLD: usize = 100;
 
-/// Refuses ranges of words where the machine has none.
+/// Refuses ranges of words if the machine has no words.
 ///
 /// # Errors
 /// Each such range.
@@ -30,16 +30,17 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .take(MOST_TOLD)
         .map(|device| {
             let message = format!("a range is stated for '{device}', but the machine has no words");
-            facts.fault(["ranges", device], Part::Key, Code::Fact, message, "leave it out")
+            facts.fault(["ranges", device], Part::Key, Code::Fact, message, "remove it")
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The cells that others than the program write, or that nobody else does.
+/// The cells of the devices in a table of the facts file: those that others write, or those that only the program
+/// writes.
 ///
 /// # Errors
-/// Devices that the machine does not have, or that are known by another name.
+/// Devices that the machine does not have, or that have another name.
 pub fn writers(
     program: &Program,
     facts: &Facts,
@@ -53,7 +54,7 @@ pub fn writers(
             .filter(|area| area.role != Role::Internal)
             .map(|area| area.name.trim())
             .collect();
-        let message = format!("'{device}' under [{table}] is no device, nor one to another");
+        let message = format!("'{device}' under [{table}] is not a device or a device range");
         let help = format!(
             "write \"D100\" or \"D100-D199\"; the machine's devices are {}",
             names.join(", ")
@@ -74,10 +75,10 @@ pub fn writers(
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
 }
 
-/// States in a program which bits are never on together when a scan starts.
+/// Adds to a program which bits are mutually exclusive when a scan starts.
 ///
 /// # Errors
-/// What is no bit of the machine, or stands in a set twice.
+/// Names that are not bits of the machine, or that occur in a set twice.
 pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let (mut faults, mut stated) = (Vec::new(), Vec::new());
     let mut fault = |message: String| {
@@ -89,9 +90,9 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
         let mut bits: Vec<BitSource> = Vec::new();
         for name in set {
             match bit(program, name) {
-                None => fault(format!("'{name}' under [exclusive] is no bit")),
+                None => fault(format!("'{name}' under [exclusive] is not a bit")),
                 Some(bit) if bits.contains(&bit) => {
-                    fault(format!("'{name}' stands twice in a set of [exclusive]"));
+                    fault(format!("'{name}' occurs twice in a set of [exclusive]"));
                 }
                 Some(bit) => bits.push(bit),
             }
@@ -125,7 +126,7 @@ pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
     Some(BitSource::WordBit(word, bit))
 }
 
-/// The cell of a device as [`cell`] finds it, or the word of a bit.
+/// The cell of a device as [`cell`] finds it. For a bit of a word: the word.
 pub fn holder(program: &Program, name: &str) -> Option<Cell> {
     let of_word = || match bit(program, name)? {
         BitSource::WordBit(word, _) => Some(word),
@@ -134,13 +135,13 @@ pub fn holder(program: &Program, name: &str) -> Option<Cell> {
     cell(program, name).or_else(of_word)
 }
 
-/// The devices, in place of bits of words these words: whom a word belongs to is stated of it whole.
+/// The devices, with bits of words replaced by their words: who writes a word can be stated only for the whole word.
 pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -> BTreeSet<String> {
     let name = |cell| program.cell_name(cell);
     devices.map(|one| holder(program, one).map_or_else(|| one.clone(), name)).collect()
 }
 
-/// Warns of devices that are stated to be the program's own where nothing follows from that.
+/// Warns of devices that are stated to be written only by the program, if that has no effect.
 #[must_use]
 pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     let owners = Owners::of(program, trust);
@@ -149,8 +150,8 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
         facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
     };
     if trust == Trust::None && !facts.internal.is_empty() {
-        let message = "[internal] is not used where nothing is trusted".to_owned();
-        return vec![told(message, "audit with --trust counts or all, or leave it out")];
+        let message = "[internal] has no effect with --trust none".to_owned();
+        return vec![told(message, "audit with --trust counts or all, or remove it")];
     }
     let is_idle = |&(_, region): &(&String, &Region)| match *region {
         Region::Range { first, count } => {
@@ -165,9 +166,9 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MOST_TOLD);
     idle.map(|(device, _)| {
         let message = format!(
-            "nothing is known of {device} under [internal]: it is not cleared when the CPU comes up, an input, or under [external], too"
+            "{device} under [internal] has no effect: it is an input, is not cleared at power-up, or is also under [external]"
         );
-        told(message, "leave it out")
+        told(message, "remove it")
     })
     .collect()
 }
@@ -185,11 +186,11 @@ pub fn cell(program: &Program, name: &str) -> Option<Cell> {
         let index = u32::from_str_radix(digits, radix).ok()?;
         (area.role != Role::Internal).then_some(Cell { area: AreaId(at), index })
     });
-    // The longest letters: S1 is no SM.
+    // The area with the longest matching name: S1 is not SM.
     known.max_by_key(|cell| program.area(cell.area).name.len())
 }
 
-/// Warns of routines that are stated not to be there, where no call lacks one.
+/// Warns of routines that are stated as called without code, but have code or are not called.
 #[must_use]
 pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
     let lacked: BTreeSet<&str> =
@@ -199,12 +200,12 @@ pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
         let StatedCall { name, .. } = call;
         let (message, help) = match label(program, plain_name) {
             Some(place) => (
-                format!("what is stated of {name} is not used: the routine stands in {place}"),
-                "it is followed as it stands there: leave the line out",
+                format!("the statement about {name} is not used: the routine is in {place}"),
+                "remove the line: the routine is followed as written there",
             ),
             None => (
-                format!("what is stated of {name} is not used: nothing calls it"),
-                "write the routine as the call does; leave the line out if it is not called",
+                format!("the statement about {name} is not used: nothing calls it"),
+                "write the name as in the call, or remove the line if the routine is not called",
             ),
         };
         facts.fault(["calls", name], Part::Key, Code::UnusedFact, message, help).warning()
@@ -224,8 +225,8 @@ fn label(program: &Program, name: &str) -> Option<String> {
     Some(format!("{}:{}", found.place.of(&program.files).name, found.place.line))
 }
 
-/// Warns of ranges of words that the program does not name, and of fewer points than it names, or more than
-/// the CPU has addresses for.
+/// Warns of ranges of words that the program does not use, and of fewer points than it uses or more than the CPU can
+/// address.
 #[must_use]
 pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
@@ -247,14 +248,14 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
             let near = suggestion::nearest(&word, named.words(program));
             let near = near.map_or(String::new(), |near| format!(": did you mean {near}?"));
             let message =
-                format!("a range is stated for {word}, which the program does not name{near}");
-            let help = "write the word as in the program; leave the range out if it is not used";
+                format!("a range is stated for {word}, which the program does not use{near}");
+            let help = "write the word as in the program, or remove the range";
             let fact = ["ranges", keys.get(&normalized(&word)).map_or("", |key| key.as_str())];
             warnings.push(facts.fault(fact, Part::Key, Code::UnusedFact, message, help).warning());
         }
         if dropped > 0 {
             let message =
-                format!("and {dropped} further ranges of words that the program does not name");
+                format!("and {dropped} further ranges of words that the program does not use");
             warnings.push(Diagnostic::file(Code::UnusedFact, "", message, "").warning());
         }
     }
@@ -276,20 +277,19 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         }
         if let Some(most) = most.as_ref().map(|most| most.points).filter(|&most| stated > most) {
             let message =
-                format!("{stated} {side} points are stated, but the CPU has addresses for {most}");
-            let help = "count the points of the modules on the CPU's own bases; what networks bring is stated under [network]";
+                format!("{stated} {side} points are stated, but the CPU can address only {most}");
+            let help = "count only the points of modules on the CPU's own bases; state network refresh under [network]";
             odd_points(side, message, help);
         }
     }
     warnings
 }
 
-/// Tells of what is stated to hold whenever a scan starts, and does not hold where a scan ends which nothing known here
-/// excludes.
+/// Reports facts that are stated for the start of a scan, but that a real run violates.
 ///
 /// # Errors
-/// Where the program writes a constant outside of a range, or a run from power-up leads there whatever the outside gives:
-/// what is stated does not hold whenever a scan starts.
+/// If the program writes a constant outside of a range, or a run from power-up violates the fact whatever comes from
+/// outside: then the fact is wrong.
 pub fn violations(
     program: &Program,
     facts: &Facts,
@@ -304,24 +304,24 @@ pub fn violations(
         format!("`{}` ({file}:{})", at.text, at.place.line)
     };
     let from_power_up =
-        |scan: usize| format!("whatever comes from outside, in scan {scan} from power-up on");
+        |scan: usize| format!("in scan {scan} after power-up, for any values from outside");
     for (&range, &RangeViolation { value, by, scan }) in &found.ranges {
         let word = program.cell_name(program.stated_ranges[range].cells[0]);
-        // What is trusted was proved.
+        // A range that was derived, not stated, was proved.
         let Some(key) = keys.get(&normalized(&word)) else { continue };
         let (fact, wrote) = (["ranges", key.as_str()], wrote(by));
         if writes_constant(program, by) || scan.is_some() {
             let when = scan.map_or(String::new(), |scan| format!(", {}", from_power_up(scan)));
             let message = format!(
-                "the program breaks what is stated: {wrote} leaves {value} in {word} when the scan ends{when}"
+                "the program violates this fact: {wrote} leaves {value} in {word} when the scan ends{when}"
             );
-            let help = "state a range that holds this, too, or leave it out";
+            let help = "state a range that contains this value, or remove the fact";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "a scan that nothing known here excludes ends with {word} = {value}, by {wrote}"
+                "a scan that nothing known excludes ends with {word} = {value}, written by {wrote}"
             );
-            let help = "check the range; state also what keeps the program from that, such as the words that this is worked out from";
+            let help = "check the range, or state what prevents this value, such as the ranges of the words that it is computed from";
             doubtful
                 .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
         }
@@ -337,16 +337,16 @@ pub fn violations(
         if let Some(scan) = scan {
             let leave = if by.contains(" and ") { "leave" } else { "leaves" };
             let message = format!(
-                "the program breaks what is stated: {by} {leave} {names} both on when the scan ends, {}",
+                "the program violates this fact: {by} {leave} {names} both on when the scan ends, {}",
                 from_power_up(*scan)
             );
-            let help = "take one of the two out of the set";
+            let help = "remove one of the two from the set";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "a scan that nothing known here excludes ends with {names} both on, by {by}"
+                "a scan that nothing known excludes ends with {names} both on, written by {by}"
             );
-            let help = "check the set; state also what keeps the program from that, such as inputs that are never on together";
+            let help = "check the set, or state what prevents this, such as inputs that are never on together";
             doubtful
                 .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
         }
@@ -354,7 +354,7 @@ pub fn violations(
     if broken.is_empty() { Ok(doubtful) } else { Err(broken) }
 }
 
-/// A bit's name.
+/// The name of a bit.
 fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
     match *bit {
         BitSource::Cell(cell) => Some(program.bit_name(BitTarget::Cell(cell))),
@@ -363,8 +363,8 @@ fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
     }
 }
 
-/// Leaves out the ranges of words that the program does not name, nor any range that shares a word with one that it
-/// does: they say nothing of its scans.
+/// Removes the ranges of words that the program does not use and that share no word with a range of used words: they
+/// have no effect.
 pub fn forget_unnamed(program: &mut Program) {
     let named = Named::of(program);
     let mut kept: BTreeSet<Cell> = BTreeSet::new();
@@ -385,7 +385,7 @@ pub fn forget_unnamed(program: &mut Program) {
 /// The cells that instructions read, write, or have among their operands.
 struct Named {
     cells: BTreeSet<Cell>,
-    /// Ranges by their first cells, each reaching as far as any before it.
+    /// Ranges by their first cell. Each value is the furthest end among this range and those before it.
     ranges: BTreeMap<Cell, u64>,
     areas: BTreeSet<AreaId>,
     everything: bool,
@@ -416,7 +416,7 @@ impl Named {
         named
     }
 
-    /// Lets each range reach as far as those before it.
+    /// Extends each range's end to the furthest end before it.
     fn reach(&mut self) {
         let mut reach: Option<(AreaId, u64)> = None;
         for (first, end) in &mut self.ranges {
@@ -440,7 +440,7 @@ impl Named {
         }
     }
 
-    /// The names of the words that are named by themselves, or as the first of a block.
+    /// The names of the words that are used individually, or as the first of a block.
     fn words<'a>(&'a self, program: &'a Program) -> impl Iterator<Item = String> + 'a {
         let is_word = |cell: &&Cell| {
             let area = program.area(cell.area);

@@ -1,16 +1,16 @@
-//! The longest time between two restarts of the watchdog, by the structure of the program: an upper bound.
+//! An upper bound on the longest time between two restarts of the watchdog, from the structure of the program.
 //!
-//! Control is followed over all paths at once. What matters at each place is how long ago the watchdog was restarted at
-//! most: in what is walked, or before it. A restart counts only where it surely fires. Loops and routines are walked
-//! once, and their times are put together.
+//! All paths are followed at once. At each place, only the longest time since the last restart matters, whether the
+//! restart is inside the part being followed or before it. A restart counts only if it certainly fires. Loops and
+//! routines are followed once, and their times are then combined.
 
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{BitSource, Cell, Counted, Exit, Join, Logic, Program, Step, Summary};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// How much time has passed at most where control stands, in picoseconds: since what is walked began, where no restart lies
-/// between, and since a restart within it. Neither where control does not get there.
+/// The longest times at a place, in picoseconds: `through` since the part began, if no restart is on the path; `since`
+/// since a restart inside the part. `None` if there is no such path.
 #[derive(Debug, Clone, Copy, Default)]
 struct Passed {
     through: Option<u128>,
@@ -18,7 +18,7 @@ struct Passed {
 }
 
 impl Passed {
-    /// Where a walk begins.
+    /// The state where a part begins.
     const BEGIN: Passed = Passed { through: Some(0), since: None };
 
     fn is_reached(self) -> bool {
@@ -34,7 +34,7 @@ impl Passed {
         Passed { through: self.through.map(more), since: self.since.map(more) }
     }
 
-    /// What has passed behind a part that begins here and in which so much passes.
+    /// The times behind a part that begins here and passes with these times.
     fn then(self, part: Passed) -> Passed {
         let along = part.through.map_or(Passed::default(), |time| self.plus(time));
         Passed { since: along.since.max(part.since.filter(|_| self.is_reached())), ..along }
@@ -45,25 +45,25 @@ impl Passed {
     }
 }
 
-/// A part of the program that was walked from its beginning.
+/// A part of the program that was followed from its beginning.
 #[derive(Debug, Clone, Default)]
 struct Part {
     /// The longest time from its beginning to a restart.
     head: Option<u128>,
     /// The longest time between two restarts in it.
     inner: u128,
-    /// Where its end is reached, and where a return is.
+    /// The times at its end and at returns in it.
     out: Passed,
     returned: Passed,
-    /// Where the main routine is ended, and where the scan is.
+    /// The times where the main routine ends, and where the scan ends.
     ended: Passed,
     stopped: Passed,
-    /// Where jumps lead out of it.
+    /// The times at jumps out of it, by their target.
     exits: BTreeMap<usize, Passed>,
 }
 
 impl Part {
-    /// Goes into a part from here: what it holds belongs to this.
+    /// Includes a part that is entered from here.
     fn enter(&mut self, from: Passed, part: &Part) {
         let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
         self.head = self.head.max(longest(from.through));
@@ -81,18 +81,18 @@ impl Part {
     }
 }
 
-/// What is known of conditions where control stands.
+/// What is known about conditions at a place.
 struct Conditions {
-    /// The results on the stack; what lies below them is not known.
+    /// The results on the stack. Those below are unknown.
     stack: Vec<Option<bool>>,
-    /// Whether the stack is empty below them.
+    /// Whether there is nothing below them on the stack.
     is_whole: bool,
     slots: BTreeMap<u32, Option<bool>>,
-    /// The open master control regions, each with its level and whether it surely is on.
+    /// The open master control regions, each with its level and whether it is certainly on.
     masters: Vec<(u32, Option<bool>)>,
-    /// Whether all regions around are.
+    /// Whether all surrounding regions are certainly on.
     around: Option<bool>,
-    /// Bits that are on.
+    /// Bits that are known to be on.
     on: Vec<Cell>,
 }
 
@@ -102,7 +102,7 @@ impl Conditions {
         Conditions { stack, is_whole, slots, masters, around, on: Vec::new() }
     }
 
-    /// Whether a step fires, where that is the same in every scan.
+    /// Whether a step fires, if that is the same in every scan.
     fn fires(&self, step: &Step) -> Option<bool> {
         let condition = if step.depends_on_master_control() {
             and(self.top(), self.masters())
@@ -112,7 +112,7 @@ impl Conditions {
         step.fires().map_or(Some(true), |logic| truth(logic, condition, &self.on))
     }
 
-    /// Follows a step behind which the next instruction stands. Whether it is one.
+    /// Updates the conditions for a step after which the next instruction follows. Returns false for other steps.
     fn follow(&mut self, step: &Step, fires: Option<bool>) -> bool {
         match step {
             Step::Logic { join: Join::Start, .. } => {
@@ -159,7 +159,7 @@ impl Conditions {
         self.masters.iter().fold(self.around, |all, &(_, one)| and(all, one))
     }
 
-    /// Control may come from elsewhere.
+    /// Forgets the conditions, because control may come from elsewhere.
     fn forget(&mut self) {
         (self.stack, self.is_whole) = (Vec::new(), false);
         self.slots.clear();
@@ -178,19 +178,19 @@ fn or(a: Option<bool>, b: Option<bool>) -> Option<bool> {
     and(a.map(|a| !a), b.map(|b| !b)).map(|neither| !neither)
 }
 
-/// The walk.
+/// The traversal of a program.
 struct Walk<'p> {
     program: &'p Program,
     times: &'p [Times],
-    /// Routines that were walked, by their first instruction.
+    /// The routines that were followed, by their first instruction.
     routines: BTreeMap<usize, Part>,
     /// Whether restarts count.
     restarts: bool,
 }
 
-/// The longest time that passes in a scan without a restart of the watchdog, at most: `around` is what passes outside of
-/// the program between the end of a scan and the begin of the next. `times` are the largest of each instruction. `None` if
-/// nothing in the program restarts it.
+/// The longest time in a scan without a restart of the watchdog, as an upper bound. `around` is the time outside of the
+/// program, between the end of a scan and the beginning of the next. `times` are the largest of each instruction.
+/// `None` if nothing in the program restarts the watchdog.
 pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
     if program.scan_control.restarts.is_empty() {
         return None;
@@ -208,12 +208,12 @@ pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos>
     let around = u128::from(around.0);
     let edge = [all.head, end.through, end.since].into_iter().flatten().max().unwrap_or(0);
     let stretch = all.inner.max(edge.saturating_add(around));
-    // Interrupts come where they please.
+    // Interrupts may occur at any place.
     let stretch = Picos(u64::try_from(stretch).unwrap_or(u64::MAX / 2));
     Some(stretch + interrupts(program, times))
 }
 
-/// What all interrupts of a scan take at most.
+/// The longest time of all interrupts in a scan.
 pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
     let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
     let mut all = 0_u128;
@@ -227,9 +227,8 @@ pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
     Picos(u64::try_from(all).unwrap_or(u64::MAX / 2))
 }
 
-/// By how much these instructions surely make the watchdog's time longer in every scan before it runs out: those that stand
-/// before anything that leads elsewhere, and are carried out while there is time. `around` is what passes outside of the
-/// program.
+/// By how much these instructions certainly extend the watchdog's time in every scan before it runs out. Only those
+/// count that precede any jump or call and are executed in time. `around` is the time outside of the program.
 pub fn surely(
     program: &Program,
     times: &[Times],
@@ -248,8 +247,8 @@ pub fn surely(
     longer
 }
 
-/// How long the first scan takes at most until it surely has set the watchdog and restarted it, where that stands before
-/// anything that leads elsewhere. `around` is what passes outside of the program.
+/// The longest time of the first scan until it has certainly set and restarted the watchdog, if that precedes any jump
+/// or call. `around` is the time outside of the program.
 pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
     let control = &program.scan_control;
     let (mut is_set, mut found) = (false, None);
@@ -263,8 +262,8 @@ pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Pi
     found
 }
 
-/// Goes along the beginning of the program, as far as nothing leads elsewhere and it is asked to, and tells of each
-/// instruction that surely fires where these bits are on, with what has passed at most.
+/// Follows the beginning of the program up to the first jump or call, as long as `each` returns true. Calls it for each
+/// instruction that certainly fires if these bits are on, with the longest time passed so far.
 fn along(
     program: &Program,
     times: &[Times],
@@ -287,8 +286,8 @@ fn along(
 }
 
 impl Walk<'_> {
-    /// Walks the instructions of a range, which begins with an empty stack if it `is_whole`; `around` tells whether the
-    /// master control regions around it are on.
+    /// Follows the instructions of a range. It begins with an empty stack if it `is_whole`. `around` says whether the
+    /// surrounding master control regions are on.
     fn part(&mut self, range: Range<usize>, around: Option<bool>, is_whole: bool) -> Part {
         let program = self.program;
         let mut part = Part::default();
@@ -302,7 +301,7 @@ impl Walk<'_> {
                 known.forget();
             }
             if !here.is_reached() {
-                // Nothing falls through to here: the next place to which a jump leads.
+                // Control does not fall through to here: continue at the next jump target.
                 match pending.keys().next() {
                     Some(&next) => at = next,
                     None => break,
@@ -314,7 +313,7 @@ impl Walk<'_> {
             here = here.plus(self.cost(at, fires));
             if self.restarts && fires == Some(true) && program.scan_control.restarts.contains(&at) {
                 part.restart(here);
-                // What the restart itself takes may count after it as well.
+                // The time of the restart instruction itself may count after the restart, too.
                 here = here.restarted().plus(self.cost(at, fires));
             }
             let mut next = at + 1;
@@ -372,7 +371,7 @@ impl Walk<'_> {
         part
     }
 
-    /// A summarised loop or routine.
+    /// Follows a loop summary or a summarised routine.
     fn summary(
         &mut self,
         part: &mut Part,
@@ -412,7 +411,7 @@ impl Walk<'_> {
         part
     }
 
-    /// What an instruction takes at most where it is reached.
+    /// The longest time of an instruction that is reached.
     fn cost(&self, at: usize, fires: Option<bool>) -> u128 {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
@@ -425,7 +424,7 @@ impl Walk<'_> {
     }
 }
 
-/// Goes round a loop, of which one turn was walked, between the least and the most times.
+/// Combines the times of a loop from one followed iteration, for between `least` and `most` iterations.
 fn around_loop(
     part: &mut Part,
     pending: &mut BTreeMap<usize, Passed>,
@@ -436,7 +435,7 @@ fn around_loop(
     if most == 0 {
         return here;
     }
-    // Where a turn may begin: the first, and one behind others.
+    // Where an iteration may begin: the first one, and one after others.
     let further = u128::from(most - 1);
     let mut begins = here;
     if further > 0 {
@@ -459,7 +458,7 @@ fn around_loop(
     if least == 0 { here.join(behind) } else { behind }
 }
 
-/// A truth value as far as it is the same in every scan in which these bits are on.
+/// The value of a condition if it is the same in every scan in which these bits are on.
 fn truth(logic: &Logic, condition: Option<bool>, on: &[Cell]) -> Option<bool> {
     let all = |parts: &[Logic]| {
         let values = parts.iter().map(|one| truth(one, condition, on));

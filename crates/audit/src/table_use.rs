@@ -1,4 +1,4 @@
-//! What a bound owes to its timing table: the times that are only assumed, and the factor on the whole scan.
+//! How a bound depends on its timing table: the times that are only assumed, and the factor on the whole scan.
 
 use super::{AssumedUse, Bound, FactorUse, Share, TableUse};
 use scanbound_base::time::Picos;
@@ -8,15 +8,15 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What was bounded, by which prices.
+/// The program that was bounded, and its prices.
 pub struct TableParts<'a> {
     pub prices: &'a Prices,
     pub bound: &'a Bound,
 }
 
 impl TableParts<'_> {
-    /// What the bound owes to the table. `costs` is what instructions cost in the worst scan found, `shares` their parts in
-    /// the bound, `groups` the groups' upper bounds.
+    /// How the bound depends on the table. `costs` are the instructions' times in the worst scan found, `shares` their
+    /// parts of the bound, `groups` the groups' upper bounds.
     pub fn table_use(
         &self,
         table: &Table,
@@ -48,7 +48,8 @@ impl TableParts<'_> {
         }
     }
 
-    /// The assumed times of instructions, by the table's row, or by the row that would price them where that is a class's.
+    /// The assumed times of instructions, by the table's row. For a class row: by the row that would price the
+    /// instruction itself.
     fn assumed_instructions(
         &self,
         costs: &[(usize, Picos)],
@@ -57,7 +58,7 @@ impl TableParts<'_> {
         let is_assumed = |price: &&Arc<Price>| price.evidence == Evidence::Assumed;
         let mut rows: Vec<AssumedUse> = Vec::new();
         let mut known: BTreeMap<&str, usize> = BTreeMap::new();
-        // Of each instruction, its row.
+        // The row of each instruction.
         let mut row_of: Vec<Option<usize>> = Vec::new();
         for price in &self.prices.instructions {
             let row = price.as_ref().filter(is_assumed).map(|price| {
@@ -91,7 +92,7 @@ impl TableParts<'_> {
         rows
     }
 
-    /// The assumed terms of the scan.
+    /// The assumed overhead terms.
     fn assumed_overhead(&self) -> impl Iterator<Item = AssumedUse> {
         let assumed = self.prices.overhead.iter().filter(|t| t.evidence == Evidence::Assumed);
         assumed.map(|term| AssumedUse {
@@ -104,7 +105,7 @@ impl TableParts<'_> {
         })
     }
 
-    /// A factor that is assumed, with what it adds to times that are not assumed themselves, nor left open by the search.
+    /// An assumed factor, with what it adds to times that are neither assumed themselves nor left open by the search.
     fn assumed_factor(&self, factor: &Factor, assumed: &[AssumedUse], open: Picos) -> AssumedUse {
         let added = |whole: Picos, own: Picos| {
             let others = whole.checked_sub(own).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The tasks of a project, each bounded by itself, and how long each takes where others interrupt it.
+//! The tasks of a project, each bounded separately, and their response times with interruptions by others.
 
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
@@ -11,30 +11,30 @@ use scanbound_ir::Task;
 pub struct TaskUse {
     /// Its name.
     pub name: String,
-    /// Its interval, where it is cyclic.
+    /// Its interval, if it is cyclic.
     pub interval: Option<Picos>,
     /// Its priority: 0 is the highest.
     pub priority: Option<i64>,
     /// The programs that it calls, in their order.
     pub programs: Vec<String>,
-    /// No run of it takes longer, as long as nothing interrupts it; `None` if it may never end.
+    /// No run of it takes longer if nothing interrupts it. `None` if it may never end.
     pub upper: Option<Picos>,
-    /// Some run of it takes as long.
+    /// Some run of it takes this long.
     pub lower: Picos,
     /// The tasks that interrupt it.
     pub interrupted_by: Vec<String>,
-    /// The tasks of its own priority, for which it may have to wait.
+    /// The tasks of the same priority that it may have to wait for.
     pub waits_for: Vec<String>,
-    /// The longest time from when it is due to when it has ended, worked out from the bounds and intervals of those tasks,
-    /// else why there is none.
+    /// The longest time from its due time to its end, computed from the bounds and intervals of those tasks. `Err` has
+    /// the reason if there is none.
     pub response: Result<Picos, String>,
 }
 
-/// Adds to an audit each task of the project by itself, where it has several; each has the time limit for itself. Nothing is
-/// added where only a limit is asked for.
+/// Adds each task of the project, audited separately, if there are several. Each audit may use the whole time limit.
+/// Nothing is added if only a limit is to be decided.
 ///
 /// # Errors
-/// That in one of these audits the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in one of these audits.
 pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Failure> {
     let all = concluded.followed.program.tasks.clone();
     if all.len() < 2 || request.limit.is_some() {
@@ -58,7 +58,7 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
         };
         bounds.push(found(&audit(&own)?));
     }
-    // What a task takes where it comes before another: what it costs to begin with it, too.
+    // The time of a task that runs first, including the time to switch to it.
     let entry = concluded.followed.table.row("@interrupt-entry").map_or(Picos::ZERO, |row| row.on);
     let before: Vec<(Option<Picos>, Picos)> = bounds
         .iter()
@@ -88,8 +88,8 @@ fn found(audit: &super::Audit) -> (Option<Picos>, Picos) {
     (audit.unbounded.is_empty().then_some(audit.bound.upper), audit.possible())
 }
 
-/// The longest time from when a task is due to when it has ended. It holds where those that come before it are due no earlier
-/// than their intervals say, and have ended before they are due again: so it is worked out for them, too.
+/// The longest time from a task's due time to its end. It is valid only if the tasks that run first are due no earlier
+/// than their intervals say, and end before they are due again. So their response times are computed, too.
 fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Result<Picos, String> {
     let own = by_intervals(all, bounds, at)?;
     let mut before = vec![at];
@@ -98,9 +98,8 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
         looked += 1;
         for other in (0..all.len()).filter(|&other| other != this) {
             if all[other].delays(&all[this]) && !before.contains(&other) {
-                by_intervals(all, bounds, other).map_err(|why| {
-                    format!("of {}, which comes before it, {why}", all[other].name)
-                })?;
+                by_intervals(all, bounds, other)
+                    .map_err(|why| format!("for {}, which runs first, {why}", all[other].name))?;
                 before.push(other);
             }
         }
@@ -108,8 +107,8 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
     Ok(own)
 }
 
-/// How long a task takes together with each that may run before it, as often as that is due in this time.
-/// `bounds` are of each its own bound, and what it takes where it comes before another.
+/// The time of a task together with each task that may run first, as often as that is due in this time. `bounds` holds
+/// for each task its bound, and its time when it runs first.
 fn by_intervals(
     all: &[Task],
     bounds: &[(Option<Picos>, Picos)],
@@ -121,8 +120,9 @@ fn by_intervals(
         if other == at || !task.delays(&all[at]) {
             continue;
         }
-        let interval =
-            task.interval.ok_or_else(|| format!("how often {} comes is not stated", task.name))?;
+        let interval = task
+            .interval
+            .ok_or_else(|| format!("it is not stated how often {} runs", task.name))?;
         bounds[other].0.ok_or_else(|| format!("nothing bounds {}", task.name))?;
         let takes = bounds[other].1;
         before.push((interval, takes));
@@ -133,15 +133,15 @@ fn by_intervals(
         let mut next = own;
         for &(interval, takes) in &before {
             let times = whole.0.div_ceil(interval.0).max(1);
-            let more = takes.0.checked_mul(times).ok_or("it is too long")?;
-            next = Picos(next.0.checked_add(more).ok_or("it is too long")?);
+            let more = takes.0.checked_mul(times).ok_or("its time is too long")?;
+            next = Picos(next.0.checked_add(more).ok_or("its time is too long")?);
         }
         if next > limit {
             return Err(match all[at].interval {
                 Some(interval) => {
                     format!("it may not have ended when it is due again, after {interval}")
                 }
-                None => "those that come before it may leave it no time".to_owned(),
+                None => "the tasks that run first may leave it no time".to_owned(),
             });
         }
         if next == whole {
@@ -151,7 +151,7 @@ fn by_intervals(
     }
 }
 
-/// A day: longer than anybody waits.
+/// A day: longer than any useful response time.
 const LONGEST: Picos = Picos(86_400_000_000_000_000);
 
 #[cfg(test)]
@@ -175,13 +175,14 @@ mod tests {
 
     #[test]
     fn a_task_waits_for_those_before_it_as_often_as_they_come() {
-        // The textbook's example: 1 of 4, 2 of 6, 3 of 13.
+        // A textbook example: 1 of 4, 2 of 6, 3 of 13.
         let found =
             responses(&[(Some(4), Some(0), 1), (Some(6), Some(1), 2), (Some(13), Some(2), 3)]);
         assert_eq!(found, [Ok(1), Ok(3), Ok(10)]);
     }
 
-    /// Runs tasks tick by tick, all due at first at every combination of moments, and holds the longest time against it.
+    /// Simulates tasks tick by tick, with every combination of first due times, and compares the longest response time
+    /// with the computed one.
     #[test]
     fn no_run_of_tasks_takes_longer_than_what_is_worked_out() {
         let mut worst = [0; 3];
@@ -218,8 +219,8 @@ mod tests {
         assert!(told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("due again"));
         assert!(told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("no time"));
         let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
-        assert!(told(&late, 0).starts_with("of b"), "{}", told(&late, 0));
-        // Nobody knows which of the two comes first.
+        assert!(told(&late, 0).starts_with("for b"), "{}", told(&late, 0));
+        // It is unknown which of the two runs first.
         assert_eq!(responses(&[(Some(9), None, 1), (Some(9), Some(0), 2)]), [Ok(3), Ok(3)]);
     }
 }

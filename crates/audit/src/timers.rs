@@ -1,4 +1,4 @@
-//! Timers that cannot be over in the scan that starts them, since no scan takes as long as they are set to.
+//! Timers that cannot run out in the scan that starts them, because no scan takes as long as their set value.
 
 use super::doubt::{self, Doubt};
 use scanbound_base::time::Picos;
@@ -13,11 +13,11 @@ use scanbound_scan::scan_model;
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// The most decimal and binary units that a setting can have.
+/// The largest set value, for binary and for decimal ones.
 const MOST: [u64; 2] = [32_767, 9_999];
 
-/// Puts into the program how many units of time a scan can take at most, where that is known before any scan is followed:
-/// by the sum of all that can run.
+/// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
+/// from the sum of all instructions that can run.
 pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
     if !has_open(program) {
         return;
@@ -33,7 +33,7 @@ pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
     }
 }
 
-/// The same by the model of a scan; whether that settles more timers than were settled before.
+/// The same from the model of a scan. Returns whether this resolves further timers.
 pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
     if !has_open(program) {
         return false;
@@ -74,7 +74,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
     changed
 }
 
-/// Whether it is not settled of some timer how many units of its time a scan can take.
+/// Whether there is a timer for which the largest number of time units in a scan is unknown.
 fn has_open(program: &Program) -> bool {
     let mut open = false;
     for &at in program.timekeeping.instructions.keys() {
@@ -87,7 +87,8 @@ fn has_open(program: &Program) -> bool {
     open
 }
 
-/// How long a scan takes at most with everything open at its worst; `None` where something is open of which no worst is known.
+/// An upper bound on a scan in which everything unknown has its worst value. `None` if something has no known worst
+/// value.
 fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
@@ -102,7 +103,7 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
     others.iter().try_fold(dearest, |sum, time| sum.checked_add(time.0)).map(Picos)
 }
 
-/// What others than a timer's own instructions write into present values of timers.
+/// Regions that instructions other than a timer's own write, with present values of timers in them.
 struct Others(Vec<Region>);
 
 impl Others {
@@ -146,7 +147,7 @@ impl Others {
     }
 }
 
-/// Four decimal digits.
+/// The lowest four decimal digits of a number, as BCD.
 fn digits(value: u16) -> u16 {
     (0..4).fold(0, |word, place| word | (value / 10u16.pow(place) % 10) << (4 * place))
 }

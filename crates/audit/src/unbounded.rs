@@ -1,4 +1,4 @@
-//! Loops without a bound: which of them can be reached at all, each proved by a replayed scan.
+//! Loops without a bound: which of them are reachable, each proved by a replayed scan.
 
 use super::LoopUse;
 use scanbound_base::time::{Picos, Times};
@@ -9,21 +9,21 @@ use scanbound_replay::replay;
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeSet;
 
-/// The search for loops stops when this many are found: one alone leaves a scan without bound.
+/// The search ends when this many loops are found: one alone leaves a scan without a bound.
 const MOST_FOUND: usize = 10;
 
-/// What is known of the loops.
+/// The loops without a bound.
 pub struct Loops {
-    /// Those that a scan can come to.
+    /// Those that a scan can reach.
     pub found: Vec<LoopUse>,
-    /// Those of which the search did not find out.
+    /// Those that were not decided.
     pub open: Vec<LoopUse>,
 }
 
-/// Asks of the loops of the model whether a scan can come to one of them, until none is left that can.
+/// Searches the loops of the model for those that a scan can reach, until no other can be reached.
 ///
 /// # Errors
-/// If the interpreter does not come to a loop that the analysis says it comes to.
+/// If the interpreter does not reach a loop that the analysis says is reachable.
 pub fn loops(
     program: &Program,
     times: &[Times],
@@ -37,7 +37,7 @@ pub fn loops(
     let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
     let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
     while let Some(first) = rest.first() {
-        // The only charge, of one picosecond, is for coming to any of them: the maximum says whether that is possible.
+        // The only charge, of one picosecond, is for reaching any of them: the maximum says whether that is possible.
         let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
         bare.charges = vec![Charge {
             instruction: first.instruction,
@@ -72,7 +72,7 @@ pub fn loops(
         if replayed.unbounded.is_none() || come_to.is_empty() {
             let line = shown(program, first.instruction).to.line;
             return Err(format!(
-                "the interpreter's scan ends, the analysis says that it goes round the loop to line {line} or a later one for ever"
+                "the interpreter's scan ends, but the analysis says that it stays in the loop to line {line} or a later one for ever"
             ));
         }
         known.found.extend(come_to);
@@ -86,7 +86,7 @@ pub fn loops(
     Ok(known)
 }
 
-/// All loops of the program, where none was asked about.
+/// All loops of the program, if none was checked.
 pub fn unasked(program: &Program) -> Vec<LoopUse> {
     let steps = program.instructions.iter().enumerate();
     let endless = steps.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));

@@ -1,4 +1,4 @@
-//! The first stage: the project's files become a program, and a table is found that prices it.
+//! The first stage: the project's files become a program, and its timing table is chosen.
 
 use super::failure::Failure;
 use super::request::{Progress, Request};
@@ -14,19 +14,19 @@ use std::collections::BTreeSet;
 /// The most wrong facts of one kind that are reported.
 const MOST_TOLD: usize = 100;
 
-/// A program that is understood, and what prices it.
+/// A decoded program and its timing table.
 #[derive(Clone)]
 pub struct Understood {
     pub program: Program,
     pub table: Table,
-    /// What of the machine the user may state.
+    /// What the user can state about the machine.
     pub machine: MachineOptions,
-    /// What was noticed on the way.
+    /// The warnings.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Understood {
-    /// Reads the files; holds what is stated of interrupts and words against the program.
+    /// Reads the files, and checks stated interrupts and words against the program.
     pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
@@ -35,13 +35,13 @@ impl Understood {
         let mut warnings = project.warnings();
         warnings.extend(other_series(request.cpu, project.cpu()));
         warnings.extend(stated::unused_calls(&program, request.facts));
-        // The source takes as much memory as the program, which is all that the stages behind look at.
+        // The source takes as much memory as the program, and later stages use only the program.
         drop(project);
         warnings.extend(state(&mut program, request)?);
         Ok(Understood { program, table, machine, warnings })
     }
 
-    /// The same with another table of the same family.
+    /// The same program with another table of the same family.
     #[must_use]
     pub fn with_table(&self, table: Table, request: &Request<'_>) -> Understood {
         let table = fitted(amended(table, request), &self.program, request);
@@ -49,10 +49,10 @@ impl Understood {
     }
 }
 
-/// States in a program what the user states of it; what of that is noticed.
+/// Applies the user's facts to a program. Returns warnings.
 ///
 /// # Errors
-/// All that does not fit the program.
+/// All facts that do not fit the program.
 pub fn state(
     program: &mut Program,
     request: &Request<'_>,
@@ -76,16 +76,16 @@ pub fn state(
     Ok(stated::idle(program, facts, request.trusted()))
 }
 
-/// The program that the source means, and the table that prices it.
+/// Decodes the source into a program, and chooses its timing table.
 fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
     let machine = project.machine_options();
     if request.clock.is_some() && !machine.clock {
         return Err(Failure::from(no_clock()));
     }
     if request.facts.latched.is_some() && !machine.latched {
-        let message = "[io] latched is stated, but of this PLC it is known";
+        let message = "[io] latched is stated, but it is fixed for this PLC";
         let fault =
-            request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "leave it out");
+            request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
     let stated = [
@@ -93,14 +93,14 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         ("indirect", request.facts.indirect.is_some()),
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
-        let message = format!("[index] {key} is stated, but of this PLC it is known");
+        let message = format!("[index] {key} is stated, but it is fixed for this PLC");
         let fault =
-            request.facts.fault(["index", key], Part::Key, Code::Facts, message, "leave it out");
+            request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
-        let message = format!("--clock and --time {} both state how long a word takes", time.name);
-        let found = Diagnostic::file(Code::NoClock, "", message, "leave one of the two out");
+        let message = format!("--clock and --time {} both state the time of a word", time.name);
+        let found = Diagnostic::file(Code::NoClock, "", message, "remove one of the two");
         return Err(Failure::from(found));
     }
     let table = choose_table(request, project.cpu())?;
@@ -119,7 +119,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
     Ok((program, table))
 }
 
-/// A task that is asked for and is not there is a slip of the pen.
+/// Refuses a requested task that does not exist, probably a typing error.
 fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let Some(asked) = request.task else { return Ok(()) };
     if program.tasks.iter().any(|task| task.name.eq_ignore_ascii_case(asked)) {
@@ -128,14 +128,14 @@ fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let file = request.inputs.first().map_or("", |input| &input.name);
     let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
     let help = match names.as_slice() {
-        [] => "leave --task out: the project does not have several tasks".to_owned(),
+        [] => "omit --task: the project does not have several tasks".to_owned(),
         names => format!("its tasks are {}", names.join(", ")),
     };
     let message = format!("--task {asked}: the project has no task of that name");
     Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
 }
 
-/// A table for a program's areas, with the clock that is stated.
+/// A table adapted to a program's areas, with the stated clock.
 pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Table {
     request.clock.into_iter().for_each(|clock| table.set_clock(clock));
     for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
@@ -144,7 +144,8 @@ pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Tab
     table
 }
 
-/// A count for a routine that is not there is a slip of the pen, and another is left without.
+/// Refuses counts for interrupt routines that do not exist. They are probably typing errors, so that another routine
+/// has no count.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
     // The task whose scan this is interrupts others.
     let tasks = program.tasks.iter().map(|one| &one.name);
@@ -157,7 +158,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
         .filter(|label| !known.contains(*label))
         .take(MOST_TOLD)
         .map(|label| {
-            let message = format!("how often {label} interrupts a scan is stated, but the program has no interrupt routine of that name");
+            let message = format!("a number of interrupts is stated for {label}, but the program has no interrupt routine of that name");
             let names: Vec<&str> =
                 program.interrupts.iter().take(MOST_TOLD).map(|one| one.name.as_str()).collect();
             let help = match names.as_slice() {
@@ -170,21 +171,21 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Warns where the user names a CPU of another series than the programs do: series are told apart by their tables.
+/// Warns if the user names a CPU of another series than the programs do. Two CPUs are of different series if their
+/// tables differ.
 pub fn other_series(named: Option<&str>, source: Option<&str>) -> Option<Diagnostic> {
     let (named, source) = (named?, source?);
     if Table::for_cpu(named)? == Table::for_cpu(source)? {
         return None;
     }
     let message = format!(
-        "the programs say that they are for {source}, and {named}, which is named, is of another series: times and devices are those of {named}"
+        "the programs are for {source}, but the named CPU {named} is of another series: its times and devices are used"
     );
-    let help =
-        format!("leave the CPU out (--cpu, scanbound.toml) unless they are to run on {named}");
+    let help = format!("omit the CPU (--cpu, scanbound.toml) unless the programs run on {named}");
     Some(Diagnostic::file(Code::OtherCpu, "", message, help).warning())
 }
 
-/// The table that the user names, else the built-in one for the CPU, with the user's times in it.
+/// The table that the user names, otherwise the built-in one for the CPU, with the user's times.
 pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<Table, Failure> {
     let file = request.inputs.first().map_or("", |input| &input.name);
     let cpu = request.cpu.or(source_cpu);
@@ -207,7 +208,7 @@ pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<T
                 file,
                 "the source does not name its CPU, so its instructions have no times",
                 format!(
-                    "name the CPU with --cpu, or a table with --table: one of {names}, or a file of your own"
+                    "name the CPU with --cpu, or a table with --table: one of {names}, or your own file"
                 ),
             )));
         }
@@ -215,7 +216,7 @@ pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<T
     Ok(amended(table, request))
 }
 
-/// A table with the user's times in it.
+/// A table with the user's times.
 fn amended(mut table: Table, request: &Request<'_>) -> Table {
     if request.strict_times {
         table.refuse_assumed_points();
@@ -235,6 +236,6 @@ fn amended(mut table: Table, request: &Request<'_>) -> Table {
 }
 
 fn no_clock() -> Diagnostic {
-    let message = "--clock says nothing about this CPU: its instructions take different times";
-    Diagnostic::file(Code::NoClock, "", message, "leave --clock out; --table and --time give times")
+    let message = "--clock does not apply to this CPU: its instructions take different times";
+    Diagnostic::file(Code::NoClock, "", message, "omit --clock; use --table or --time for times")
 }

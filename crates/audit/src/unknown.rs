@@ -1,4 +1,5 @@
-//! What the bound rests on and of which nothing is known, or not much: counts, and where is written; with what to state.
+//! Values on which the bound depends and about which little is known: counts, and targets of writes. Each comes with a
+//! fact to state.
 
 use scanbound_base::facts::Facts;
 use scanbound_base::location::Location;
@@ -11,57 +12,58 @@ use std::sync::Arc;
 /// A count is listed if it takes at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// A count of which something is known is listed if it may still be this large.
+/// A count about which something is known is listed if it may still be this large.
 const WIDE: i64 = 1000;
 
 /// The end of the range that is offered for an index.
 pub(super) const INDEX: i64 = 99;
 
-/// Of the words that an index may come from so many are named.
+/// The most words that are named as the origin of an index.
 const MOST_ORIGINS: usize = 4;
 
-/// Something of which nothing is known there, or not much.
+/// A value about which nothing, or little, is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
-    /// The word, as the source has it.
+    /// The word, as written in the source.
     pub word: Arc<str>,
-    /// Where it matters, and the instruction's text, the dearest first or in the order of the scan: at least one.
+    /// The places where it matters with the instructions there, the longest time first or in the order of the scan. At
+    /// least one.
     pub places: Vec<(Location, Arc<str>)>,
-    /// What is not known.
+    /// The kind of the unknown value.
     pub kind: UnknownKind,
-    /// What a facts file calls it: a place, or the word where it counts at several.
+    /// Its key in a facts file: a place, or the word if it is a count at several places.
     pub key: String,
     /// The line for the facts file's table, with a number to be replaced.
     pub fact: String,
 }
 
-/// What is not known of a word.
+/// The kinds of unknown values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum UnknownKind {
-    /// It counts.
+    /// A count.
     Count(Counts),
-    /// Something is written where it says as an index: any device of its kind is taken. It may be what these words hold
-    /// when the scan starts.
+    /// An index that selects where a write goes: any device of the area is assumed. The words are those whose start
+    /// values it may be.
     Index(Vec<String>),
-    /// How many bits an index has.
+    /// The number of bits of an index.
     IndexBits,
-    /// Something is written where an address says that may be any.
+    /// The target of an indirect address.
     Indirect,
 }
 
-/// What a word is taken to count.
+/// The assumed values of a count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
-    /// Up to so many.
+    /// The largest assumed count.
     pub most: i64,
-    /// What each of them takes at most, an iteration or a unit, at all places together.
+    /// The largest time of one iteration or unit, summed over all places.
     pub each: Picos,
-    /// What all of them take at most, each time that the instructions run, and no more than the bound.
+    /// The largest time of all of them in every execution of the instructions, at most the bound.
     pub cost: Picos,
 }
 
 impl Unknown {
-    /// The facts file's table in which it is stated.
+    /// The facts file's table for it.
     #[must_use]
     pub fn table(&self) -> &'static str {
         match self.kind {
@@ -70,7 +72,7 @@ impl Unknown {
         }
     }
 
-    /// What is taken of a count.
+    /// The assumed values, if it is a count.
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match &self.kind {
@@ -79,25 +81,25 @@ impl Unknown {
         }
     }
 
-    /// Which words' values at the start of a scan an index may be, in words; empty where nothing is known of that.
+    /// The words whose start values an index may be, as a text. Empty if nothing is known of that.
     #[must_use]
     pub fn origin(&self) -> String {
         match &self.kind {
             UnknownKind::Index(from) if !from.is_empty() => {
                 let more = if from.len() > MOST_ORIGINS { " and others" } else { "" };
                 let from: Vec<&str> = from.iter().map(String::as_str).take(MOST_ORIGINS).collect();
-                format!(", from what {} held before the scan{more}", from.join(", "))
+                format!(", from the value of {} at the start of the scan{more}", from.join(", "))
             }
             _ => String::new(),
         }
     }
 
-    /// Whether it is a number: how large matters.
+    /// Whether its size matters: it is a number.
     pub(super) fn is_number(&self) -> bool {
         matches!(self.kind, UnknownKind::Count(_) | UnknownKind::Index(_))
     }
 
-    /// The line for the facts file's table where it is at most so many.
+    /// The line for the facts file's table that limits it to `most`.
     pub(super) fn stated(&self, most: u32) -> String {
         match self.is_number() {
             true => format!("{:?} = [0, {most}]", self.key),
@@ -105,20 +107,20 @@ impl Unknown {
         }
     }
 
-    /// States it as a number of at most so many, where it is a number.
+    /// Adds the limit `most` to the facts, if it is a number.
     pub(super) fn state(&self, facts: &mut Facts, most: u32) {
         let range = (0, i64::from(most));
         match self.kind {
             UnknownKind::Count(_) => _ = facts.counts.insert(self.key.clone(), range),
             UnknownKind::Index(_) => _ = facts.indices.insert(self.key.clone(), range),
-            // The other is what few CPUs are set to.
+            // The other value is a rare setting of the CPU.
             UnknownKind::IndexBits => facts.index_bits = Some(16),
             UnknownKind::Indirect => {}
         }
     }
 }
 
-/// A count, before all of one word are put together.
+/// A count at one place, before the counts of the same word are combined.
 struct Found {
     word: Arc<str>,
     places: Vec<(Location, Arc<str>)>,
@@ -126,7 +128,8 @@ struct Found {
 }
 
 impl Unknown {
-    /// The counts on which a bound rests, the dearest first. `times` is parallel to the program's instructions.
+    /// The unknown counts on which a bound depends, the longest time first. `times` is parallel to the program's
+    /// instructions.
     pub(super) fn counted(program: &Program, times: &[Times], upper: Picos) -> Vec<Unknown> {
         let mut costs = Costs { program, times, routines: BTreeMap::new() };
         let unknown = program.approximations.iter().filter_map(|one| match &one.what {
@@ -146,7 +149,7 @@ impl Unknown {
                 None => (word(program, at)?, 0),
             };
             let (most, cost) = costs.counted(at, taken)?;
-            // What is known of a count may still be far from what it is meant to be.
+            // A known limit of a count may still be far above its real value.
             if !unknown.contains_key(&at) && most < WIDE {
                 return None;
             }
@@ -180,9 +183,9 @@ impl Unknown {
                 [(at, _)] => key(program, at),
                 _ => word.to_string(),
             };
-            // No more of the bound hangs on it than there is.
+            // A count cannot account for more than the whole bound.
             let counts = Counts { cost: counts.cost.min(upper), ..counts };
-            // A name in quotes: what TOML takes for an escape is one of Rust's, too.
+            // A quoted name: the escapes of Rust are valid in TOML, too.
             let fact = format!("{key:?} = [0, 20]");
             Unknown { word, places, kind: UnknownKind::Count(counts), key, fact }
         };
@@ -190,7 +193,7 @@ impl Unknown {
     }
 }
 
-/// The word in which an instruction finds a count.
+/// The word from which an instruction reads its count.
 pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     let instruction = &program.instructions[at];
     let count = match &instruction.step {
@@ -212,7 +215,7 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     }
 }
 
-/// What a facts file calls a place.
+/// The name of a place in a facts file.
 pub(super) fn key(program: &Program, at: Location) -> String {
     let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
     let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
@@ -225,16 +228,16 @@ pub(super) fn key(program: &Program, at: Location) -> String {
     format!("{file}:{}", at.line)
 }
 
-/// What parts of a program take at most, everything in them at its dearer time.
+/// Upper bounds on the times of parts of a program: every instruction takes its larger time.
 struct Costs<'a> {
     program: &'a Program,
     times: &'a [Times],
-    /// By their entries; zero while they are worked out.
+    /// The routines' times by their entries. Zero while a routine is being computed.
     routines: BTreeMap<usize, Picos>,
 }
 
 impl Costs<'_> {
-    /// How many an instruction counts at most, and what these take together.
+    /// The largest count of an instruction, and the time of that many iterations or units.
     fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
         match &self.program.instructions[at].step {
             Step::ForBegin { most, end, .. } => {
@@ -252,26 +255,26 @@ impl Costs<'_> {
                         let cost = times(per_unit, counted.most_units());
                         Some((i64::try_from(counted.most).unwrap_or(i64::MAX), cost))
                     }
-                    // What cannot be told by the word is in the instruction's own time.
+                    // If the count is not in a word, its time is part of the instruction's own time.
                     None => Some((most, self.dearest(at))),
                 }
             }
         }
     }
 
-    /// What a summary's charges take: instructions, and how often each.
+    /// The time of a summary's charges: instructions, and how often each is charged.
     fn summary(&self, charges: &[(usize, u64)]) -> Picos {
         let all = charges.iter().map(|&(at, often)| times(self.dearest(at), often));
         all.fold(Picos::ZERO, plus)
     }
 
-    /// What an instruction takes once at most.
+    /// The longest time of one execution of an instruction.
     fn dearest(&self, at: usize) -> Picos {
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         self.times[at].with(units).max(self.times[at].off)
     }
 
-    /// What a routine takes, up to its return.
+    /// The time of a routine up to its return.
     fn routine(&mut self, entry: usize) -> Picos {
         if let Some(&known) = self.routines.get(&entry) {
             return known;
@@ -287,7 +290,7 @@ impl Costs<'_> {
         cost
     }
 
-    /// What a stretch takes, its loops and calls followed.
+    /// The time of a range of instructions, including its loops and calls.
     fn span(&mut self, from: usize, to: usize) -> Picos {
         let program = self.program;
         let (mut cost, mut at) = (Picos::ZERO, from);

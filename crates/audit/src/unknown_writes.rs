@@ -1,4 +1,4 @@
-//! Writes of which it is not known where they go, and what to state of them.
+//! Writes with an unknown target, and what to state about them.
 
 use super::unknown::{INDEX, Unknown, UnknownKind, key};
 use scanbound_front::MachineOptions;
@@ -7,12 +7,12 @@ use scanbound_model::{Group, Origin, ScanModel, UnknownWrite};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// So many places are named.
+/// The number of places that are named.
 const MOST_PLACES: usize = 20;
 
-/// What is not known of where is written, as far as something depends on it, in the order of the scan. What follows only
-/// from what others may have written is left out: it is known once those are. `machine` says whether the CPU has parameters of
-/// indices and indirect addresses.
+/// The unknown targets of writes on which something depends, in the order of the scan. Those that depend only on values
+/// that others may have written are left out: they are known once these are. `machine` says whether the CPU has
+/// parameters for indices and indirect addresses.
 pub(super) fn all(
     program: &Program,
     model: &ScanModel,
@@ -54,7 +54,7 @@ pub(super) fn all(
     for far in indices.take(MOST_PLACES) {
         let place = place(far);
         let key = key(program, place.0);
-        // An instruction may write at two.
+        // An instruction may write to two such targets.
         if known.insert(key.clone()) {
             found.push(Unknown {
                 word: index(program, far),
@@ -70,7 +70,7 @@ pub(super) fn all(
     found
 }
 
-/// The index by which is written, as the program calls it.
+/// The name of the index of the write in the program.
 fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
     let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.indices[..]);
     let cells = readings.unwrap_or_default().iter().flatten().filter_map(|word| match word {
@@ -81,8 +81,8 @@ fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
     first.map_or_else(|| program.instructions[far.instruction].text.clone(), Arc::from)
 }
 
-/// The choices of those on which guards of the scan depend: they read what these may have left, or what another left at an
-/// index that these may have left; or they read what the program writes and such a write may be in the way of.
+/// The choices of those writes on which guards of the scan depend: a guard reads a cell that the write may have
+/// changed, or its index is such a cell, or the write may overwrite a value that the program writes and a guard reads.
 fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<ChoiceId> {
     let mut matter: BTreeSet<ChoiceId> = BTreeSet::new();
     let mut starts: BTreeSet<Cell> = BTreeSet::new();
@@ -105,7 +105,7 @@ fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<Ch
         None => starts.iter().any(|cell| written.contains(cell)),
     };
     matter.extend(model.unknown_writes.iter().filter(hidden).map(|far| far.choice));
-    // Each follows from earlier ones.
+    // A write can only affect later ones, so go backwards.
     for far in model.unknown_writes.iter().rev() {
         if matter.contains(&far.choice) {
             matter.extend(&far.depends_on);
@@ -114,7 +114,7 @@ fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<Ch
     matter
 }
 
-/// The words that the program writes itself, whatever it writes by indices.
+/// The words that the program writes directly, not with an index.
 fn written(program: &Program) -> BTreeSet<Cell> {
     let written = program.instructions.iter().flat_map(|one| &one.effects);
     written
@@ -129,8 +129,8 @@ fn written(program: &Program) -> BTreeSet<Cell> {
         .collect()
 }
 
-/// Counts that are not known where the scan starts though the program writes them: a write of which it is not known where
-/// it goes may have changed them. They come last, since they may be known once that is stated.
+/// Moves counts to the end whose start value is unknown only because a write with an unknown target may have changed
+/// them: they may be known once that target is stated.
 pub(super) fn put_last(unknowns: &mut [Unknown], program: &Program, model: &ScanModel) {
     let written = written(program);
     let is_reached = |cell: Cell| {

@@ -1,4 +1,4 @@
-//! Whether a program keeps to a limit: proved, refuted by a scan, or undecided with the reasons.
+//! Whether a program stays within a limit: proved, refuted by a scan, or undecided with the reasons.
 
 use crate::{Audit, Doubt, Evidence, Reason, Share, Stretch, UnstatedBase, UnstatedPoints};
 use scanbound_base::time::Picos;
@@ -6,12 +6,12 @@ use std::cmp::Reverse;
 use std::fmt;
 use std::str::FromStr;
 
-/// What is added to a time before it is held against the limit, in millionths.
+/// A safety margin in millionths, which is added to a time before it is compared with the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Margin(u32);
 
 impl Margin {
-    /// The time with the margin added, rounded up; the longest time if it is longer than that.
+    /// The time with the margin added, rounded up. The largest representable time if it is longer.
     #[must_use]
     pub fn on(self, time: Picos) -> Picos {
         let scaled = u128::from(time.0) * (1_000_000 + u128::from(self.0));
@@ -25,13 +25,13 @@ impl Margin {
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
-    /// As a number of millionths.
+    /// The margin in millionths.
     #[must_use]
     pub fn millionths(self) -> u32 {
         self.0
     }
 
-    /// Whether nothing is added.
+    /// Whether the margin is zero.
     #[must_use]
     pub fn is_none(self) -> bool {
         self.0 == 0
@@ -62,7 +62,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// How much of a bound may rest on assumed times.
+/// The largest permitted share of assumed times in a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MostAssumed(Margin);
 
@@ -81,19 +81,19 @@ impl fmt::Display for MostAssumed {
     }
 }
 
-/// How much of a time that decides a check is assumed.
+/// How much of the time that decides a check is assumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Assumed {
-    /// The assumed part; of what the search left open, all.
+    /// The assumed part. Everything that the search left open counts as assumed.
     pub time: Picos,
-    /// The whole.
+    /// The whole time.
     pub of: Picos,
-    /// Whether less of it may be.
+    /// Whether the assumed part may be less than that.
     pub at_most: bool,
 }
 
 impl Assumed {
-    /// What is assumed of the bound, of all points that can be fitted where they are not stated.
+    /// The assumed part of the bound, with all points that the CPU can have if they are not stated.
     fn of_upper(audit: &Audit) -> Assumed {
         let points = audit.points.iter().filter_map(|points| points.most.as_ref());
         let assumed = points.filter(|most| most.founded == Evidence::Assumed);
@@ -103,10 +103,10 @@ impl Assumed {
         Assumed { time, of: audit.upper_with_all_points(), at_most }
     }
 
-    /// What is assumed of the scan that was found.
+    /// The assumed part of the longest scan found.
     fn of_lower(audit: &Audit) -> Assumed {
         let of = audit.lower_without_points();
-        // Nothing of a clock's tolerance is in it, nor of refresh that need not be there.
+        // Neither a clock's tolerance nor refresh that may not occur is part of it.
         let factor = audit.table.factor.as_ref();
         let tolerance = match factor.is_some_and(|one| one.evidence == Evidence::Assumed) {
             true => audit.bound.lower.checked_sub(audit.possible()).unwrap_or_default(),
@@ -127,27 +127,27 @@ impl Assumed {
         Assumed { time: time.min(of), of, at_most: false }
     }
 
-    /// The same as a share.
+    /// The assumed part as a share.
     #[must_use]
     pub fn share(&self) -> Share {
         Share::of(self.time, self.of)
     }
 
-    /// Whether it is more than allowed.
+    /// Whether it is more than permitted.
     #[must_use]
     pub fn is_above(&self, most: MostAssumed) -> bool {
         u128::from(self.time.0) * 1_000_000 > u128::from(self.of.0) * u128::from((most.0).0)
     }
 }
 
-/// The answer to a check.
+/// The verdict of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// No scan is over the limit.
+    /// No scan exceeds the limit.
     Proved,
-    /// A scan that was replayed is over the limit, or never ends.
+    /// A replayed scan exceeds the limit, or never ends.
     Refuted,
-    /// Neither is known, for these reasons.
+    /// Undecided, for these reasons.
     Undecided(Vec<Reason>),
 }
 
@@ -163,14 +163,14 @@ impl Verdict {
     }
 }
 
-/// What is held against a limit.
+/// Which time is compared with a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
-    /// What a scan executes, and the wait for the constant scan time.
+    /// The scan's execution time, including the wait for the constant scan time.
     Cycle,
-    /// What a scan executes.
+    /// The scan's execution time.
     Execution,
-    /// The longest time in which nothing restarts the watchdog.
+    /// The longest time without a restart of the watchdog.
     Stretch,
 }
 
@@ -186,36 +186,36 @@ impl Measure {
     }
 }
 
-/// A limit and what became of it.
+/// A limit, and the verdict on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
     /// The limit.
     pub limit: Picos,
-    /// What is held against it.
+    /// Which time is compared with it.
     pub measure: Measure,
-    /// The upper bound, and what was found, without the margin.
+    /// The upper bound, without the margin.
     pub longest: Picos,
-    /// What was found; where points are not stated, without any.
+    /// The longest time found, without the margin. If points are not stated, without any points.
     pub took: Picos,
-    /// Whether a run from power-up to that was found.
+    /// Whether a run from power-up to that scan was found.
     pub is_reached: bool,
-    /// What is added to the scan before it is held against the limit.
+    /// The margin that is added before the comparison.
     pub margin: Margin,
-    /// The upper bound with the margin; where points are not stated, with all that the CPU can have.
+    /// The upper bound with the margin. If points are not stated, with all points that the CPU can have.
     pub upper: Picos,
-    /// The replayed scan with the margin; where points are not stated, without any.
+    /// The time of the replayed scan with the margin. If points are not stated, without any points.
     pub lower: Picos,
-    /// What is assumed of the time that decides: of the scan that was found where it refutes, else of the bound.
+    /// The assumed part of the deciding time: of the scan found if it refutes the limit, otherwise of the bound.
     pub assumed: Assumed,
-    /// How much may be, if that is a condition.
+    /// The largest permitted share, if that is a condition.
     pub most_assumed: Option<MostAssumed>,
     /// The answer.
     pub verdict: Verdict,
 }
 
 impl Check {
-    /// Holds an audit against a limit. What may make the bound too low keeps it from being proved, and what may
-    /// not be there from being refuted.
+    /// Checks an audit against a limit. If the bound may be too low, the limit is not proved. Times that may not occur
+    /// do not refute it.
     ///
     /// # Examples
     /// ```
@@ -246,8 +246,8 @@ impl Check {
         check.judged(audit, lower)
     }
 
-    /// Holds an audit against the watchdog: what passes between two restarts of it against the time that it is set to. `None`
-    /// if nothing says what that is.
+    /// Checks an audit against the watchdog: the longest time between two restarts against the watchdog time. `None` if
+    /// the watchdog time is unknown.
     #[must_use]
     pub fn of_watchdog(audit: &Audit, margin: Margin) -> Option<Check> {
         let watchdog = &audit.watchdog;
@@ -281,7 +281,7 @@ impl Check {
         let mut check = check.judged(audit, lower);
         check.lower = margin.on(check.took);
         if check.verdict == Verdict::Refuted && refuting.is_none() && watchdog.restarts > 0 {
-            // A loop without end may restart the watchdog for ever.
+            // An endless loop may restart the watchdog again and again.
             check.verdict = Verdict::Undecided(reasons(&audit.doubts));
         }
         let unknown = watchdog.settings.iter().find(|one| one.times.is_none());
@@ -299,7 +299,7 @@ impl Check {
         Some(check)
     }
 
-    /// What a scan executes beside a limit, not judged yet.
+    /// The comparison of a scan's execution time with a limit, still without a verdict.
     fn execution(audit: &Audit, limit: Picos, margin: Margin) -> Check {
         Check {
             limit,
@@ -316,7 +316,7 @@ impl Check {
         }
     }
 
-    /// The same with the verdict; some scan takes at least `lower`.
+    /// Adds the verdict. Some scan takes at least `lower`.
     fn judged(mut self, audit: &Audit, lower: Picos) -> Check {
         let (limit, margin) = (self.limit, self.margin);
         (self.upper, self.lower) = (margin.on(self.longest), margin.on(lower));
@@ -340,7 +340,7 @@ impl Check {
         self
     }
 
-    /// Why a limit between the bounds is neither kept nor broken, and what to do.
+    /// Why a limit between the bounds is neither proved nor refuted, and what to do.
     fn open(&self, audit: &Audit) -> Vec<Reason> {
         let (limit, margin) = (self.limit, self.margin);
         let most = audit.cycle.upper.filter(|&most| margin.on(most) > limit);
@@ -366,7 +366,7 @@ impl Check {
         }
     }
 
-    /// The same where only a scan refutes to which a run from power-up was found.
+    /// The same check, except that only a scan refutes to which a run from power-up was found.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && !audit.is_endless() && !self.is_reached {
@@ -376,8 +376,8 @@ impl Check {
         self
     }
 
-    /// The same on the condition that no more than a share of the time that decides is assumed. A loop without end
-    /// needs no times.
+    /// The same check on the condition that at most this share of the deciding time is assumed. An endless loop does
+    /// not depend on times.
     #[must_use]
     pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
         self.most_assumed = Some(most);
@@ -404,10 +404,10 @@ impl Check {
     }
 }
 
-/// The number of assumed times that are named where there are too many.
+/// How many assumed times are named if there are too many.
 const MOST_NAMED: usize = 6;
 
-/// Why a limit between the bounds is neither kept nor broken, and what to do.
+/// Why a limit between the bounds is neither proved nor refuted, and what to do.
 fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
     let seen = audit.points.iter().map(|points| (points.taken, points.side)).collect();
     let sides = audit.points.iter().map(|points| points.side).collect();
@@ -494,7 +494,8 @@ mod tests {
     fn what_rests_on_assumed_times_can_be_made_a_condition() {
         let mut audit = fixture();
         audit.doubts.clear();
-        // 120 us of 442 us are assumed, and of the bound's 452.5 us what lies above that scan.
+        // 120 us of the scan's 442 us are assumed, and the part of the bound (452.5 us) above that scan counts as
+        // assumed.
         let (upper, lower) = (audit.bound.upper, audit.bound.lower);
         let check = |limit, most: &str| {
             let check = Check::new(&audit, limit, Margin::default());
@@ -508,7 +509,7 @@ mod tests {
         assert!(told(check(upper, "28.8397%")).contains("28.8 % of the bound rests"));
         let below = Picos(lower.0 - 1);
         assert_eq!(check(below, "27.15%"), Verdict::Refuted);
-        assert!(told(check(below, "27.14%")).contains("of the scan that was found"));
+        assert!(told(check(below, "27.14%")).contains("of the longest scan found"));
         let mut endless = audit.clone();
         let at = scanbound_base::location::Location { file: 0, line: 1, step: None };
         let one = String::new;
@@ -526,7 +527,7 @@ mod tests {
         reasons.iter().map(|reason| format!("{reason}\n")).collect()
     }
 
-    /// The fixture without other doubts, with 16 input points taken for 4.3 us and perhaps 4096 in all.
+    /// The fixture without other doubts: 16 input points are charged with 4.3 us, and there may be 4096 in all.
     fn with_points(most: Option<u64>) -> Audit {
         let mut audit = fixture();
         audit.doubts.clear();
@@ -573,7 +574,7 @@ mod tests {
         let check = |ps| Check::new(&audit, Picos(ps), Margin::default()).verdict;
         assert_eq!(check(u64::MAX), Verdict::Undecided(super::reasons(&audit.all_doubts())));
         assert_eq!(check(1), Verdict::Refuted);
-        // All that there can be is counted: nothing is left to doubt.
+        // All possible points are charged, so no doubt remains.
         assert_eq!(with_points(Some(0)).all_doubts(), []);
         assert_eq!(with_points(Some(1)).all_doubts().len(), 1);
     }

@@ -1,21 +1,22 @@
-//! What real runs break of what is stated to hold whenever a scan starts.
+//! Stated facts about the start of a scan that do not hold at the end of a real run.
 
 use scanbound_ir::{BitSource, Effect, Logic, Number, Program, Region, WordSource, Write, flow};
 use scanbound_replay::RealRun;
 use std::collections::BTreeMap;
 
-/// What is stated to hold whenever a scan starts and does not hold when a real run ends, each with what breaks it.
+/// The stated facts that should hold whenever a scan starts and that real runs violate, each with the instructions that
+/// do.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Violations {
-    /// Ranges, by their places in `Program::stated_ranges`.
+    /// Violated ranges, by index into `Program::ranges`.
     pub ranges: BTreeMap<usize, RangeViolation>,
-    /// Bits that are stated not to be on together, by their places in `Program::invariants`.
+    /// Violated exclusions, by index into `Program::invariants`.
     pub exclusions: BTreeMap<usize, ExclusionViolation>,
 }
 
 impl Violations {
-    /// Notes what is stated and a run does not keep; what a program writes of itself comes before what it works out. The
-    /// run may be the scan of this number from power-up on, in which nothing is known of what the outside gives.
+    /// Records what a run violates. A violation by a constant that the program writes is preferred to one by a computed
+    /// value. `scan` is the run's number since power-up if the violation occurs there for any values from outside.
     pub fn note(&mut self, program: &Program, one: &RealRun, scan: Option<usize>) {
         if !one.is_possible() {
             return;
@@ -57,18 +58,19 @@ impl Violations {
     }
 }
 
-/// What a real run leaves in a word that is stated to hold something else whenever a scan starts.
+/// A word whose value at the end of a real run is outside its stated range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RangeViolation {
-    /// What it holds.
+    /// The value.
     pub value: i64,
     /// The last instruction that wrote it.
     pub by: usize,
-    /// Which scan from power-up on it is that leaves it, whatever the outside gives, if that is known.
+    /// The number of the scan since power-up that ends with this value for any values from outside. `None` if no such
+    /// scan is known.
     pub scan: Option<usize>,
 }
 
-/// Two bits that a real run leaves on together, and that are stated never to be so.
+/// Two bits that are stated to be mutually exclusive and are both on at the end of a real run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExclusionViolation {
     /// The last instructions that wrote them.
@@ -77,7 +79,7 @@ pub struct ExclusionViolation {
     pub scan: Option<usize>,
 }
 
-/// The last instruction of a run that wrote what is asked for.
+/// The last instruction of a run that wrote a region for which `asked` is true.
 fn last_to_write(
     program: &Program,
     one: &RealRun,
@@ -88,7 +90,7 @@ fn last_to_write(
     events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
 }
 
-/// The bits of which it is stated that they are not on together.
+/// The bits that the invariant states to be mutually exclusive.
 pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     match invariant {
         Logic::Bit(bit) => vec![*bit],
@@ -98,7 +100,7 @@ pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     }
 }
 
-/// Whether all that an instruction writes are constants of the program.
+/// Whether the instruction writes only constants of the program.
 pub fn writes_constant(program: &Program, at: usize) -> bool {
     let is_constant = |effect: &Effect| match &effect.write {
         Write::Words(_, Number::Words(words)) => {

@@ -1,4 +1,4 @@
-//! What a scan is held against: the watchdog and what restarts it, and a constant scan time.
+//! The times that limit a scan or extend it: the watchdog and its restarts, and a constant scan time.
 
 use super::real::{RunResults, Search};
 use super::{Audit, stretch};
@@ -13,77 +13,78 @@ use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// So many scans of a run are made to see what it sets, each of at most so many instructions.
+/// The number of scans that are simulated to see what they set, and the most instructions in each.
 const SCANS: usize = 3;
 const MOST_RUN: u64 = 400_000;
 
 /// An instruction that sets the watchdog or the constant scan time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SettingUse {
-    /// Where it stands.
+    /// Its place.
     pub at: Location,
     /// Its text.
     pub instruction: Arc<str>,
-    /// The least and the largest time, where these are known.
+    /// The smallest and the largest time that it sets, if known.
     pub times: Option<(Picos, Picos)>,
-    /// The device that it takes the time from, where that is not known.
+    /// The device that holds the time, if the time is unknown.
     pub from: Option<String>,
 }
 
-/// A stretch of a scan that was run, and the longest time that the watchdog may have been set to in it.
+/// A part of a scan that was run, between restarts of the watchdog, and the longest time to which the watchdog can be
+/// set in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stretch {
-    /// What passes in it at least without a restart of the watchdog.
+    /// A lower bound on its time.
     pub took: Picos,
-    /// The most that the watchdog may be.
+    /// The largest possible watchdog time. `None` if unknown.
     pub watchdog: Option<Picos>,
     /// Whether the run begins at power-up.
     pub is_reached: bool,
 }
 
-/// The watchdog.
+/// The watchdog of a program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Watchdog {
-    /// The time that it has unless the program sets another: stated, or the table's.
+    /// Its time unless the program sets another: stated, or from the table.
     pub default: Option<Picos>,
     /// Whether the user states it.
     pub is_stated: bool,
-    /// The device that holds it, if there is one.
+    /// The device that holds it. Empty if there is none.
     pub device: &'static str,
-    /// What sets it.
+    /// The instructions that set it.
     pub settings: Vec<SettingUse>,
-    /// The least that it may be, where that is known.
+    /// The smallest time to which it can be set, if known.
     pub least: Option<Picos>,
-    /// How many instructions restart it.
+    /// The number of instructions that restart it.
     pub restarts: usize,
-    /// Where there are some: no longer time passes without a restart, all points that the CPU can have included.
+    /// If there are any: an upper bound on the time without a restart, with all points that the CPU can have.
     pub upper: Option<Picos>,
-    /// Stretches that were found.
+    /// Parts of real runs without a restart.
     pub found: Vec<Stretch>,
 }
 
-/// The least time of each scan, beside what it executes.
+/// The minimum scan time: constant scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cycle {
-    /// No scan is made to last longer, if it is made to last at all.
+    /// An upper bound on the constant scan time, if one is set.
     pub upper: Option<Picos>,
-    /// Some scan is made to last so long.
+    /// Some scan is extended to at least this time.
     pub lower: Option<Picos>,
-    /// What sets it.
+    /// The instructions that set its time.
     pub settings: Vec<SettingUse>,
-    /// What switches it on.
+    /// The instructions that switch it on.
     pub switches: Vec<SettingUse>,
-    /// The devices of its time and its switch, where there are any.
+    /// The devices of its time and of its switch. Empty if there are none.
     pub devices: [&'static str; 2],
-    /// Whether the program may switch it on, and to what time is not known.
+    /// Whether the program may switch it on with an unknown time.
     pub is_unknown: bool,
     /// Whether the user states it.
     pub is_stated: bool,
-    /// What the CPU's parameters call it, where they may set it and nobody states whether they do.
+    /// The name of the CPU parameter that may set it, if nobody states whether it does.
     pub unstated: Option<&'static str>,
 }
 
-/// What scans and runs are looked at with.
+/// The program and settings for which runs are examined.
 pub(super) struct Look<'a> {
     pub program: &'a Program,
     pub prices: &'a Prices,
@@ -91,19 +92,19 @@ pub(super) struct Look<'a> {
     pub facts: &'a Facts,
 }
 
-/// What was seen in runs from power-up.
+/// What was observed in runs from power-up.
 #[derive(Default)]
 struct Seen {
-    /// The stretches of their scans.
+    /// The parts of their scans without a restart.
     stretches: Vec<Stretch>,
     /// Whether a scan set the watchdog.
     sets_watchdog: bool,
-    /// The longest constant scan time that surely was in force.
+    /// The longest constant scan time that was certainly in effect.
     constant: Option<Picos>,
 }
 
 impl Look<'_> {
-    /// The watchdog and the least cycle.
+    /// Determines the watchdog and the constant scan.
     pub fn see(
         &self,
         found: &RunResults,
@@ -152,10 +153,10 @@ impl Look<'_> {
         let default = self.default();
         let times = self.prices.times();
         let around = self.prices.overhead_sum() + self.prices.more_points();
-        // All interrupts of a scan may come before the watchdog is set, or before its time is made longer.
+        // All interrupts of a scan may occur before the watchdog is set or extended.
         let before = around + stretch::interrupts(self.program, &times);
         let settings = control.watchdog.values();
-        // What is stated stands for what is not known.
+        // A stated time replaces an unknown one.
         let set = settings.map(|setting| match setting.range() {
             Some((least, _)) => least,
             None => self.facts.watchdog.unwrap_or(Picos::ZERO),
@@ -178,14 +179,14 @@ impl Look<'_> {
         }
     }
 
-    /// Whether every run surely sets the watchdog in its first scan and restarts it behind that, before the time runs out
-    /// that it has by default: then that does not count any more.
+    /// Whether every run certainly sets the watchdog in its first scan and restarts it after that, within the default
+    /// time. Then the default time no longer matters.
     fn is_set_first(&self, times: &[Times], around: Picos) -> bool {
         let passed = stretch::until_set(self.program, times, around);
         passed.is_some_and(|passed| self.default().is_some_and(|default| passed <= default))
     }
 
-    /// The most that the watchdog may be: as it comes, or as the program sets it.
+    /// The largest possible watchdog time: by default, or as set by the program.
     fn most(&self, from_settings: bool, from_default: bool) -> Option<Picos> {
         let settings = self.program.scan_control.watchdog.values();
         let settings = settings.map(|setting| match setting.range() {
@@ -199,7 +200,7 @@ impl Look<'_> {
         Some(settings.into_iter().chain([self.default()?]).max().unwrap_or_default())
     }
 
-    /// The longest stretches of the longest scan that was found, and of the same one where it is not the first.
+    /// The longest times without a restart in the longest scan found, as the first scan and as a later one.
     fn others(
         &self,
         found: &RunResults,
@@ -237,7 +238,7 @@ impl Look<'_> {
         }
     }
 
-    /// The longest time that surely passes in a scan without a restart.
+    /// The longest time that certainly passes in a scan without a restart.
     fn longest(&self, events: &[Event]) -> Picos {
         let control = &self.program.scan_control;
         let overhead = self.prices.overhead_sum().checked_sub(self.prices.unsure());
@@ -247,7 +248,7 @@ impl Look<'_> {
             |event: &&Event| event.fired && control.restarts.contains(&event.instruction);
         let interrupts =
             |event: &&Event| event.frames.first().is_some_and(|frame| entries.contains(&frame.at));
-        // Interrupts may come less often than they are counted, or not at all.
+        // Interrupts may occur less often than charged, or not at all.
         if !events.iter().any(|event| restarts(&event)) {
             let main = events.iter().filter(|event| !interrupts(event));
             return main.map(|event| event.cost).sum::<Picos>() + overhead.unwrap_or_default();
@@ -268,7 +269,7 @@ impl Look<'_> {
         longest
     }
 
-    /// Runs the program from power-up with all inputs off and with all on.
+    /// Simulates the program from power-up with all inputs off, and with all on.
     fn seen(&self) -> Seen {
         let mut seen = Seen::default();
         let times = self.prices.least_times();
@@ -370,19 +371,19 @@ impl Look<'_> {
 }
 
 impl Audit {
-    /// No scan, with the wait for the constant scan time, lasts longer.
+    /// An upper bound on the scan time, including the wait for the constant scan time.
     #[must_use]
     pub fn cycle_upper(&self) -> Picos {
         self.bound.upper.max(self.cycle.upper.unwrap_or_default())
     }
 
-    /// The same with all points that the CPU can have, where it is not stated how many are fitted.
+    /// The same with all points that the CPU can have, if their number is not stated.
     #[must_use]
     pub fn cycle_with_all_points(&self) -> Picos {
         self.upper_with_all_points().max(self.cycle.upper.unwrap_or_default())
     }
 
-    /// Some scan, with the wait for the constant scan time, lasts so long.
+    /// Some scan takes this long, including the wait for the constant scan time.
     #[must_use]
     pub fn cycle_lower(&self) -> Picos {
         self.possible().max(self.cycle.lower.unwrap_or_default())

@@ -1,23 +1,23 @@
-//! What each free value of a scan is worth: how much less the scan would cost if it alone were another.
+//! How much each free value of a scan is worth: how much shorter the scan would be if only this value were different.
 
 use rayon::prelude::*;
 use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
 use std::collections::BTreeSet;
 
-/// So many other values are tried at once: one a bit.
+/// The number of other values that are tried at once, one per bit of a machine word.
 const LANES: usize = 64;
 
-/// One value that is tried in place of another.
+/// Another value that is tried for a variable.
 struct Trial {
-    /// Which of the variables asked for.
+    /// The index of the variable among those requested.
     of: usize,
     variable: usize,
     value: u16,
 }
 
-/// For each of these variables the time that the charges lose at most where it alone has another value. A bit is
-/// turned over; of a word a few values are tried, since what the program holds against it is mostly 0, 1 or a sign.
+/// For each of these variables, the most time that the charges lose if only this variable has another value. A bit is
+/// inverted. For a word a few values are tried, since programs mostly compare words with 0, 1 or their sign.
 pub fn weights(
     model: &ScanModel,
     assignment: &Assignment,
@@ -37,7 +37,7 @@ pub fn weights(
     lost(model, assignment, charges, &trials, variables.len())
 }
 
-/// The same of bits that are turned over: variables that are bits, or bits of those that are words.
+/// The same for inverted bits: variables that are bits, or bits of variables that are words.
 pub fn weights_of_bits(
     model: &ScanModel,
     assignment: &Assignment,
@@ -52,7 +52,7 @@ pub fn weights_of_bits(
     lost(model, assignment, charges, &trials, bits.len())
 }
 
-/// A variable's value with a bit turned over.
+/// A variable's value with one bit inverted.
 pub fn turned(atom: Atom, now: u16) -> u16 {
     match atom {
         Atom::WordBit(_, bit) => now ^ 1 << bit,
@@ -60,7 +60,7 @@ pub fn turned(atom: Atom, now: u16) -> u16 {
     }
 }
 
-/// What is lost at most by the trials of each.
+/// The largest loss among the trials of each variable.
 fn lost(
     model: &ScanModel,
     assignment: &Assignment,
@@ -81,7 +81,7 @@ fn lost(
         };
         trials.chunks(LANES).flat_map(of_batch).collect()
     };
-    // Each thread's share is batches as they would be without others.
+    // The size of the batches must not depend on the number of threads.
     let share = trials.len().div_ceil(rayon::current_num_threads()).next_multiple_of(LANES);
     let lost: Vec<Vec<Picos>> = trials.par_chunks(share.max(LANES)).map(of_some).collect();
     let mut worth = vec![Picos::ZERO; count];
@@ -91,15 +91,15 @@ fn lost(
     worth
 }
 
-/// Lists of numbers, one behind the other.
+/// Several lists of numbers, stored in one array.
 struct Lists {
-    /// Where each begins, and where the last ends.
+    /// Where each list begins, and where the last one ends.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl Lists {
-    /// So many lists, of pairs of a list and an item of it.
+    /// Builds `count` lists from pairs of a list's index and an item.
     fn of<I: Iterator<Item = (usize, u32)>>(count: usize, pairs: impl Fn() -> I) -> Lists {
         let mut starts = vec![0; count + 1];
         pairs().for_each(|(list, _)| starts[list + 1] += 1);
@@ -120,13 +120,13 @@ impl Lists {
     }
 }
 
-/// What reads each node and each variable. Nearly all that turns reaches few of them.
+/// The users of each node and each variable. A changed value nearly always affects only few of them.
 struct Readers<'a> {
-    /// Of each node, the nodes that read it.
+    /// For each node, the nodes that use it.
     nodes: Lists,
-    /// Of each node, which of the charges read it, by their place among them.
+    /// For each node, the charges that use it, as indices into the charges.
     charges: Lists,
-    /// Of each variable, the nodes that read it.
+    /// For each variable, the nodes that use it.
     of_variables: Vec<Vec<u32>>,
     all: &'a [usize],
 }
@@ -162,7 +162,7 @@ impl<'a> Readers<'a> {
         }
     }
 
-    /// The charges that may cost something else.
+    /// The charges whose time may change.
     fn charges_of(&self, changes: &Changes<'_>) -> Vec<usize> {
         let read = changes.any.iter().flat_map(|&node| self.charges.get(node));
         let mut places: Vec<u32> = read.copied().collect();
@@ -172,11 +172,11 @@ impl<'a> Readers<'a> {
     }
 }
 
-/// What every node is as things are, and in which lanes it is another.
+/// Every node's current value, and the lanes in which it differs.
 struct Changes<'a> {
     values: &'a Values,
     turned: Vec<u64>,
-    /// The nodes that are another in any lane.
+    /// The nodes that differ in any lane.
     any: Vec<usize>,
 }
 
@@ -185,7 +185,7 @@ impl<'a> Changes<'a> {
         Changes { values, turned: vec![0; model.circuit.nodes().len()], any: Vec::new() }
     }
 
-    /// Those of a batch, and no others.
+    /// Sets the changes of a batch and removes all others.
     fn make(
         &mut self,
         model: &ScanModel,
@@ -195,7 +195,7 @@ impl<'a> Changes<'a> {
     ) {
         self.any.drain(..).for_each(|index| self.turned[index] = 0);
         let nodes = model.circuit.nodes();
-        // A node comes behind what it reads.
+        // A node follows the nodes that it uses.
         let mut open: BTreeSet<u32> =
             batch.iter().flat_map(|trial| &readers.of_variables[trial.variable]).copied().collect();
         while let Some(index) = open.pop_first() {
@@ -223,7 +223,7 @@ impl<'a> Changes<'a> {
         }
     }
 
-    /// What it is in every lane.
+    /// Its value in every lane.
     fn lanes(&self, lit: Lit) -> u64 {
         every(self.values.get(lit)) ^ self.turned[lit.node()]
     }
@@ -233,12 +233,12 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// The same in every lane.
+/// The same value in every lane.
 fn every(value: bool) -> u64 {
     if value { u64::MAX } else { 0 }
 }
 
-/// How much less the charges cost in each lane.
+/// The time that the charges lose in each lane.
 fn losses(model: &ScanModel, charges: &[usize], changes: &Changes<'_>, lanes: usize) -> Vec<Picos> {
     let mut more = vec![Picos::ZERO; lanes];
     let mut less = vec![Picos::ZERO; lanes];
@@ -293,7 +293,7 @@ mod tests {
         values[69] = 12;
         let all: Vec<usize> = (0..70).collect();
         let found = weights(&model, &Assignment(values), &[0, 1, 2], &all);
-        // Without X1 the second charge runs in place of the first.
+        // Without X1, the second charge runs instead of the first.
         assert_eq!((found[0], found[1]), (Picos(48), Picos(38)));
         assert!(found[2..68].iter().all(|&worth| worth == Picos::ZERO));
         assert_eq!((found[68], found[69]), (Picos(7), Picos(7)));

@@ -1,5 +1,6 @@
-//! What stating a count is worth, and what the trust in a word: the bound is solved again with that stated or without that
-//! trust. Nothing is estimated: a maximum of several ways is no straight line.
+//! How much it is worth to state a count, or to trust a word: the bound is computed again with that statement, or
+//! without that trust. It is not estimated, because the bound is a maximum over several paths and does not change
+//! linearly.
 
 use super::Audit;
 use super::assumption::Assumption;
@@ -16,59 +17,59 @@ use scanbound_passes::values::Trust;
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-/// What it is called while it runs.
+/// The name of this stage in the progress display.
 const STAGE: &str = "solving what if";
-/// So many counts are stated together.
+/// The most counts that are limited together.
 const MOST_STEPS: usize = 5;
-/// So many audits may find out what is trusted for how much.
+/// The most audits that measure the assumptions.
 const MOST_PRICING: usize = 64;
-/// What lowers the bound by less than the bound divided by this is not listed.
+/// A change of the bound by less than the bound divided by this is not listed.
 const SMALLEST: u64 = 1000;
 
-/// Bounds that were solved for more than what is stated.
+/// Bounds with additional statements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WhatIf {
-    /// What counts are taken to be at most, ascending.
+    /// The limits of counts that were tried, ascending.
     pub most: Vec<u32>,
-    /// One count after the other, in each step together with those of all steps before.
+    /// One count after the other. In each step, those of all earlier steps are limited, too.
     pub steps: Vec<Step>,
-    /// How much the assumptions are worth of which none is worth listing.
+    /// The assumptions that are too small to be listed, together.
     pub minor: Option<Minor>,
-    /// What else would lower the bound if it were trusted.
+    /// What would lower the bound if the user stated that only the program writes it.
     pub own: Option<Own>,
 }
 
-/// A count that is stated besides those before it.
+/// A count that is limited in addition to those before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// The count.
     pub unknown: Unknown,
-    /// The bound for each of [`WhatIf::most`]; none where it cannot be that at most.
+    /// The bound for each of [`WhatIf::most`]. `None` if the count cannot have that limit.
     pub solved: Vec<Option<SolvedBound>>,
 }
 
-/// Assumptions that lower the bound by next to nothing each.
+/// Assumptions that hardly change the bound, each alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Minor {
-    /// How many.
+    /// The number of them.
     pub count: usize,
     /// The bound without all of them.
     pub without: SolvedBound,
 }
 
-/// What lowers the bound where nobody but the program writes it.
+/// Devices that would lower the bound if only the program wrote them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Own {
-    /// Words and relays by their names.
+    /// The names of the words and relays.
     pub devices: Vec<String>,
-    /// The bound where that is stated of all of them.
+    /// The bound if that is stated for all of them.
     pub bound: SolvedBound,
 }
 
-/// Adds to an audit what its unknown counts and its assumptions are worth.
+/// Adds to an audit how much its unknown counts and its assumptions are worth.
 ///
 /// # Errors
-/// That in one of these audits the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in one of these audits.
 pub fn what_if(
     concluded: &mut Concluded,
     request: &Request<'_>,
@@ -85,10 +86,10 @@ pub fn what_if(
     Ok(())
 }
 
-/// Adds to an audit what may be stated and what that is worth.
+/// Adds to an audit what may be stated and how much that is worth.
 ///
 /// # Errors
-/// That in one of these audits the analysis and the interpreter disagree.
+/// If the analysis and the interpreter disagree in one of these audits.
 pub fn what_if_offered(
     concluded: &mut Concluded,
     request: &Request<'_>,
@@ -100,8 +101,8 @@ pub fn what_if_offered(
     Ok(())
 }
 
-/// What the unknown counts are worth. Each bound is that of a whole audit that is asked the same besides, so each has the
-/// time limit for itself.
+/// How much the unknown counts are worth. Each bound comes from a complete audit with the same settings, which may use
+/// the whole time limit.
 fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<WhatIf, Failure> {
     (request.progress)(Progress::Stage(STAGE));
     let mut most = most.to_vec();
@@ -111,10 +112,11 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
     Ok(WhatIf { most, steps, minor: None, own: None })
 }
 
-/// What lowers the bound with all trusted: that is asked first, and then what of it matters.
+/// What lowers the bound if everything is trusted: first measured for all devices together, then reduced to those that
+/// matter.
 fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
     let Some((upper, mut new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
-    // What a front makes for itself has no name that a facts file could state: nobody else writes it anyway.
+    // Areas that a front creates have no names for a facts file; others cannot write them anyway.
     let areas = &concluded.followed.program.areas;
     let is_hidden = |device: &String| {
         areas.iter().any(|area| area.role == Role::Internal && device.starts_with(&area.name))
@@ -133,8 +135,8 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     Ok(lower.map(|found| Own { devices, bound: found.bound }))
 }
 
-/// The bound with all trusted, and the assumptions that it rests on besides; none where it is not worth telling, or where
-/// the user said whom to trust otherwise.
+/// The bound with everything trusted, and the additional assumptions that it rests on. `None` if the difference is too
+/// small to report, or if the user chose another trust.
 pub(super) fn trusting_all(
     audit: &Audit,
     request: &Request<'_>,
@@ -152,19 +154,19 @@ pub(super) fn trusting_all(
     Ok(Some((found.bound.upper, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
-/// Whether a bound is so much below another that it is worth telling.
+/// Whether a bound is lower by so much that it is worth reporting.
 pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
 
-/// What an audit finds that is asked with other facts.
+/// The result of an audit with other facts.
 pub(super) struct Run {
     pub(super) bound: SolvedBound,
     unknowns: Vec<Unknown>,
     assumptions: Vec<Assumption>,
 }
 
-/// Audits with other facts, several at a time. None where such facts cannot be.
+/// Audits with other facts, several in parallel. `None` for facts that contradict the program.
 pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
     let run = |facts: &Facts| {
         let request = Request {
@@ -189,7 +191,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
             Err(why) => Err(why),
         }
     };
-    // Each has threads of its own: one that waits for another's would be late by that, and may end with less proved.
+    // Each audit has its own threads. Otherwise one that waits for another's threads would lose time, and might prove
+    // less.
     let threads = rayon::current_num_threads();
     let mut found = Vec::new();
     for few in facts.chunks(threads) {
@@ -209,8 +212,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     Ok(found)
 }
 
-/// States what is named first, then besides that what is named first then, and so on: the bound of one is often hidden
-/// behind that of the next. Where that changes next to nothing the dearest count is stated next.
+/// Limits the count that is named first, then the one that is named first after that, and so on: the effect of one is
+/// often hidden by the next. If a step changes next to nothing, the count with the longest time is limited next.
 fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
     let mut steps: Vec<Step> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
@@ -243,8 +246,9 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>
     Ok(steps)
 }
 
-/// Where the time limit ended an audit, what is known of scans with less stated, or with more counted, is no less true of
-/// it: the bounds of the step `before` and of larger counts, or the bound with nothing of this stated.
+/// Improves bounds of audits that the time limit ended. A bound found with fewer statements, or with larger counts, is
+/// valid for them, too: those of the step `before`, those of larger counts, or the bound without any of these
+/// statements.
 fn no_higher(
     solved: &mut [Option<SolvedBound>],
     before: Option<&[Option<SolvedBound>]>,
@@ -261,16 +265,17 @@ fn no_higher(
     }
 }
 
-/// What assumptions are worth.
+/// How much assumptions are worth.
 struct Priced {
-    /// Those that are worth listing, the dearest first.
+    /// Those that are worth listing, the most valuable first.
     assumptions: Vec<Assumption>,
-    /// What the others are worth together.
+    /// The others together.
     minor: Option<Minor>,
 }
 
-/// The assumptions that are worth listing, the dearest first, and what the others are worth together. Many are left out at
-/// once, then, where that matters, half of them: without fewer assumptions no bound is higher.
+/// The assumptions that are worth listing, the most valuable first, and the others together. Many are removed at once.
+/// If that changes the bound, each half of them is tried, and so on. This works because removing assumptions never
+/// lowers the bound.
 fn priced(
     mut all: Vec<Assumption>,
     program: &Program,
@@ -320,7 +325,7 @@ fn priced(
         open = next;
     }
     let few: Vec<usize> = nameable.iter().copied().filter(|&one| is_minor[one]).collect();
-    // Of two that keep the same from happening each is worth nothing by itself.
+    // If two assumptions exclude the same scans, each alone is worth nothing.
     let together = match few.len() {
         0 => None,
         count if count == nameable.len() => without_all,
@@ -351,7 +356,7 @@ mod tests {
         let mut first = [bound(90, true), bound(85, true), bound(120, true)];
         no_higher(&mut first, None, upper);
         assert_eq!(first, [bound(85, true), bound(85, true), bound(100, true)]);
-        // What was not cut is what a run finds, and left as it is.
+        // A bound that was not cut short is kept as it is.
         let mut whole = [bound(130, false), bound(120, false)];
         no_higher(&mut whole, None, upper);
         assert_eq!(whole, [bound(130, false), bound(120, false)]);

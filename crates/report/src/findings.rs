@@ -84,7 +84,7 @@ pub mod rules {
     /// A word is trusted.
     pub const TRUSTED: Rule = rule(
         "trusted-word",
-        "The bound holds if nobody but the program writes this word",
+        "The bound holds if only the program writes this word",
         include_str!("../codes/trusted-word.md"),
     );
     /// Something about the input.
@@ -205,7 +205,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         add(rules::DEAR, Level::Note, message, at(place));
     }
     for one in audit.assumptions.iter().take(MOST) {
-        let message = format!("the bound holds if nobody but the program writes {}", one.name());
+        let message = format!("the bound holds if only the program writes {}", one.name());
         add(
             rules::TRUSTED,
             Level::Note,

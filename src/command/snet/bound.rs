@@ -35,16 +35,16 @@ pub struct Arguments {
     /// A net, with its addresses
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// What the net's own code is made for, where no program is named
+    /// The PLC for which code is generated, if no program is named
     #[arg(long, value_enum, value_name = "TARGET", default_value_t)]
     to: To,
-    /// How the net's own code comes by the initial marks
+    /// How the generated code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// Give relays and numbers to what has none
+    /// Assign relays and numbers to elements without one
     #[arg(long)]
     assign: bool,
-    /// Draw the net with the marks with which the longest scan starts (.svg .dot)
+    /// Draw the net with the marks at the start of the longest scan (.svg .dot)
     #[arg(long, value_name = "FILE")]
     draw: Option<PathBuf>,
     #[command(flatten)]
@@ -55,7 +55,7 @@ pub struct Arguments {
     report: ReportOptions,
 }
 
-/// What a net becomes.
+/// The kinds of code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum To {
     /// The C200H's list
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The net's own code, and the CPU that it is for unless another is named.
+/// The code generated from the net, and the CPU that it is for unless another is named.
 fn own_code(
     arguments: &Arguments,
     net: &Diagram,

@@ -9,7 +9,7 @@ use scanbound::snet::check::{Options, check};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Study a net: deadlocks, what never fires, and where its code does something else than the net
+Check a net: deadlocks, transitions that never fire, and differences between the net and its code
 
 By the net's rule one transition fires after another; by the code's all are looked at on the marks as they are when the \
 scan begins, then all that fire do so at once. Each finding comes with the shortest run that shows it.";
@@ -28,16 +28,16 @@ pub struct Arguments {
     /// A net
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// How the code comes by the initial marks
+    /// How the code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// How many markings are looked at
+    /// The largest number of markings that are explored
     #[arg(long, value_name = "COUNT", default_value_t = Options::default().limit)]
     markings: usize,
-    /// How it is shown
+    /// The output format
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<Format>,
-    /// Where it is written; a suffix names the format (.json .txt)
+    /// The output file; its suffix names the format (.json .txt)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -49,7 +49,7 @@ enum Format {
     Json,
 }
 
-/// Studies the net.
+/// Checks the net.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;

@@ -26,15 +26,15 @@ pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// What it becomes [default: by the suffix of the output; else the other one]
+    /// The target format [default: by the suffix of the output, otherwise the other format]
     #[arg(long, value_enum, value_name = "FORM")]
     to: Option<Form>,
-    /// Where it is written
+    /// The output file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// A form of nets.
+/// The file formats of nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Form {
     Snet,

@@ -23,10 +23,10 @@ pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// How it is drawn
+    /// The format of the drawing
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<Format>,
-    /// Where it is written; a suffix names the format (.svg .dot)
+    /// The output file; its suffix names the format (.svg .dot)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -39,7 +39,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The one asked for, else that which a file's suffix names.
+    /// The requested format, otherwise the one that a file's suffix names.
     pub(super) fn of(file: &Path, asked: Option<Format>) -> Format {
         let suffix = file.extension().and_then(|suffix| suffix.to_str());
         asked.unwrap_or(match suffix {
@@ -49,7 +49,7 @@ impl Format {
     }
 }
 
-/// A net as what is to be seen shows in it.
+/// A net in this format, with the marks and notes of a view.
 pub(super) fn picture(diagram: &Diagram, view: &View, format: Format) -> String {
     match format {
         Format::Svg => svg::render(diagram, &sheets(diagram), view),

@@ -1,4 +1,4 @@
-//! `scanbound snet monitor`: what a C200H does that runs a net's code.
+//! `scanbound snet monitor`: watches a C200H that runs a net's code.
 
 use super::read;
 use super::terminal::{Pages, Pressed};
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// A net with its addresses (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// Give relays and numbers to what has none, as translate does
+    /// Assign relays and numbers to elements without one, as translate does
     #[arg(long)]
     assign: bool,
     /// The serial line; or HOST:PORT of a serial device server
@@ -53,13 +53,13 @@ pub struct Arguments {
     /// The unit's number on the line
     #[arg(long, value_name = "0-31", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..32), allow_negative_numbers = true)]
     unit: u8,
-    /// How long each answer may take
+    /// How long to wait for each answer
     #[arg(long, value_name = "DURATION", default_value = "1s", value_parser = values::span, allow_hyphen_values = true)]
     timeout: Duration,
-    /// How long to wait between two polls
+    /// The pause between two polls
     #[arg(long, value_name = "DURATION", default_value = "100ms", value_parser = values::span, allow_hyphen_values = true)]
     every: Duration,
-    /// End after so long
+    /// End after this time
     #[arg(long = "for", value_name = "DURATION", value_parser = values::span, allow_hyphen_values = true)]
     duration: Option<Duration>,
     /// Lines instead of the picture
@@ -72,14 +72,14 @@ pub struct Arguments {
     line: LineOptions,
 }
 
-/// How lines are written.
+/// The format of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     Text,
     Json,
 }
 
-/// Watches.
+/// Watches the PLC.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let mut diagram = read(&arguments.net)?;
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let plan = Plan::new(&diagram);
     match plan.addressed() {
         (0, _) => {
-            let why = "no element of the net has an address: give those of its code, such as `box B01 = 00300`, or --assign if that gave them";
+            let why = "no element of the net has an address: give the addresses of its code, such as `box B01 = 00300`, or use --assign if the code was made with it";
             return Err(anyhow!("{}: {why}", arguments.net.display()).into());
         }
         (_, 0) => {}
@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         shown.map_err(|why| anyhow!("the terminal cannot be written: {why}"))?;
     }
     if watch.polls == watch.failed && watch.polls > 0 {
-        return Err(anyhow!("{} polls, and none was answered", watch.polls).into());
+        return Err(anyhow!("none of {} polls was answered", watch.polls).into());
     }
     say(&format!("{} polls, {} of them without a result\n", watch.polls, watch.failed));
     Ok(Outcome::Done)
@@ -148,13 +148,13 @@ impl Watch<'_> {
         read
     }
 
-    /// How long to wait for the next poll: a line that is gone is not tried without a pause.
+    /// How long to wait before the next poll. A lost line is not retried without a pause.
     fn pause(&self, read: &Result<Reading, Fault>) -> Duration {
         const GONE: Duration = Duration::from_millis(500);
         if read.is_err() { self.arguments.every.max(GONE) } else { self.arguments.every }
     }
 
-    /// A line a poll, or a change.
+    /// Writes one line per poll, or per change.
     fn lines(&mut self, sink: &mut Sink, stop: &AtomicBool) -> std::io::Result<()> {
         let is_json = match (self.arguments.format, &self.arguments.output) {
             (Some(format), _) => format == Format::Json,
@@ -196,7 +196,7 @@ impl Watch<'_> {
         Ok(())
     }
 
-    /// The picture, until it is ended.
+    /// Shows the picture until the user ends it.
     fn screen(
         &mut self,
         terminal: &mut ratatui::DefaultTerminal,
@@ -251,7 +251,7 @@ impl Watch<'_> {
     }
 }
 
-/// What is said above a picture that was read.
+/// The heading above a picture.
 fn headline(port: &str, reading: &Reading) -> String {
     let moment = match reading.is_of_one_moment() {
         true => "one moment".to_owned(),

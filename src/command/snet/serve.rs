@@ -29,10 +29,10 @@ pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// How the code comes by the initial marks
+    /// How the code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// Give relays and numbers to what has none
+    /// Assign relays and numbers to elements without one
     #[arg(long)]
     assign: bool,
     #[command(flatten)]
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         dialect: Some("omron-c200h"),
         ..Request::new(&inputs, &facts)
     };
-    // Outer gates may be set by their names.
+    // Outer gates may be set by name.
     let address = |name: &str| {
         let outer = diagram.outers.iter().find(|outer| outer.head.name == name)?;
         Some(outer.head.address?.to_string())

@@ -1,4 +1,4 @@
-//! `scanbound snet simulate`: a net that is stepped on a terminal, or run by a stimulus.
+//! `scanbound snet simulate`: simulates a net, on a terminal step by step or with a stimulus.
 
 use super::terminal::{Pages, Pressed};
 use super::{Initial, read_sound};
@@ -48,28 +48,28 @@ pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// By which rule it goes on
+    /// The rule for firing transitions
     #[arg(long, value_enum, value_name = "RULE", default_value = "net")]
     rule: By,
-    /// How the code comes by the initial marks
+    /// How the code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// How long a firing takes, or a scan
+    /// The time of one firing, or of one scan
     #[arg(long, value_name = "DURATION", default_value = "10ms", value_parser = values::span, allow_hyphen_values = true)]
     step: Duration,
-    /// Run by itself for so long
+    /// Run automatically for this time
     #[arg(long = "for", value_name = "DURATION", value_parser = values::span, allow_hyphen_values = true)]
     duration: Option<Duration>,
-    /// What outer gates do: a CSV of times and gates
+    /// The outer gates over time: a CSV of times and gates
     #[arg(long, value_name = "FILE", requires = "duration")]
     stimulus: Option<PathBuf>,
-    /// Write a row a change (CSV) to a file in place of stdout
+    /// Write one row per change (CSV) to this file instead of stdout
     #[arg(long, value_name = "FILE", requires = "duration")]
     trace: Option<PathBuf>,
     /// Write every change (VCD, for GTKWave) to a file
     #[arg(long, value_name = "FILE", requires = "duration")]
     vcd: Option<PathBuf>,
-    /// Draw which of several transitions fires
+    /// Choose at random which of several transitions fires, with this seed
     #[arg(long, value_name = "N", value_parser = values::count::<u64>, allow_negative_numbers = true)]
     seed: Option<u64>,
 }
@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     if !std::io::stdout().is_terminal() {
         return Err(
-            anyhow!("this is no terminal: say how long it is to run by itself (--for)").into()
+            anyhow!("this is not a terminal: give the time to run automatically (--for)").into()
         );
     }
     let mut terminal = ratatui::try_init().map_err(|why| anyhow!("no terminal: {why}"))?;
@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Runs by itself.
+/// Runs automatically.
 fn batch(
     arguments: &Arguments,
     diagram: &Diagram,
@@ -173,7 +173,7 @@ fn batch(
                 dead = Some(begun);
                 break;
             }
-            // Nothing happens before a gate changes or a timer is over.
+            // Nothing happens until a gate changes or a timer runs out.
             let next = [waiting.peek().map(|change| change.ms), net.next_due()];
             net.wait_until(next.into_iter().flatten().min().unwrap_or(end).min(end));
         }
@@ -201,7 +201,7 @@ fn batch(
     }
 }
 
-/// The places that are marked, in words.
+/// The marked places, as text.
 fn marks(net: &Simulation<'_>) -> String {
     let marked = |at: &usize| net.rules().is_marked(&net.now().state, *at);
     let all = (0..net.diagram().places.len()).filter(marked);
@@ -218,9 +218,9 @@ struct Screen<'a> {
     pages: Pages<'a>,
     step: Duration,
     runs: bool,
-    /// Which of the transitions that can fire is chosen.
+    /// Which of the transitions that can fire is selected.
     chosen: usize,
-    /// Whether a bell was rung for the deadlock that it stands in.
+    /// Whether the bell was rung for the current deadlock.
     told: bool,
 }
 
@@ -240,7 +240,7 @@ impl<'a> Screen<'a> {
         net: &mut Simulation<'_>,
         terminal: &mut DefaultTerminal,
     ) -> std::io::Result<()> {
-        // A picture for the eye: steps that are shorter are made several at a time.
+        // The time between two pictures. Several shorter steps are made at once.
         const FRAME: Duration = Duration::from_millis(40);
         loop {
             let (head, words) = self.words(net);
@@ -280,7 +280,7 @@ impl<'a> Screen<'a> {
         self.chosen = 0;
     }
 
-    /// What a key does to the net.
+    /// Applies a key to the net.
     fn pressed(&mut self, net: &mut Simulation<'_>, pressed: Pressed) {
         let count = net.firable().len();
         match pressed {
@@ -311,7 +311,7 @@ impl<'a> Screen<'a> {
         }
     }
 
-    /// What is said above and below the picture.
+    /// The texts above and below the picture.
     fn words(&self, net: &Simulation<'_>) -> (String, Vec<String>) {
         let diagram = net.diagram();
         let ms = net.now().ms;
@@ -391,7 +391,7 @@ mod tests {
         press(&mut screen, &mut net, "2 ");
         assert_eq!(net.now().fired, [2]);
         assert!(shown(&screen, &net).contains("│ ● │ C"));
-        // Back through the firing and the gates to the beginning.
+        // Step back through the firing and the gates to the beginning.
         for _ in 0..4 {
             screen.pressed(&mut net, Pressed::Back);
         }

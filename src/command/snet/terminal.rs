@@ -1,4 +1,4 @@
-//! A net on the whole terminal: pages, what is shown of them, and a line of words below.
+//! Shows a net on the whole terminal: its pages, the visible part, and a line of text below.
 
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
@@ -12,7 +12,7 @@ use scanbound::snet::picture::{Sheet, Spot, sheets};
 use std::io;
 use std::time::Duration;
 
-/// A net's pages with the one that is looked at.
+/// A net's pages, and which one is shown.
 pub struct Pages<'a> {
     diagram: &'a Diagram,
     sheets: Vec<Sheet>,
@@ -20,7 +20,7 @@ pub struct Pages<'a> {
     from: Spot,
 }
 
-/// What was pressed that is no matter of pages.
+/// A key that does not concern the pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pressed {
     /// The end.
@@ -29,17 +29,17 @@ pub enum Pressed {
     Key(char),
     /// Backspace.
     Back,
-    /// Nothing that matters here.
+    /// Any other key.
     Other,
 }
 
 impl<'a> Pages<'a> {
-    /// The pages of a net, the first one in view.
+    /// The pages of a net. The first one is shown.
     pub fn new(diagram: &'a Diagram) -> Pages<'a> {
         Pages { diagram, sheets: sheets(diagram), page: 0, from: Spot { x: 0, y: 0 } }
     }
 
-    /// Waits for a key as long as said; moves the picture by those that are for that.
+    /// Waits for a key for at most this time. Keys for moving the picture are handled here.
     pub fn pressed(&mut self, patience: Duration) -> io::Result<Option<Pressed>> {
         if !event::poll(patience)? {
             return Ok(None);
@@ -52,7 +52,7 @@ impl<'a> Pages<'a> {
         Ok(Some(self.key(key.code, control)))
     }
 
-    /// What a key means.
+    /// The meaning of a key.
     pub fn key(&mut self, code: KeyCode, control: bool) -> Pressed {
         let step = |from: i32, by: i32, most: i32| (from + by).clamp(0, most.max(0));
         let size = self.sheets.get(self.page).map_or(Spot { x: 0, y: 0 }, |sheet| sheet.size);
@@ -78,7 +78,7 @@ impl<'a> Pages<'a> {
         self.from = Spot { x: 0, y: 0 };
     }
 
-    /// Draws the page in view, with a heading above and words below.
+    /// Draws the current page with a heading above and text below.
     pub fn draw(&self, buffer: &mut Buffer, area: Rect, view: &View, head: &str, words: &[String]) {
         let below = u16::try_from(words.len()).unwrap_or(1);
         let rows = [Constraint::Length(1), Constraint::Min(3), Constraint::Length(below)];

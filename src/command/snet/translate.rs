@@ -8,7 +8,7 @@ use scanbound::snet::translate::{assignment, c200h, cx, gates, listing, melsec, 
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Make code of a net: emergency stops, transitions, boxes, timers and counters, in this order
+Generate code from a net: emergency stops, transitions, boxes, timers and counters, in this order
 
 Initial marks and arbiters are left out; `--initial first-scan` has the first scan put the marks in. `snet check` tells where \
 such code does something else than the net.";
@@ -28,24 +28,24 @@ pub struct Arguments {
     /// A net
     #[arg(value_name = "NET")]
     net: PathBuf,
-    /// What it becomes
+    /// The kind of code
     #[arg(long, value_enum, value_name = "TARGET")]
     to: To,
-    /// How the code comes by the initial marks
+    /// How the code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// Give relays and numbers to what has none
+    /// Assign relays and numbers to elements without one
     #[arg(long)]
     assign: bool,
-    /// Of what c200h prints, only this
+    /// Print only this part of the c200h output
     #[arg(long, value_enum, value_name = "PART")]
     only: Option<Part>,
-    /// Where it is written
+    /// The output file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// What a net becomes.
+/// The kinds of code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum To {
     /// The C200H's list, with the lists of gates and addresses
@@ -58,14 +58,14 @@ enum To {
     Plcopen,
 }
 
-/// A part of what is printed.
+/// A part of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Part {
     /// The list of instructions
     Code,
-    /// Which gates each transition has
+    /// The gates of each transition
     Gates,
-    /// Which address each element has
+    /// The address of each element
     Addresses,
 }
 

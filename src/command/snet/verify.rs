@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Hold code against a net: whether every relay, timer and counter gets what the net's own code gives it
+Check code against a net: whether every relay, timer and counter gets the same values as in the code generated from the net
 
 The code is a list of the C200H, of CX-Programmer or of MELSEC-Q and L. Each value is compared as a function of the relays when the scan starts, \
 so code that is written otherwise may do the same. Where it does not, the line is told, and values of relays that show it.";
@@ -34,18 +34,18 @@ pub struct Arguments {
     /// Code: a list of the C200H, mnemonics of CX-Programmer, or a list of MELSEC-Q and L
     #[arg(value_name = "CODE")]
     code: PathBuf,
-    /// How the code comes by the initial marks
+    /// How the code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// Give relays and numbers to what has none, as translate does
+    /// Assign relays and numbers to elements without one, as translate does
     #[arg(long)]
     assign: bool,
-    /// Where it is written
+    /// The output file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// Compares.
+/// Compares the code with the net's.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net, &arguments.code], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
@@ -70,7 +70,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     if differences.is_empty() {
-        let _ = writeln!(text, "{name} does in every scan what the code of {} does", diagram.file);
+        let _ = writeln!(
+            text,
+            "in every scan, {name} does the same as the code generated from {}",
+            diagram.file
+        );
     }
     target.write(&text)?;
     Ok(if differences.is_empty() { Outcome::Done } else { Outcome::Refuted })

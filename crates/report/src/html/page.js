@@ -120,7 +120,7 @@ function unknowns() {
   }
   const trusted = report.assumptions || [];
   if (trusted.length) {
-    section("assumptions", "What is trusted: nobody but the program writes these",
+    section("assumptions", "What is trusted: only the program writes these",
       first(12, ["what", "range", "written by", ">bound without"], trusted.map((one) => () => [
         one.name, one.range ? one.range.join(" to ") : one.most_on > 1 ? "never all on" : one.most_on === 0 ? "off in the first scan" : "never two on",
         one.written.slice(0, 3).map((at) => place(at)).join(", ") + (one.written.length > 3 ? ", ..." : ""),

@@ -78,8 +78,8 @@ pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
                 .to_owned(),
         );
     }
-    let title = "What is trusted: nobody but the program writes these (--trust none does without)"
-        .to_owned();
+    let title =
+        "What is trusted: only the program writes these (--trust none does without)".to_owned();
     let order = if audit.what_if.is_some() { ", the dearest first" } else { "" };
     list(&(title + order), &lines, extent)
 }
@@ -107,7 +107,7 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
         None if one.most == 0 => {
             let names = one.name();
             format!(
-                "in the first scan, before which memory was cleared, these are off: {names}: written by {by}{without}"
+                "in the first scan, because memory was cleared before it, these are off: {names}: written by {by}{without}"
             )
         }
         None if one.most != 1 => {
