@@ -96,6 +96,8 @@ pub enum Fact {
     AllClear,
     /// The order in which a chart's actions run.
     ActionOrder(ActionOrder),
+    /// Drawn conditions of charts read what their blocks gave in the last scan.
+    DrawnLastScan,
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The routine.
@@ -201,6 +203,7 @@ impl Fact {
             .chain(facts.download.then_some(Fact::Download))
             .chain(facts.all_clear.then_some(Fact::AllClear))
             .chain(facts.action_order.map(Fact::ActionOrder))
+            .chain(facts.drawn_last_scan.then_some(Fact::DrawnLastScan))
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.stops_on_error.map(Fact::StopsOnError))
@@ -273,6 +276,9 @@ impl fmt::Display for Fact {
             ),
             Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
                 "actions run in the order of their names, those that end first",
+            ),
+            Fact::DrawnLastScan => f.write_str(
+                "drawn conditions of charts read what their blocks gave in the last scan",
             ),
             Fact::Interrupts { name, times, every: Some(every) } => {
                 write!(f, "{name} occurs every {every}: at most {times} times in a scan")

@@ -7,8 +7,8 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Witness};
-use scanbound_replay::RealRun;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
+use scanbound_replay::{RealRun, StopReason, Stopped};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
@@ -53,12 +53,14 @@ struct Plan {
 
 /// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
 /// sequences leads there. If the last scan takes longer, it becomes the longest scan found.
+/// Where the program alone writes and an error stops the CPU in each run that is tried, no scan is known to be possible.
 pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<RunScan> {
     let (program, limits) = (search.program, search.limits);
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
     let outside = Outside::of(program);
     let overhead = prices.overhead_sum();
     let mut executed = 0;
+    let mut errors = Some(Vec::new());
     // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
     for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
@@ -76,12 +78,17 @@ pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<
         let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
         let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
+        let stopped = runs.iter().map(|run| run.error.clone()).collect::<Option<Vec<Stopped>>>();
+        errors = errors.zip(stopped).map(|(all, more)| [all, more].concat());
         if let Some(run) = runs.into_iter().find(|run| run.last.is_some()) {
             if let Some((last, start)) = run.last {
                 found.replace(last, start);
             }
             return told(program, overhead, run.scans);
         }
+    }
+    if let Some(error) = errors.into_iter().flatten().next() {
+        found.ends_in(error);
     }
     Vec::new()
 }
@@ -158,6 +165,8 @@ struct Simulated {
     last: Option<(RealRun, Witness)>,
     /// The number of executed instructions.
     executed: u64,
+    /// Where an error ends it.
+    error: Option<Stopped>,
 }
 
 impl Simulation<'_> {
@@ -236,6 +245,7 @@ impl Simulation<'_> {
         let scan = run.scan(given, MOST_OF_ONE - done.executed);
         done.executed += scan.replay.events.len() as u64;
         if !scan.is_possible() {
+            done.error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
             return false;
         }
         let took = scan.replay.total;
@@ -246,7 +256,9 @@ impl Simulation<'_> {
             // The random values of this scan cannot be shown in a report.
             return false;
         }
-        let leads_there = took >= best;
+        // Where it is not followed to its end, an error may be what ends it.
+        let program = self.outside.program();
+        let leads_there = took >= best && (scan.stopped.is_none() || program.errors.is_empty());
         if leads_there {
             let choices = given.choices.clone();
             let start = Witness { start: run.started(), choices, ..Witness::default() };

@@ -10,7 +10,7 @@ use scanbound_model::groups::{groups, unused_constraints, witness};
 use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
-use scanbound_replay::{FreeValues, RealRun, StopReason, real};
+use scanbound_replay::{FreeValues, RealRun, StopReason, Stopped, real};
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
@@ -67,6 +67,13 @@ impl RunResults {
             self.best.replay.events.clear();
         }
         self
+    }
+
+    /// Lets no time stand, since an error stops the CPU before any scan that takes so long.
+    pub(super) fn ends_in(&mut self, error: Stopped) {
+        self.best.stopped = Some(error);
+        self.best.replay.total = Picos::ZERO;
+        self.best.replay.events.clear();
     }
 
     /// Keeps a run that takes longer than the best so far.

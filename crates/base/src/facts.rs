@@ -75,6 +75,9 @@ pub struct Facts {
     pub all_clear: bool,
     /// The order in which a chart's actions are executed in one scan, if known.
     pub action_order: Option<ActionOrder>,
+    /// Whether the blocks of conditions that are drawn in charts are executed in each scan, and the conditions read what these
+    /// gave in the last one.
+    pub drawn_last_scan: bool,
     /// The positions of these facts in the facts file.
     pub places: Places,
 }

@@ -79,6 +79,9 @@ impl Assembler {
                 low
             }
             O::Divide | O::Modulo if words <= 2 => {
+                // Processors stop at the lowest value divided by -1, as at 0, or give something else.
+                let lowest = super::open::beyond(O::Divide, kind, &left, &right);
+                lowest.into_iter().for_each(|lowest| self.stops_where(lowest));
                 let inputs = vec![Input::Number(left), Input::Number(right)];
                 let operation = Operation::DivideJoined { signed: kind.is_signed() };
                 let both = self.worked_out(2 * words, Some((operation, inputs, 2 * words)));

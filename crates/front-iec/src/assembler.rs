@@ -157,6 +157,11 @@ impl Assembler {
         BETWEEN.contains(&cell.area)
     }
 
+    /// Whether a cell is a bit.
+    pub(super) fn is_bit(cell: Cell) -> bool {
+        [VARIABLES[0], HIDDEN[0], BETWEEN[0]].contains(&cell.area)
+    }
+
     /// A bit for a value between.
     pub(super) fn bit_between(&mut self) -> Cell {
         self.between[0] += 1;
@@ -215,7 +220,7 @@ impl Assembler {
         Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
     }
 
-    /// When a controller stops where it works something out: at a divisor of zero, and at an element that is not there.
+    /// When a controller stops where it works something out: at a divisor of zero.
     fn error_of(&self, meaning: &Meaning) -> Option<Logic> {
         let divisor = match (&meaning.operation, &meaning.inputs[..]) {
             (Operation::Real(Arithmetic::Divide), [_, Input::Number(divisor)]) => {
@@ -223,7 +228,7 @@ impl Assembler {
                 let size = Box::new(Number::Words(size));
                 Some(is_zero(&Number::And(Box::new(divisor.clone()), size)))
             }
-            (Operation::DivideJoined { .. } | Operation::Copy, _) => meaning.operand_error(),
+            (Operation::DivideJoined { .. }, _) => meaning.operand_error(),
             _ => None,
         };
         divisor.filter(|_| self.stops_on_error)
@@ -232,9 +237,14 @@ impl Assembler {
     /// Notes that the controller stops here where this holds.
     pub(super) fn stops_where(&mut self, error: Logic) {
         if self.stops_on_error {
-            let at = self.builder.add(None, Vec::new(), Step::Nothing);
-            self.program().errors.insert(at, error);
+            self.not_followed_where(error);
         }
+    }
+
+    /// Notes that no run is followed from here on where this holds: memory may be destroyed, if the controller goes on.
+    pub(super) fn not_followed_where(&mut self, error: Logic) {
+        let at = self.builder.add(None, Vec::new(), Step::Nothing);
+        self.program().errors.insert(at, error);
     }
 
     /// Any number, and why.

@@ -9,13 +9,15 @@ use super::statement::ENDS_CHART;
 use super::turns;
 use super::types::{Ty, lineage};
 use super::value::Value;
+use scanbound_base::code::Code;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::ast::{Kind as Statements, Path, Statement};
-use scanbound_iec::chart::{Chart, Target};
+use scanbound_iec::chart::{COMPUTED, Chart, Target};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, Section, same};
-use scanbound_ir::{Cell, Logic, Step, Tag};
+use scanbound_ir::{Cell, Logic, Region, Step, Tag, Write};
+use std::collections::BTreeSet;
 
 /// A Boolean variable that may stay as it is where nothing switches its action.
 struct Kept {
@@ -126,20 +128,25 @@ impl Emit<'_> {
     fn evolve(&mut self, at: &Context, chart: &Chart, memory: &Memory) {
         let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
         self.write(none);
+        let mut entering = vec![Vec::new(); chart.steps.len()];
+        let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
         for (number, one) in chart.transitions.iter().enumerate() {
             let text = format!("TRANSITION {}", chart.transition_name(number));
             self.at(one.line, &text);
             let from = self.builder.next();
-            let rivals = (0..number).filter(|&other| {
+            let before = one.from.iter().flat_map(|&step| &leaving[step]);
+            let before: BTreeSet<usize> = before.copied().collect();
+            let rivals = before.into_iter().filter(|&other| {
                 let other = &chart.transitions[other];
                 let has_priorities = one.has_priority && other.has_priority;
-                other.from.iter().any(|step| one.from.contains(step))
-                    && (has_priorities || !self.all_clear)
+                has_priorities || !self.all_clear
             });
             let steps = one.from.iter().map(|&step| Logic::cell(memory.steps[step]));
             let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
             let enabled = all(steps.chain(rivals));
             let enabled = self.keep_bit(enabled);
+            one.from.iter().for_each(|&step| leaving[step].push(number));
+            one.to.iter().for_each(|&step| entering[step].push(number));
             let key = Assembler::key(&["TRANSITION"], "nothing");
             self.builder.add(Some(key), Vec::new(), Step::Act { fires: enabled.clone() });
             let skip = self.jump(enabled.not(), None);
@@ -166,14 +173,10 @@ impl Emit<'_> {
             self.landing();
             self.counted_part(from, one.line, &text, 1);
         }
-        let clear = |which: &dyn Fn(usize) -> bool| {
-            let own = (0..memory.clears.len()).filter(|&at| which(at));
-            any(own.map(|at| Logic::cell(memory.clears[at])))
-        };
+        let clear = |which: &[usize]| any(which.iter().map(|&at| Logic::cell(memory.clears[at])));
         self.times_of_entered(chart, memory);
         let moves = memory.steps.iter().enumerate().map(|(step, &cell)| {
-            let entered = clear(&|at| chart.transitions[at].to.contains(&step));
-            let left = clear(&|at| chart.transitions[at].from.contains(&step));
+            let (entered, left) = (clear(&entering[step]), clear(&leaving[step]));
             set(cell, any([entered, all([Logic::cell(cell), left.not()])]))
         });
         let moves = moves.collect();
@@ -325,6 +328,7 @@ impl Emit<'_> {
         let returned = name.and_then(|what| self.returned(at.instance, &what));
         let Some(returned) = returned else {
             self.carried_out(at, path, runs, line);
+            self.open_computed(at, pou, path, line);
             return None;
         };
         self.write(vec![set(returned, Logic::Const(false))]);
@@ -335,6 +339,49 @@ impl Emit<'_> {
         self.land(goes_on);
         self.landing();
         None
+    }
+
+    /// Lets what the blocks of drawn conditions give be any value, unless the user states when they are executed: some controllers
+    /// execute them in each scan, others where they evaluate the condition.
+    fn open_computed(&mut self, at: &Context, pou: &Pou, path: &Path, line: u32) {
+        let is_drawn = matches!(&pou.body, Body::Chart(chart) if chart.span.is_some());
+        if !is_drawn || self.drawn_last_scan || path.as_name() != Some(COMPUTED) {
+            return;
+        }
+        let own = pou.actions.iter().find(|one| one.name == COMPUTED);
+        let Some(Body::Code(_, statements)) = own.map(|one| &one.body) else { return };
+        let choice = self.builder.choice();
+        let mut any = Vec::new();
+        for one in statements {
+            let (Statements::Assign(target, _)
+            | Statements::Call(target, _)
+            | Statements::CallIf(_, target, _)) = &one.kind
+            else {
+                continue;
+            };
+            let Ok(Found::Place(place)) = self.find(at, target, line) else { continue };
+            if matches!(place.ty, Ty::Block(..)) {
+                let what = format!(
+                    "{}: controllers execute a function block in a drawn condition in each scan, or where they evaluate the condition",
+                    place.name
+                );
+                let help = "state [sfc] drawn_conditions = \"last-scan\" for the first (Beremiz, OpenPLC), or call it in an action";
+                let fault = Fault::new(line, what).code(Code::NotModelled).help(help);
+                self.faults.push((self.file, fault));
+            }
+            // What a timer remembers is not read by others.
+            let outputs = ["Q", "ET"].map(|name| Self::part(&place, name)).into_iter().flatten();
+            let regions: Vec<Region> = match place.ty {
+                Ty::Standard("TON" | "TOF" | "TP", _) => {
+                    outputs.flat_map(|part| part.tag.regions()).collect()
+                }
+                _ => place.tag.regions(),
+            };
+            any.extend(regions.into_iter().map(|region| Write::Havoc(region, choice)));
+        }
+        let at = self.write(any);
+        let why = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: the result may be any (state [sfc] drawn_conditions)";
+        self.program().approximate(at, why);
     }
 
     /// Whether a variable of the unit, or a global one, begins with FALSE.

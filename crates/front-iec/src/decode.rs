@@ -3,16 +3,15 @@
 use super::assembler::Assembler;
 use super::declared;
 use super::emit::{Emit, Place, What};
-use super::first_values::{self, Begins, FirstValue};
+use super::first_values::{self, First, FirstValue};
 use super::refer;
 use super::references::References;
 use super::resolve::full_name;
-use super::types::{Ty, is_elementary, lineage};
+use super::types::{Ty, lineage};
 use super::within::calls;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
-use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Task, TypeRef, Variable, same};
 use scanbound_iec_tree::constants::Scope;
@@ -109,6 +108,7 @@ fn emitted(
     emit.all_clear = asked.facts.all_clear;
     emit.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     emit.action_order = asked.facts.action_order;
+    emit.drawn_last_scan = asked.facts.drawn_last_scan;
     emit.others_write = asked.others_write;
     emit.calls.clone_from(&asked.facts.calls);
     emit.stated_turns.clone_from(&asked.facts.counts);
@@ -123,7 +123,7 @@ fn emitted(
     emit.tasks = tasks.len();
     let mut entries = Vec::new();
     let mut main = 0..0;
-    let (mut first, mut image) = (None, None);
+    let (mut first, mut image, mut constants) = (None, None, None);
     for (number, task) in tasks.iter().enumerate() {
         entries.push(emit.builder.next());
         // Of several tasks it is not told which one begins.
@@ -131,6 +131,7 @@ fn emitted(
             first = emit.first_scan();
         }
         if number == 0 {
+            constants = emit.begin_constants();
             image = emit.begin_image(project);
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
@@ -159,6 +160,7 @@ fn emitted(
     let located = super::address::located(emit);
     let shared = merged(super::address::share(emit, &located, &given_back));
     emit.begin_shared(image, &located);
+    emit.give_constants(constants);
     let instances = emit.instances.iter().map(|one| one.place.clone());
     let all: Vec<Place> = instances.chain(emit.globals.values().cloned()).collect();
     emit.bound_bytes(&located, &all);
@@ -383,7 +385,8 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
     };
     let mut values = Vec::new();
     let project = emit.project;
-    let given = gives_parts_apart(project);
+    // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
+    let given = emit.gives_parts;
     let of_instances = |pou: usize| !given || project.pous[pou].kind == PouKind::Program;
     let instances: Vec<(usize, Place)> = emit
         .instances
@@ -529,35 +532,26 @@ fn latch_within(emit: &Emit<'_>, known: &mut PowerUp, globals: &BTreeMap<String,
     }
 }
 
-/// Takes note of the value with which a variable begins; that value, if it is another one than 0.
+/// Takes note of what a variable begins with; the values that are others than 0.
 fn starts(
     emit: &Emit<'_>,
     known: &mut PowerUp,
     (variable, scope): (&Variable, &Scope<'_>),
     place: &Place,
-) -> Option<FirstValue> {
+) -> Vec<FirstValue> {
     if variable.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
         known.inputs.extend(place.tag.regions());
-        return None;
+        return Vec::new();
     }
-    let regions = place.tag.regions();
     if variable.retain {
-        known.latched.extend(regions.iter().copied());
+        known.latched.extend(place.tag.regions());
     }
-    match emit.begins_with(variable, place, scope)? {
-        Begins::Value(value) => return Some(value),
-        Begins::Zero => {}
+    if first_values::is_given(variable) {
+        return Vec::new();
     }
-    // Whether a falling edge is seen in the first call, controllers differ.
-    let first = match &place.ty {
-        Ty::Standard("F_TRIG", _) => Emit::part(place, "was").map(|was| was.tag.regions()),
-        _ => None,
-    };
-    if first.unwrap_or_default().is_empty() {
-        known.cleared.extend(regions);
-        return None;
-    }
-    let parts = ["CLK", "Q"].into_iter().filter_map(|name| Emit::part(place, name));
-    known.cleared.extend(parts.flat_map(|part| part.tag.regions()));
-    None
+    let mut values = emit.first_values(variable, place, scope);
+    let zeros = values.extract_if(.., |one| one.first == First::Zero);
+    known.cleared.extend(zeros.flat_map(|one| one.regions));
+    values.retain(|one| one.first != First::Unknown);
+    values
 }

@@ -3,13 +3,13 @@
 use super::assembler::{Assembler, VARIABLES};
 pub(super) use super::references::{Place, References};
 use super::tally::Tally;
-use super::types::{Extent, Ty, Types, first_name, is_elementary, layout};
+use super::types::{Extent, Ty, Types, first_name, layout};
 use super::value::Value;
 use scanbound_base::code::Code;
 use scanbound_base::facts::{ActionOrder, StatedCall};
 use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{Pou, Project, Variable};
+use scanbound_iec::{Pou, PouKind, Project, TypeRef, Variable, same};
 use scanbound_ir::{Area, AreaKind, Cell, Logic, Program, Radix, Role, Step, Tag};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
@@ -63,7 +63,7 @@ pub(super) struct Emit<'p> {
     pub(super) references: References,
     /// Whether variables have to lie in the same places the next time.
     keeps_places: bool,
-    /// Whether a declaration gives an instance or a structure values for its parts.
+    /// Whether a declaration gives values to the variables of an instance of the project's blocks.
     pub(super) gives_parts: bool,
     /// How many tasks there are.
     pub(super) tasks: usize,
@@ -77,6 +77,8 @@ pub(super) struct Emit<'p> {
     pub(super) all_clear: bool,
     /// In which order charts carry out actions, as the user states.
     pub(super) action_order: Option<ActionOrder>,
+    /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.
+    pub(super) drawn_last_scan: bool,
     /// Whether others than the program may write variables.
     pub(super) others_write: bool,
     /// What is stated of units whose bodies are not there, by name as [`scanbound_base::facts::plain`] has it.
@@ -122,6 +124,7 @@ impl<'p> Emit<'p> {
             begins_with_more: false,
             all_clear: false,
             action_order: None,
+            drawn_last_scan: false,
             others_write: true,
             calls: BTreeMap::new(),
             stated_turns: BTreeMap::new(),
@@ -232,12 +235,31 @@ impl DerefMut for Emit<'_> {
     }
 }
 
-/// Whether a declaration gives an instance or a structure values for its parts.
+/// Whether a declaration gives values to the variables of an instance of the project's blocks.
 fn gives_parts(project: &Project) -> bool {
     let gives = |one: &Variable| {
-        !is_elementary(one) && !matches!(one.initial, None | Some(Expr::Literal(_)))
+        !matches!(one.initial, None | Some(Expr::Literal(_))) && holds_block(project, &one.of)
     };
-    let units = project.pous.iter().map(|pou| &pou.variables);
+    let parts = project.types.iter().filter_map(|one| match &one.of {
+        TypeRef::Struct(parts) => Some(parts),
+        _ => None,
+    });
+    let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
     let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
     all.any(gives)
+}
+
+/// Whether variables of a type are, or hold, instances of the project's blocks.
+fn holds_block(project: &Project, of: &TypeRef) -> bool {
+    match of {
+        TypeRef::Named(name) => {
+            let is_block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
+            let own = project.types.iter().find(|one| same(&one.name, name));
+            project.pous.iter().any(is_block)
+                || own.is_some_and(|own| holds_block(project, &own.of))
+        }
+        TypeRef::Array(_, of) => holds_block(project, of),
+        TypeRef::Struct(parts) => parts.iter().any(|one| holds_block(project, &one.of)),
+        _ => false,
+    }
 }

@@ -1,108 +1,363 @@
-//! What variables hold before the first scan, as they are declared: 0, or another constant; a bit that is on then is turned on as
-//! the first scan begins. That is told of what the program writes: what it only reads is a parameter that somebody else may set.
+//! What variables begin with before the first scan, as they are declared, and what constants hold in every scan.
 
 use super::assembler::Assembler;
 use super::emit::{Emit, Place};
-use super::types::{Kind, Ty, is_elementary};
+use super::types::{Kind, Ty, elementary, holding, lineage};
 use super::value::{real, within};
-use scanbound_iec::ast::{Expr, Literal};
-use scanbound_iec::{Project, TypeRef, Variable, same};
+use scanbound_front::builder::always;
+use scanbound_iec::ast::{Argument, Expr, Literal};
+use scanbound_iec::parse::{CONSTRUCTED, LISTED};
+use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
 use scanbound_iec_tree::constants::Scope;
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, When, WordSource,
-    Write, flow,
+    WordTarget, Write, flow,
 };
 
 /// The name of the bit that is on in the first scan alone.
 pub(super) const FIRST_SCAN: &str = "first scan";
 
-/// A variable and its first value, which is not 0: a bit that is on, or words.
-pub(super) struct FirstValue {
-    region: Region,
-    cell: Cell,
-    words: Option<Number>,
-}
+/// More elements of an array are not looked at one by one.
+const MOST_ELEMENTS: usize = 20_000;
 
-/// The first value of a variable: its words, or nothing for a bit that is on.
-pub(super) fn first_value(region: Region, cell: Cell, words: Option<Number>) -> FirstValue {
-    FirstValue { region, cell, words }
-}
+/// How many constants may refer to each other in a row.
+const DEPTH: u32 = 100;
 
-/// What is known of the value with which a variable begins.
-pub(super) enum Begins {
+/// What a variable, or a part of one, begins with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum First {
     Zero,
-    Value(FirstValue),
+    /// A bit that is on.
+    On(Cell),
+    /// A number that is not 0, from this cell on.
+    Words(Cell, Number),
+    /// Something that is not worked out.
+    Unknown,
+}
+
+/// A variable without parts, or several of one value: where they lie, and what they begin with.
+pub(super) struct FirstValue {
+    pub(super) regions: Vec<Region>,
+    pub(super) first: First,
+}
+
+/// The first value of a variable that is not 0: its words, or nothing for a bit that is on.
+pub(super) fn first_value(region: Region, cell: Cell, words: Option<Number>) -> FirstValue {
+    let first = words.map_or(First::On(cell), |words| First::Words(cell, words));
+    FirstValue { regions: vec![region], first }
+}
+
+/// A declaration: the type, what is written as initial value, if anything, and what hides global names in that.
+#[derive(Clone, Copy)]
+struct Declared<'e> {
+    of: &'e TypeRef,
+    initial: Option<&'e Expr>,
+    scope: &'e Scope<'e>,
 }
 
 impl Emit<'_> {
-    /// With what a variable begins, if that is known; `scope`: what hides global names where it is declared.
-    pub(super) fn begins_with(
+    /// What a variable and its parts begin with; `scope`: what hides global names where it is declared. Nothing is said of
+    /// text, nor of what stands in instances of the project's blocks.
+    pub(super) fn first_values(
         &self,
         variable: &Variable,
         place: &Place,
         scope: &Scope<'_>,
-    ) -> Option<Begins> {
-        let initial = variable.initial.as_ref();
-        let constant = |one: &Expr| self.types.constants.number(one, scope);
-        if let (Ty::Standard(..), None) = (&place.ty, initial) {
-            return Some(Begins::Zero);
+    ) -> Vec<FirstValue> {
+        let mut found = Vec::new();
+        let declared = Declared { of: &variable.of, initial: variable.initial.as_ref(), scope };
+        self.firsts(place, declared, &mut found);
+        found
+    }
+
+    fn firsts(&self, place: &Place, declared: Declared<'_>, found: &mut Vec<FirstValue>) {
+        let (declared, is_open) = self.underlying(declared);
+        let all = |first| FirstValue { regions: place.tag.regions(), first };
+        match &place.ty {
+            Ty::Bit | Ty::Number(_) => {
+                // Whether a subrange begins with 0 or its lowest value, controllers differ.
+                let is_known = declared.initial.is_some() || !is_open;
+                let known = is_known.then(|| self.single(&place.ty, declared)).flatten();
+                let first = match (known, place.tag.cell(), &place.ty) {
+                    (Some(Single::Zero), ..) => First::Zero,
+                    (Some(Single::On), Some(cell), _) => First::On(cell),
+                    (Some(Single::Number(number)), Some(cell), _) => First::Words(cell, number),
+                    _ => First::Unknown,
+                };
+                found.push(all(first));
+            }
+            Ty::Reference(..) => {
+                let first = declared.initial.map_or(First::Zero, |_| First::Unknown);
+                found.push(all(first));
+            }
+            Ty::Text(_) | Ty::Block(..) => {}
+            Ty::Array { dimensions, of } => {
+                let known = self.first_elements(place, (dimensions, of), declared);
+                match known {
+                    Some(known) => found.extend(known),
+                    None => found.push(all(First::Unknown)),
+                }
+            }
+            Ty::Parts(_) => {
+                let (TypeRef::Struct(parts), Some(given)) =
+                    (declared.of, given(declared.initial, CONSTRUCTED))
+                else {
+                    return found.push(all(First::Unknown));
+                };
+                for one in parts {
+                    let Some(part) = Self::part(place, &one.name) else { continue };
+                    let own = given.iter().find(|own| is_for(own, &one.name));
+                    let (initial, scope) = match own {
+                        Some(own) => (Some(&own.value), declared.scope),
+                        None => (one.initial.as_ref(), &[] as &Scope<'_>),
+                    };
+                    self.firsts(&part, Declared { of: &one.of, initial, scope }, found);
+                }
+            }
+            Ty::Standard(name, parts) => {
+                let Some(given) = given(declared.initial, CONSTRUCTED) else {
+                    return found.push(all(First::Unknown));
+                };
+                for (own, ty) in parts.iter() {
+                    let Some(part) = Self::part(place, own) else { continue };
+                    let initial = given.iter().find(|one| is_for(one, own)).map(|one| &one.value);
+                    // Whether a falling edge is seen in the first call, controllers differ.
+                    let first = match (*name, own.as_str(), initial) {
+                        ("F_TRIG", "was", _) => First::Unknown,
+                        (.., None) => First::Zero,
+                        (.., Some(_)) => {
+                            let known = self.single(ty, Declared { initial, ..declared });
+                            match (known, part.tag.cell()) {
+                                (Some(Single::Zero), _) => First::Zero,
+                                (Some(Single::On), Some(cell)) => First::On(cell),
+                                (Some(Single::Number(number)), Some(cell)) => {
+                                    First::Words(cell, number)
+                                }
+                                _ => First::Unknown,
+                            }
+                        }
+                    };
+                    found.push(FirstValue { regions: part.tag.regions(), first });
+                }
+            }
         }
-        if !is_elementary(variable) && !self.is_enumeration(&variable.of) {
+    }
+
+    /// What the elements of an array begin with, if they can be looked at.
+    fn first_elements(
+        &self,
+        place: &Place,
+        (dimensions, of): (&[(i64, i64)], &Ty),
+        declared: Declared<'_>,
+    ) -> Option<Vec<FirstValue>> {
+        let TypeRef::Array(_, inner) = declared.of else { return None };
+        let values = given(declared.initial, LISTED)?;
+        let element = |numbers: &[i64]| {
+            let tag = numbers.iter().try_fold(place.tag.clone(), |tag, at| tag.element(*at))?;
+            Some(Place { name: format!("{}[{numbers:?}]", place.name), tag, ty: of.clone() })
+        };
+        let mut numbers: Vec<i64> = dimensions.iter().map(|(low, _)| *low).collect();
+        let plain = Declared { of: inner, initial: None, scope: &[] };
+        let mut first = Vec::new();
+        self.firsts(&element(&numbers)?, plain, &mut first);
+        let are_all = |value: &First| first.iter().all(|one| one.first == *value);
+        if values.is_empty() && !first.is_empty() && are_all(&First::Zero) {
+            return Some(vec![FirstValue { regions: place.tag.regions(), first: First::Zero }]);
+        }
+        let mut counts = dimensions.iter().map(|(low, high)| usize::try_from(high - low + 1).ok());
+        let count = counts.try_fold(1_usize, |all, count| all.checked_mul(count?))?;
+        // Lists within the list, for several dimensions, are not told apart from values of elements.
+        let is_nested = |one: &Argument| given(Some(&one.value), LISTED).is_some();
+        if count > MOST_ELEMENTS
+            || values.len() > count
+            || (dimensions.len() > 1 && values.iter().any(is_nested))
+        {
             return None;
         }
-        let cell = place.tag.cell()?;
-        let words = match &place.ty {
-            Ty::Bit => {
-                let on = match initial {
-                    None => false,
-                    Some(Expr::Literal(Literal::Bool(on))) => *on,
-                    Some(other) => constant(other)? != 0,
-                };
-                if !on {
-                    return Some(Begins::Zero);
+        let mut found = Vec::new();
+        for at in 0..count {
+            let initial = values.get(at).map(|one| &one.value);
+            let scope = if initial.is_some() { declared.scope } else { &[] };
+            let one = Declared { of: inner, initial, scope };
+            self.firsts(&element(&numbers)?, one, &mut found);
+            // The last index runs fastest.
+            for (number, (low, high)) in numbers.iter_mut().zip(dimensions).rev() {
+                *number += 1;
+                if *number <= *high {
+                    break;
                 }
-                None
+                *number = *low;
             }
-            Ty::Number(kind) => {
-                let number = match (kind, initial) {
-                    (Kind::Whole { bits: ..=32, .. }, None) => {
-                        let first = self.types.first_named(&variable.of);
-                        within(*kind, if is_elementary(variable) { 0 } else { first? })
+        }
+        Some(found)
+    }
+
+    /// The type behind the names of types, with the initial value that they give; and whether it is a subrange that does not
+    /// begin with 0.
+    fn underlying<'e>(&'e self, declared: Declared<'e>) -> (Declared<'e>, bool) {
+        let mut found = declared;
+        let mut is_open = false;
+        for _ in 0..DEPTH {
+            match found.of {
+                TypeRef::Named(name) if elementary(name).is_none() => {
+                    let own = self.project.types.iter().find(|one| same(&one.name, name));
+                    let Some(own) = own else { break };
+                    if let (None, Some(initial)) = (found.initial, &own.initial) {
+                        (found.initial, found.scope) = (Some(initial), &[]);
                     }
-                    (Kind::Real | Kind::Time | Kind::Whole { .. }, None) => within(*kind, 0),
-                    (Kind::Whole { bits: ..=32, .. }, Some(initial)) => {
-                        within(*kind, constant(initial)?)
-                    }
-                    (Kind::Real, Some(Expr::Literal(Literal::Real(text, _)))) => real(text)?,
-                    (Kind::Real, Some(Expr::Literal(Literal::Int(value, _)))) => {
-                        real(&value.to_string())?
-                    }
-                    (Kind::Time, Some(Expr::Literal(Literal::Time(time)))) => {
+                    found.of = &own.of;
+                }
+                TypeRef::Subrange(of, range) => {
+                    is_open |= self.types.constants.number(&range.0, found.scope) != Some(0);
+                    found.of = of;
+                }
+                _ => break,
+            }
+        }
+        (found, is_open)
+    }
+
+    /// What a variable without parts begins with, if it is known.
+    fn single(&self, ty: &Ty, declared: Declared<'_>) -> Option<Single> {
+        let Declared { of, initial, scope } = declared;
+        let number = match (ty, initial) {
+            (Ty::Bit, None) => return Some(Single::Zero),
+            (Ty::Bit, Some(initial)) => {
+                let on = match self.constant_literal(initial, scope, 0) {
+                    Some((Literal::Bool(on), negated)) => *on != negated,
+                    _ => self.types.constants.number(initial, scope)? != 0,
+                };
+                return Some(if on { Single::On } else { Single::Zero });
+            }
+            (Ty::Number(kind @ Kind::Whole { .. }), _) => {
+                let value = match initial {
+                    Some(initial) => self.types.constants.number(initial, scope)?,
+                    None if matches!(of, TypeRef::Enumeration(..)) => self.types.first_named(of)?,
+                    None => 0,
+                };
+                (holding(*kind, value) == *kind).then(|| within(*kind, value))?
+            }
+            (Ty::Number(Kind::Real | Kind::Time), None) => return Some(Single::Zero),
+            (Ty::Number(Kind::Real), Some(initial)) => match self.constant_literal(initial, scope, 0)? {
+                (Literal::Real(text, _), negated) => real(&signed(text, negated))?,
+                (Literal::Int(value, _), negated) => real(&signed(&value.to_string(), negated))?,
+                _ => return None,
+            },
+            (Ty::Number(kind @ Kind::Time), Some(initial)) => {
+                match self.constant_literal(initial, scope, 0)? {
+                    (Literal::Time(time), false) if time % 1_000_000 == 0 => {
                         let ms = i32::try_from(time / 1_000_000).ok()?;
-                        (time % 1_000_000 == 0).then(|| within(*kind, ms.into()))?
+                        within(*kind, ms.into())
                     }
                     _ => return None,
-                };
-                if number == within(*kind, 0) {
-                    return Some(Begins::Zero);
                 }
-                Some(number)
             }
             _ => return None,
         };
-        let region = *place.tag.regions().first()?;
-        Some(Begins::Value(FirstValue { region, cell, words }))
+        let Ty::Number(kind) = ty else { return None };
+        Some(if number == within(*kind, 0) { Single::Zero } else { Single::Number(number) })
     }
 
-    fn is_enumeration(&self, of: &TypeRef) -> bool {
-        match of {
-            TypeRef::Enumeration(..) => true,
-            TypeRef::Named(name) => {
-                let own = self.project.types.iter().find(|one| same(&one.name, name));
-                own.is_some_and(|own| matches!(own.of, TypeRef::Enumeration(..)))
+    /// The literal that an expression is, or that constants lead to, and whether a sign or NOT stands before it.
+    fn constant_literal<'e>(
+        &'e self,
+        one: &'e Expr,
+        scope: &Scope<'e>,
+        depth: u32,
+    ) -> Option<(&'e Literal, bool)> {
+        let deeper = |one: &'e Expr, scope: &Scope<'e>| {
+            (depth < DEPTH).then(|| self.constant_literal(one, scope, depth + 1))?
+        };
+        match one {
+            Expr::Literal(literal) => Some((literal, false)),
+            Expr::Negate(inner) | Expr::Not(inner) => {
+                deeper(inner, scope).map(|(literal, negated)| (literal, !negated))
             }
-            _ => false,
+            Expr::Variable(path) => {
+                let name = path.as_name()?;
+                let is_it =
+                    |one: &&Variable| one.section != Section::External && same(&one.name, name);
+                let own = scope.iter().enumerate().find_map(|(at, all)| {
+                    let own: &'e [Variable] = all;
+                    Some((at, own.iter().find(is_it)?))
+                });
+                if let Some((at, own)) = own {
+                    let initial = own.initial.as_ref().filter(|_| own.constant)?;
+                    return deeper(initial, &scope[at..]);
+                }
+                let mut all = self.types.constants.globals(name);
+                let (list, variables, own) = all.next().filter(|_| all.next().is_none())?;
+                let initial = own.initial.as_ref().filter(|_| own.constant)?;
+                if list.is_empty() { deeper(initial, &[]) } else { deeper(initial, &[variables]) }
+            }
+            _ => None,
         }
+    }
+
+    /// Where constants get their values as each scan begins; which, is given when all of them are known.
+    pub(super) fn begin_constants(&mut self) -> Option<usize> {
+        let units = self.project.pous.iter().map(|pou| &pou.variables);
+        let mut all = units.chain(self.project.globals.iter().map(|(_, list)| list)).flatten();
+        all.any(is_given).then(|| {
+            self.at(1, "constants");
+            self.builder.add(None, Vec::new(), Step::Nothing)
+        })
+    }
+
+    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
+    /// hold something that is not known.
+    pub(super) fn give_constants(&mut self, at: Option<usize>) {
+        let Some(at) = at else { return };
+        let project = self.project;
+        let mut all: Vec<(String, Vec<FirstValue>)> = Vec::new();
+        for instance in &self.instances {
+            let units = lineage(project, instance.pou);
+            let is_handed = self.gives_parts && project.pous[instance.pou].kind != PouKind::Program;
+            for (number, unit) in units.iter().enumerate() {
+                let scope: Vec<&[Variable]> =
+                    units[number..].iter().map(|pou| &pou.variables[..]).collect();
+                for one in unit.variables.iter().filter(|one| is_given(one)) {
+                    let Some(part) = Self::part(&instance.place, &one.name) else { continue };
+                    let mut found = self.first_values(one, &part, &scope);
+                    if is_handed {
+                        found.iter_mut().for_each(|one| one.first = First::Unknown);
+                    }
+                    all.push((part.name, found));
+                }
+            }
+        }
+        for (list, variables) in &project.globals {
+            let scope: &Scope<'_> = if list.is_empty() { &[] } else { &[variables] };
+            for one in variables.iter().filter(|one| is_given(one)) {
+                let name = super::resolve::full_name(list, one).to_ascii_uppercase();
+                let Some(place) = self.globals.get(&name) else { continue };
+                all.push((place.name.clone(), self.first_values(one, place, scope)));
+            }
+        }
+        let mut effects = Vec::new();
+        for (name, found) in all {
+            let is_unknown = found.iter().any(|one| one.first == First::Unknown);
+            for FirstValue { regions, first } in found {
+                match first {
+                    First::Zero => effects.extend(regions.into_iter().flat_map(zeros)),
+                    First::On(cell) => {
+                        let on = Logic::Const(true);
+                        effects.push(always(Write::Bit(BitTarget::Cell(cell), on)));
+                    }
+                    First::Words(cell, number) => effects.push(always(words(cell, number))),
+                    First::Unknown => {
+                        let choice = self.builder.choice();
+                        let any = regions.into_iter().map(|region| Write::Havoc(region, choice));
+                        effects.extend(any.map(always));
+                    }
+                }
+            }
+            if is_unknown {
+                let why = format!("the value of the constant {name} is not worked out: it may be any");
+                self.program().approximate(at, why);
+            }
+        }
+        self.program().instructions[at].effects = effects;
     }
 
     /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
@@ -115,8 +370,8 @@ impl Emit<'_> {
 }
 
 impl Assembler {
-    /// Takes note of the first values of what the program writes, unless power may fail without a loss of them, or memory is
-    /// shared.
+    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a parameter
+    /// that somebody else may set.
     pub(super) fn note_first_values(
         &mut self,
         at: Option<usize>,
@@ -130,35 +385,95 @@ impl Assembler {
         let BitSource::Cell(first) = *bit else { return };
         let written: Vec<Region> =
             (0..program.instructions.len()).flat_map(|at| flow::written(program, at)).collect();
-        let kept = |region: Region| {
-            let mut others = known.latched.iter().chain(shared);
-            !others.any(|other| flow::overlap(region, *other))
+        let meets = |all: &[Region], one: &FirstValue| {
+            one.regions.iter().any(|own| all.iter().any(|other| flow::overlap(*own, *other)))
         };
-        let is_written = |region: Region| written.iter().any(|own| flow::overlap(region, *own));
-        let values: Vec<FirstValue> =
-            values.into_iter().filter(|one| kept(one.region) && is_written(one.region)).collect();
-        known.cleared.extend(values.iter().map(|one| one.region));
-        for FirstValue { cell, words, .. } in values {
-            let Some(Number::Words(words)) = words else {
-                let write = Write::Bit(BitTarget::Cell(cell), Logic::Const(true));
-                let effect = Effect { when: When::Fired, write };
-                self.program().instructions[at].effects.push(effect);
-                known.first_scan = vec![first];
-                known.after_clear = Some(BitTarget::Cell(first));
+        for one in values {
+            if meets(shared, &one) || !meets(&written, &one) {
                 continue;
-            };
-            for (cell, word) in (0..).map(|at| cell.plus(at)).zip(words) {
-                if let WordSource::Const(word) = word {
-                    known.values.insert(cell, word);
+            }
+            known.cleared.extend(&one.regions);
+            match &one.first {
+                // What survives a loss of power is not turned on anew.
+                First::On(cell) if meets(&known.latched, &one) => {
+                    known.values.insert(*cell, 1);
                 }
+                First::On(cell) => {
+                    let write = Write::Bit(BitTarget::Cell(*cell), Logic::Const(true));
+                    let effect = Effect { when: When::Fired, write };
+                    self.program().instructions[at].effects.push(effect);
+                    known.first_scan = vec![first];
+                    known.after_clear = Some(BitTarget::Cell(first));
+                }
+                First::Words(cell, Number::Words(words)) => {
+                    for (cell, word) in (0..).map(|at| cell.plus(at)).zip(words) {
+                        if let WordSource::Const(word) = word {
+                            known.values.insert(cell, *word);
+                        }
+                    }
+                }
+                First::Words(..) | First::Zero | First::Unknown => {}
             }
         }
     }
 }
 
-/// Whether any variable is declared with a first value: nothing is to be written without one.
+/// Whether a variable is a constant that gets its value as each scan begins. Inputs may be constant, too, and are handed over.
+pub(super) fn is_given(one: &Variable) -> bool {
+    one.constant && one.at.is_none() && matches!(one.section, Section::Local | Section::Global)
+}
+
+/// What a variable without parts begins with.
+enum Single {
+    Zero,
+    On,
+    Number(Number),
+}
+
+/// A number as it is written, with another sign.
+fn signed(text: &str, negated: bool) -> String {
+    if negated { format!("-{text}") } else { text.to_owned() }
+}
+
+/// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is another
+/// one.
+fn given<'e>(initial: Option<&'e Expr>, kind: &str) -> Option<&'e [Argument]> {
+    match initial {
+        None => Some(&[]),
+        Some(Expr::Call(path, given)) if path.first == kind => Some(given),
+        Some(_) => None,
+    }
+}
+
+fn is_for(one: &Argument, name: &str) -> bool {
+    one.name.as_ref().is_some_and(|own| same(own, name))
+}
+
+/// What writes 0 to some cells.
+fn zeros(region: Region) -> Vec<Effect> {
+    let Region::Range { first, count } = region else { return Vec::new() };
+    let zero = |cell: Cell| match Assembler::is_bit(cell) {
+        true => Write::Bit(BitTarget::Cell(cell), Logic::Const(false)),
+        false => words(cell, Number::Words(vec![WordSource::Const(0)])),
+    };
+    (0..count).map(|at| always(zero(first.plus(at)))).collect()
+}
+
+fn words(cell: Cell, number: Number) -> Write {
+    let count = match &number {
+        Number::Words(words) => words.len(),
+        _ => 0,
+    };
+    Write::Words((0..).map(|at| WordTarget::Cell(cell.plus(at))).take(count).collect(), number)
+}
+
+/// Whether any variable is declared with a first value, or a type gives one: nothing is to be written without one.
 pub(super) fn any(project: &Project) -> bool {
     let lists = project.globals.iter().map(|(_, list)| list);
-    let all = project.pous.iter().map(|pou| &pou.variables).chain(lists);
-    all.flatten().any(|one| one.initial.is_some() && !one.constant)
+    let all = project.pous.iter().map(|pou: &Pou| &pou.variables).chain(lists);
+    let of_types = project.types.iter().any(|one| {
+        one.initial.is_some()
+            || matches!(&one.of, TypeRef::Struct(parts) if parts.iter().any(|one| one.initial.is_some()))
+    });
+    of_types || all.flatten().any(|one| one.initial.is_some() && !one.constant)
 }

@@ -295,6 +295,9 @@ fn bytes(place: &Place, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
     }
 }
 
+/// Elements of larger arrays are not looked at one by one: that they share bits is refused.
+const MOST_SHARED: i64 = 100_000;
+
 /// The parts of what has an address that have values of their own.
 fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
     let (area, taken) = one.taken;
@@ -307,6 +310,7 @@ fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
     let first = taken.map(|(from, _)| from);
     if let Ty::Array { dimensions, of } = &one.place.ty
         && let ([(low, high)], Some(bits @ 2..)) = (&dimensions[..], size(of))
+        && high - low < MOST_SHARED
     {
         for (at, index) in (0..).zip(*low..=*high) {
             let Some(tag) = one.place.tag.element(index) else { continue };

@@ -61,6 +61,7 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::encoding::candidates;
 use scanbound_front::{Dialect, Front, Input, Project, Sniff, SourceOptions, decoded};
+use scanbound_iec::fault::Fault;
 use scanbound_iec::{parse, xml};
 use scanbound_ir::Program;
 use std::borrow::Cow;
@@ -112,16 +113,43 @@ fn source_text<'a>(
     if is_xml {
         return decoded(input, &[]);
     }
-    let help = "state it with --encoding (such as windows-1252), or save the file as UTF-8";
+    let help = "state the encoding with --encoding (such as windows-1252), or save the file as UTF-8";
     if let Some((other, _)) = others.iter().find(|(_, other)| !parse::reads_alike(text, other)) {
-        let told = format!("this is no UTF-8, and reads differently as {name} and as {other}");
+        let told = format!("this file is not UTF-8, and reads differently as {name} and as {other}");
         return Err(Diagnostic::file(Code::Encoding, &input.name, told, help));
     }
     let told = format!(
-        "this is no UTF-8 and was read as {name}: the code is the same in others, comments may not be"
+        "this file is not UTF-8: it was read as {name}. In other encodings its code is the same, but comments may differ"
     );
     warnings.push(Diagnostic::file(Code::Encoding, &input.name, told, help).warning());
     Ok(text.clone())
+}
+
+/// A block of the standard that a text takes from a library by name, where the project has one of the same name.
+fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let own = project.pous.iter().filter(|pou| types::is_standard(&pou.name));
+    for pou in own {
+        for (number, line) in text.lines().enumerate() {
+            let upper = line.to_ascii_uppercase();
+            let found = upper.match_indices(&pou.name.to_ascii_uppercase()).any(|(at, name)| {
+                upper[..at].trim_end().strip_suffix('.').is_some_and(|before| {
+                    before.trim_end().ends_with(is_word) && !upper[at + name.len()..].starts_with(is_word)
+                })
+            });
+            if found {
+                let told = format!(
+                    "{} of a library is named here, and the project has a unit of this name",
+                    pou.name
+                );
+                let help = "give the project's unit another name: which of them is meant is not followed";
+                let line_number = u32::try_from(number + 1).unwrap_or(u32::MAX);
+                let fault = Fault::new(line_number, told).code(Code::DeclaredTwice);
+                return Some(fault.text(line.trim()).help(help));
+            }
+        }
+    }
+    None
 }
 
 impl Source {
@@ -166,7 +194,7 @@ impl Front for Iec {
         let mut project = scanbound_iec::Project::default();
         let mut options = decode::Options::default();
         let mut drawn = Vec::new();
-        let (mut faults, mut warnings) = (Vec::new(), Vec::new());
+        let (mut faults, mut warnings, mut texts) = (Vec::new(), Vec::new(), Vec::new());
         for input in programs {
             let text = match source_text(input, &mut warnings) {
                 Ok(text) => text,
@@ -181,13 +209,20 @@ impl Front for Iec {
                 Ok(more) => {
                     project.join(more);
                     if xml::begins(&text) {
-                        drawn.push((input.name.clone(), text.into_owned()));
+                        drawn.push((input.name.clone(), text.clone().into_owned()));
                     }
+                    texts.push(text);
                 }
                 Err(more) => {
                     faults.extend(more.into_iter().map(|fault| fault.in_file(&input.name)))
                 }
             }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        for (input, text) in programs.iter().zip(&texts) {
+            faults.extend(of_library(&project, text).map(|fault| fault.in_file(&input.name)));
         }
         if !faults.is_empty() {
             return Err(faults);

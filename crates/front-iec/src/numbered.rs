@@ -8,6 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{Argument, Expr, Literal, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::same;
+use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
 
 /// An array of so many instances is called by a number that is worked out.
@@ -50,6 +51,7 @@ impl Emit<'_> {
         };
         let number = self.number(at, index, DINT, line)?;
         let words = self.copies(number, DINT);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
         for number in low..=high {
             let own = Compare {
                 relation: Relation::Equal,

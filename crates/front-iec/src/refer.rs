@@ -352,30 +352,26 @@ impl Emit<'_> {
             return Err(not_followed(line, what));
         }
         self.cost(&["LD"], "contact");
-        let is_element = way.before.rest.iter().any(|part| matches!(part, Part::Index(_)));
-        // With one variable to mean, nothing but whether it means any hangs on the word.
-        let words = match (can.len(), is_element) {
-            (1, true) => Vec::new(),
-            (1, false) if !self.stops_on_error => Vec::new(),
-            _ => {
-                let value = match self.find_plain(at, &way.before, line)? {
-                    Found::Element(element) => self.element(&element),
-                    Found::Place(place) => match place.tag.cell() {
-                        Some(cell) => self.read_of(cell, &place.ty),
-                        None => Value::Any,
-                    },
-                    _ => Value::Any,
-                };
-                match value {
-                    Value::Address(number, _) => self.copies(number, WORD),
-                    _ if can.len() == 1 => Vec::new(),
-                    _ => return Err(not_followed(line, format!("{shown} is not followed"))),
-                }
+        let value = match self.find_plain(at, &way.before, line)? {
+            Found::Element(element) => self.element(&element),
+            Found::Place(place) => match place.tag.cell() {
+                Some(cell) => self.read_of(cell, &place.ty),
+                None => Value::Any,
+            },
+            _ => Value::Any,
+        };
+        let words = match value {
+            Value::Address(number, _) => self.copies(number, WORD),
+            // With one variable to mean, nothing but whether it means any hangs on the word.
+            _ if can.len() == 1 => {
+                self.not_followed_where(Logic::Const(true));
+                Vec::new()
             }
+            _ => return Err(not_followed(line, format!("{shown} is not followed"))),
         };
         if !words.is_empty() {
             let means = |&index: &usize| is_number(&words, word(index), 1);
-            self.stops_where(Logic::Any(can.iter().map(means).collect()).not());
+            self.not_followed_where(Logic::Any(can.iter().map(means).collect()).not());
         }
         let (mut known, mut ends) = (None, Vec::new());
         for (number, &index) in can.iter().enumerate() {
@@ -435,7 +431,7 @@ impl Emit<'_> {
         }
         let number = self.number(at, index, DINT, line)?;
         let words = self.copies(number, DINT);
-        self.stops_where(is_outside(&Number::Words(words.clone()), low, high));
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
         let (mut known, mut ends) = (None, Vec::new());
         for number in low..=high {
             let skip = (number < high).then(|| self.unless(&words, number, 2));

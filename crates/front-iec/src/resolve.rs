@@ -8,8 +8,9 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{Expr, Literal, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, PouKind, Section, TypeRef, Variable, same, show};
+use scanbound_ir::errors::is_outside;
 use scanbound_ir::meaning::{Address, IntegerFormat, Term};
-use scanbound_ir::{Cell, Logic, Region, WordSource};
+use scanbound_ir::{Cell, Logic, Number, Region, WordSource};
 
 /// Where a statement stands.
 #[derive(Debug, Clone)]
@@ -268,7 +269,7 @@ impl<'p> Emit<'p> {
 
     /// The constant that a unit declares by this name.
     fn own_constant(&self, at: &Context, path: &Path) -> Option<&'p Variable> {
-        let name = path.as_name()?;
+        let name = path.as_name().filter(|name| self.types.constants.is_own(name))?;
         if at.locals.as_ref().is_some_and(|place| Self::part(place, name).is_some()) {
             return None;
         }
@@ -416,7 +417,7 @@ impl<'p> Emit<'p> {
     pub(super) fn staying(&mut self, found: Found) -> Found {
         let Found::Element(mut element) = found else { return found };
         for (words, _) in &mut element.terms {
-            let now = scanbound_ir::Number::Words(std::mem::take(words));
+            let now = Number::Words(std::mem::take(words));
             *words = self.copied(now, 2);
         }
         Found::Element(element)
@@ -536,11 +537,12 @@ impl<'p> Emit<'p> {
         let all: Vec<&Expr> = indices.iter().collect();
         let values =
             self.operands(at, &all, line, &mut |emit, which| emit.value(at, all[which], line))?;
-        for ((value, (low, _)), step) in
+        for ((value, (low, high)), step) in
             values.into_iter().zip(dimensions.iter()).zip(step.iter().rev())
         {
             let value = self.as_number(value, super::types::DINT, line)?;
             let words = self.words(value, 2);
+            self.not_followed_where(is_outside(&Number::Words(words.clone()), *low, *high));
             terms.push((words, size.map(|size| size * step)));
             (0..2).for_each(|side| base[side] -= low * step * size[side]);
         }

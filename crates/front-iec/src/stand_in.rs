@@ -96,6 +96,9 @@ impl<'p> Emit<'p> {
 
     /// The unit, or the method, whose body is to be carried out and is not there, and what is stated of it.
     fn stated_of(&self, instance: usize, what: &What) -> Option<(&'p Pou, StatedCall)> {
+        if self.calls.is_empty() {
+            return None;
+        }
         let (from, method) = match what {
             What::Body => (self.instances[instance].pou, None),
             What::Inherited(from, name) if name.is_empty() => (*from, None),

@@ -192,6 +192,11 @@ fn standard(name: &str) -> Option<Ty> {
     Some(Ty::Standard(name, Arc::new(parts.collect())))
 }
 
+/// Whether the standard has a block of this name.
+pub(super) fn is_standard(name: &str) -> bool {
+    BLOCKS.iter().any(|(own, _)| same(own, name))
+}
+
 /// The types of a project.
 pub(super) struct Types<'p> {
     project: &'p Project,

@@ -172,7 +172,8 @@ impl Emit<'_> {
 
     pub(super) fn has_property(&self, unit: usize, name: &str) -> bool {
         let mut methods = lineage(self.project, unit).into_iter().flat_map(|pou| &pou.methods);
-        methods.any(|one| one.property().is_some_and(|own| same(own, name)))
+        self.types.constants.is_property(name)
+            && methods.any(|one| one.property().is_some_and(|own| same(own, name)))
     }
 
     /// The instance that a property belongs to.

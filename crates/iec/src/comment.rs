@@ -105,7 +105,7 @@ pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>,
     for (open, close) in BLOCKS {
         if rest.starts_with(open) {
             let ends = Ends::of(rest, open, close).ok_or_else(|| no_end(open))?;
-            let length = agreed(&ends, rest, open, close, line)?;
+            let length = agreed(&ends, rest, open, line)?;
             return Ok(Some((Skipped::Blank, length)));
         }
     }
@@ -113,7 +113,7 @@ pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>,
         return Ok(None);
     }
     let ends = Ends::of_pragma(rest).ok_or_else(|| no_end("{"))?;
-    let length = agreed(&ends, rest, "{", "}", line)?;
+    let length = agreed(&ends, rest, "{", line)?;
     let skipped = match pragma(&rest[..length], line)? {
         Pragma::Harmless => Skipped::Blank,
         Pragma::Code => Skipped::Code,
@@ -122,20 +122,21 @@ pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>,
 }
 
 /// The length on which both readings agree.
-fn agreed(ends: &Ends, rest: &str, open: &str, close: &str, line: u32) -> Result<usize, Fault> {
+fn agreed(ends: &Ends, rest: &str, open: &str, line: u32) -> Result<usize, Fault> {
     if ends.nested == Some(ends.flat) {
         return Ok(ends.flat);
     }
     let last = |length: usize| line + newlines(&rest[..length]);
     let nested = match ends.nested {
-        Some(length) => format!("in line {}", last(length)),
-        None => "nowhere".to_owned(),
+        Some(length) => format!("in line {} if they nest", last(length)),
+        None => "nowhere if they nest".to_owned(),
     };
+    let (what, several) = if open == "{" { ("pragma", "pragmas") } else { ("comment", "comments") };
     let told = format!(
-        "where what begins with {open} here ends is not certain: it holds another {open}, so it ends in line {} where the first {close} ends it, and {nested} where they nest",
+        "this {what} holds another {open}: it ends in line {} if {several} do not nest, and {nested}",
         last(ends.flat)
     );
-    let help = "state how the controller reads it: --comments flat (the first end counts) or --comments nested; or write it so that both read the same";
+    let help = "state how the controller reads it: --comments flat (they do not nest) or --comments nested; or take the inner one out";
     let text = rest.lines().next().unwrap_or_default();
     Err(Fault::new(line, told).code(Code::Comments).text(text).help(help))
 }

@@ -3,6 +3,7 @@
 use super::ast::{Expr, Part, Path, change, path_of, paths_of};
 use super::chart::Target;
 use super::{Body, Pou, Project, TypeRef, Variable, same};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A list's name, and those of its variables.
 pub type List = (String, Vec<String>);
@@ -17,6 +18,7 @@ impl Project {
     /// Takes a list's name away where it stands before one of its variables, when all files are read; unless that name, or the
     /// variable's alone, means something else there.
     pub fn unqualify(&mut self) {
+        self.name_lists();
         let lists = std::mem::take(&mut self.lists);
         let lists: Vec<&List> = lists.iter().filter(|(list, _)| !self.has_name(list)).collect();
         if lists.is_empty() {
@@ -45,6 +47,36 @@ impl Project {
         }
         for one in self.connected.iter_mut().flat_map(|one| &mut one.given) {
             paths_of(&mut one.value, &mut see);
+        }
+    }
+
+    /// Gives the lists of several files their files' names where two of them declare variables of one name: these are told apart
+    /// by the names of the lists.
+    fn name_lists(&mut self) {
+        let mut named = BTreeMap::new();
+        let mut differ = BTreeSet::new();
+        for (number, (list, all)) in self.globals.iter().enumerate() {
+            for one in all.iter().filter(|_| list.is_empty()) {
+                let file = self.file_of_list(number);
+                let key = one.name.to_ascii_uppercase();
+                let (first_file, first) = *named.entry(key).or_insert((file, one));
+                if first_file != file && first != one {
+                    differ.extend([first_file, file]);
+                }
+            }
+        }
+        let name = |file: usize| of_file(&self.files[file]).to_owned();
+        let has_list = |name: &str| self.lists.iter().any(|(list, _)| same(list, name));
+        if !differ.iter().all(|&file| has_list(&name(file)) && !self.has_name(&name(file))) {
+            return;
+        }
+        let names: BTreeMap<usize, String> = differ.iter().map(|&file| (file, name(file))).collect();
+        self.lists.retain(|(list, _)| !names.values().any(|own| same(own, list)));
+        for number in 0..self.globals.len() {
+            let Some(own) = names.get(&self.file_of_list(number)) else { continue };
+            if self.globals[number].0.is_empty() {
+                self.globals[number].0.clone_from(own);
+            }
         }
     }
 

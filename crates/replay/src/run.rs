@@ -59,6 +59,12 @@ impl<'p> Outside<'p> {
         Outside { program_written: Some(own), ..Outside::of(program) }
     }
 
+    /// The program.
+    #[must_use]
+    pub fn program(&self) -> &'p Program {
+        self.program
+    }
+
     /// A placeholder for an unknown value: the smallest value that the user states as possible, otherwise 0.
     fn stated(&self, cell: Cell) -> u16 {
         let range = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);

@@ -6,7 +6,9 @@ mod names;
 mod reports;
 mod text;
 mod timers;
+mod values;
 mod watchdogs;
+mod xml;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

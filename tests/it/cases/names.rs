@@ -8,7 +8,7 @@ use std::process::Command;
 const FACTS: &str = "--table zero.csv --facts calls.toml";
 
 /// Blocks that take 1 us and 4 us, and instances of them.
-const BLOCKS: &str = "
+pub(super) const BLOCKS: &str = "
 FUNCTION_BLOCK FOp1 VAR_INPUT x : BOOL; END_VAR END_FUNCTION_BLOCK
 FUNCTION_BLOCK FOp4 VAR_INPUT x : BOOL; END_VAR END_FUNCTION_BLOCK
 VAR_GLOBAL Op1 : FOp1; Op4 : FOp4; END_VAR
@@ -17,7 +17,7 @@ FUNCTION Four : INT VAR_INPUT x : INT; END_VAR Op4(); Four := x; END_FUNCTION
 ";
 
 /// Runs the command on texts, each a file: `0.st` and so on.
-fn run_of(texts: &[&str], command: &str, arguments: &str) -> Run {
+pub(super) fn run_of(texts: &[&str], command: &str, arguments: &str) -> Run {
     let directory = tempfile::tempdir().expect("a directory");
     let place = |name: &str| directory.path().join(name);
     for name in ["zero.csv", "calls.toml"] {

@@ -17,6 +17,7 @@ const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [coun
 const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
 const SELECTION: &str = "write selection = \"all\" if the runtime clears every enabled transition of a step that has transitions without priority, else selection = \"first\"";
+const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read what they gave in the last one (Beremiz, OpenPLC)";
 const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (actions that have ended first, each group by name: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
 /// The tables of a facts file.
@@ -234,6 +235,13 @@ impl Reader<'_> {
                     self.fault(Some(value.span()), message, SELECTION);
                 }
             },
+            "drawn_conditions" => {
+                self.facts.drawn_last_scan = text == Some("last-scan");
+                if !self.facts.drawn_last_scan {
+                    let message = "drawn_conditions must be \"last-scan\"".to_owned();
+                    self.fault(Some(value.span()), message, DRAWN);
+                }
+            }
             "action_order" => {
                 let named = |one: &ActionOrder| text == Some(one.name());
                 self.facts.action_order = ActionOrder::ALL.into_iter().find(named);
@@ -245,8 +253,9 @@ impl Reader<'_> {
                 }
             }
             other => {
-                let help = format!("{SELECTION}; {ACTION_ORDER}");
-                self.unknown(key, "sfc", &meant(other, &["selection", "action_order"], &help));
+                let help = format!("{SELECTION}; {ACTION_ORDER}; {DRAWN}");
+                let keys = ["selection", "action_order", "drawn_conditions"];
+                self.unknown(key, "sfc", &meant(other, &keys, &help));
             }
         }
     }
@@ -569,7 +578,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\ndrawn_conditions = 'last-scan'\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -591,6 +600,7 @@ mod tests {
                 download: true,
                 all_clear: true,
                 action_order: Some(ActionOrder::Alphabetical),
+                drawn_last_scan: true,
                 interrupts: [("I0".to_owned(), 2)].into(),
                 intervals: [("I28".to_owned(), Picos(4_000_000_000))].into(),
                 inputs: Some(64),

@@ -188,14 +188,35 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
             name = Some(cursor.name("a part's name").ok()?);
             cursor.sign(":=").ok()?;
         }
+        let times = if is_parts { 1 } else { repeated(cursor) };
         let value = cursor.deeper(initial).ok()?;
-        found.push(Argument { name, is_output: false, value });
+        if times != 1 && !cursor.take_sign(")") || found.len() + times > MOST_LISTED {
+            return None;
+        }
+        let one = Argument { name, is_output: false, value };
+        found.extend(std::iter::repeat_n(one, times));
         if !cursor.take_sign(",") && !cursor.is_sign(close) {
             return None;
         }
     }
     let kind = if is_parts { CONSTRUCTED } else { LISTED };
     Some(Expr::Call(Path::name(kind), found))
+}
+
+/// More values than this are not listed one by one.
+const MOST_LISTED: usize = 20_000;
+
+/// How often the value that comes next is repeated: `3(` is taken where it is more than once.
+fn repeated(cursor: &mut Cursor) -> usize {
+    let place = cursor.place();
+    if let Token::Number(written) = cursor.next()
+        && let Ok(times @ 2..) = written.parse()
+        && cursor.take_sign("(")
+    {
+        return times;
+    }
+    cursor.back_to(place);
+    1
 }
 
 /// Whether a name and its value stand in the bracket that comes next.

@@ -31,9 +31,9 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
         .filter_map(|one| {
             let line = text.line(one);
             let of = child(one, "type").map(|of| type_ref(text, of));
-            let simple = child(one, "initialValue").and_then(|node| elements(node).next());
+            let begins = child(one, "initialValue");
             let initial =
-                simple.map(|value| initial(value, line)).or_else(|| constructed(one, line));
+                begins.map(|value| begins_with(value, line)).or_else(|| constructed(one, line));
             Some(Variable {
                 name: one.attribute("name")?.to_owned(),
                 section,
@@ -64,18 +64,40 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
     (!given.is_empty()).then(|| Expr::Call(Path::name(parse::CONSTRUCTED), given))
 }
 
-/// What a variable holds at first; what cannot be read is some value.
+/// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or cannot be
+/// read, is some value.
+pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
+    let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+    let texts = node.children().filter(Node::is_text).filter_map(|one| one.text());
+    let text: String = texts.collect();
+    let mut values = elements(node);
+    match (values.next(), values.next(), text.trim()) {
+        (Some(value), None, "") => initial(value, line),
+        (None, _, text) => parse::expression(text, line).unwrap_or_else(|_| some()),
+        _ => some(),
+    }
+}
+
+/// More elements of an array are not listed one by one.
+const MOST_LISTED: usize = 20_000;
+
+/// What a value says; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
     let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
-        let value = elements(one).next().map_or_else(some, |value| initial(value, line));
+        let value = begins_with(one, line);
         Argument { name: name.map(str::to_owned), is_output: false, value }
     };
     let kind = value.tag_name().name();
-    if kind == "arrayValue"
-        && children(value, "value").all(|one| one.attribute("repetitionValue").is_none())
-    {
-        let given = children(value, "value").map(|one| named((None, one))).collect();
+    if kind == "arrayValue" {
+        let mut given = Vec::new();
+        for one in children(value, "value") {
+            let times = one.attribute("repetitionValue").map_or(Ok(1), |times| times.trim().parse());
+            let Some(times) = times.ok().filter(|times| given.len() + times <= MOST_LISTED) else {
+                return some();
+            };
+            given.extend(std::iter::repeat_n(named((None, one)), times));
+        }
         return Expr::Call(Path::name(parse::LISTED), given);
     }
     if kind == "structValue" {

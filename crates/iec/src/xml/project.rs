@@ -2,7 +2,7 @@
 
 use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition, condition_body};
-use super::interface::{addresses, extends, list_of, type_ref, variables};
+use super::interface::{addresses, begins_with, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
 use super::reading::Reading;
 use crate::ast::Path;
@@ -84,7 +84,8 @@ impl<'t> Reader<'t> {
         let extends = { bases }.find_map(|base| base.text()).map(last_name);
         let name = name.to_owned();
         let line = self.text.line(node);
-        let own = TypeDeclaration { name, extends, of, initial: None, file: 0, line };
+        let initial = child(node, "initialValue").map(|value| begins_with(value, line));
+        let own = TypeDeclaration { name, extends, of, initial, file: 0, line };
         self.project.types.push(own);
     }
 

@@ -107,7 +107,9 @@ impl<'a, 'i> Graph<'a, 'i> {
                 });
                 self.kind(reading, from?.0, "", seen)
             }
-            "block" if is_instance(node) => self.kind_of_part(reading, node, output),
+            "block" if is_instance(node) => {
+                self.part_of(node.attribute("typeName").unwrap_or_default(), node, output)
+            }
             "block" => self
                 .kind_of_function(reading, node, seen)
                 .or_else(|| self.kind_of_target(reading, id, output)),
@@ -175,24 +177,8 @@ impl<'a, 'i> Graph<'a, 'i> {
         found
     }
 
-    /// The type of an output of an instance.
-    fn kind_of_part(
-        &self,
-        reading: &Reading<'_, '_>,
-        node: Node<'_, '_>,
-        output: &str,
-    ) -> Option<TypeRef> {
-        let of = node.attribute("typeName").unwrap_or_default();
-        self.part_of(reading, of, node, output)
-    }
-
-    fn part_of(
-        &self,
-        _: &Reading<'_, '_>,
-        of: &str,
-        near: Node<'_, '_>,
-        part: &str,
-    ) -> Option<TypeRef> {
+    /// The type of an input or output of an instance of this type.
+    fn part_of(&self, of: &str, near: Node<'_, '_>, part: &str) -> Option<TypeRef> {
         if let Some(own) = self.unit(near, of) {
             return declared(self.text, child(own, "interface")?, part);
         }
@@ -250,7 +236,7 @@ impl<'a, 'i> Graph<'a, 'i> {
         match (&path.rest[..], of) {
             ([], of) => Some(of),
             ([Part::Bit(_)], _) => named("BOOL"),
-            ([Part::Name(part)], TypeRef::Named(of)) => self.part_of(reading, &of, near, part),
+            ([Part::Name(part)], TypeRef::Named(of)) => self.part_of(&of, near, part),
             ([Part::Index(_)], TypeRef::Array(_, of)) => Some(*of),
             _ => None,
         }
