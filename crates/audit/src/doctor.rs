@@ -243,6 +243,7 @@ impl Doctor<'_, '_> {
                 task: self.request.task,
                 uninterrupted: self.request.alone,
                 others_write: self.request.others_write(),
+                deadline: self.request.deadline(),
             })
         };
         let knows = |name: &str| table.is_some_and(|table| table.knows(name));

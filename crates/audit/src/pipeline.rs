@@ -462,7 +462,8 @@ impl Solved<'_> {
             let least = prices.least_times();
             let search = real::Search { program, least: &least, limits };
             let is_sought = is_bounded && found.best.is_possible();
-            let run = is_sought.then(|| power_up::run(&search, prices, &mut found));
+            let run =
+                is_sought.then(|| power_up::run(&search, prices, request.trusted(), &mut found));
             search.within(&found.best, upper).map_err(Failure::Internal)?;
             Ok::<_, Failure>((found, run.unwrap_or_default()))
         };

@@ -6,7 +6,8 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{AreaKind, Cell, Program, Witness};
+use scanbound_ir::{AreaKind, Cell, Program, Witness, flow};
+use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{RealRun, StopReason, Stopped};
 use scanbound_timing::price::Prices;
@@ -54,7 +55,12 @@ struct Plan {
 /// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
 /// sequences leads there. If the last scan takes longer, it becomes the longest scan found.
 /// Where the program alone writes and an error stops the CPU in each run that is tried, no scan is known to be possible.
-pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<RunScan> {
+pub fn run(
+    search: &Search<'_>,
+    prices: &Prices,
+    trust: Trust,
+    found: &mut RunResults,
+) -> Vec<RunScan> {
     let (program, limits) = (search.program, search.limits);
     let late = || limits.deadline.is_some_and(|end| std::time::Instant::now() >= end);
     let outside = Outside::of(program);
@@ -87,10 +93,24 @@ pub fn run(search: &Search<'_>, prices: &Prices, found: &mut RunResults) -> Vec<
             return told(program, overhead, run.scans);
         }
     }
-    if let Some(error) = errors.into_iter().flatten().next() {
+    let error = errors.into_iter().flatten().next();
+    if let Some(error) = error.filter(|error| trust == Trust::All && is_own(program, error)) {
         found.ends_in(error);
     }
     Vec::new()
+}
+
+/// Whether an error depends on nothing but what the program writes: where others write, another run may come past it.
+fn is_own(program: &Program, error: &Stopped) -> bool {
+    let written = || (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
+    let mut is_own = true;
+    if let Some(condition) = program.errors.get(&error.at) {
+        condition.each_read(&mut |source| {
+            let region = source.region();
+            is_own &= region.is_none_or(|read| written().any(|one| flow::meet(read, one)));
+        });
+    }
+    is_own
 }
 
 /// The runs to try, in this order.

@@ -11,7 +11,7 @@ use scanbound_passes::values::Trust;
 use scanbound_passes::{PASSES, Passes};
 use scanbound_solve::Method;
 use scanbound_timing::table::{Override, StatedClock, Table};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What to audit and how.
 pub struct Request<'a> {
@@ -82,6 +82,12 @@ impl<'a> Request<'a> {
     #[must_use]
     pub fn trusted(&self) -> Trust {
         if self.facts.download { Trust::None } else { self.trust }
+    }
+
+    /// When the time limit is over that begins now.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Instant> {
+        self.time_limit.and_then(|limit| Instant::now().checked_add(limit))
     }
 
     /// Whether others than the program may write its own variables between scans.

@@ -113,6 +113,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         task: request.task,
         uninterrupted: request.alone,
         others_write: request.others_write(),
+        deadline: request.deadline(),
     })?;
     knows_task(&program, request)?;
     let table = fitted(table, &program, request);

@@ -367,7 +367,7 @@ impl Emit<'_> {
                 );
                 let help = "state [sfc] drawn_conditions = \"last-scan\" for the first (Beremiz, OpenPLC), or call it in an action";
                 let fault = Fault::new(line, what).code(Code::NotModelled).help(help);
-                self.faults.push((self.file, fault));
+                self.fault(fault);
             }
             // What a timer remembers is not read by others.
             let outputs = ["Q", "ET"].map(|name| Self::part(&place, name)).into_iter().flatten();

@@ -110,6 +110,7 @@ fn emitted(
     emit.action_order = asked.facts.action_order;
     emit.drawn_last_scan = asked.facts.drawn_last_scan;
     emit.others_write = asked.others_write;
+    emit.deadline = asked.deadline;
     emit.calls.clone_from(&asked.facts.calls);
     emit.stated_turns.clone_from(&asked.facts.counts);
     emit.is_incomplete = asked.absent_calls_take_no_time;
@@ -280,6 +281,9 @@ fn routines(emit: &mut Emit<'_>) {
         let entry = known.unwrap_or_else(|| emit.routine(instance, &what));
         if let Step::Call { target, .. } = &mut emit.builder.program.instructions[call].step {
             *target = entry;
+        }
+        if emit.is_late() {
+            emit.open.clear();
         }
         if emit.builder.next() > LARGEST {
             emit.faults.push((

@@ -13,6 +13,7 @@ use scanbound_iec::{Pou, PouKind, Project, TypeRef, Variable, same};
 use scanbound_ir::{Area, AreaKind, Cell, Logic, Program, Radix, Role, Step, Tag};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
+use std::time::Instant;
 
 /// What of an instance is carried out.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -81,6 +82,8 @@ pub(super) struct Emit<'p> {
     pub(super) drawn_last_scan: bool,
     /// Whether others than the program may write variables.
     pub(super) others_write: bool,
+    /// When the time limit is over.
+    pub(super) deadline: Option<Instant>,
     /// What is stated of units whose bodies are not there, by name as [`scanbound_base::facts::plain`] has it.
     pub(super) calls: BTreeMap<String, StatedCall>,
     /// How often loops are stated to go round, by their places.
@@ -126,6 +129,7 @@ impl<'p> Emit<'p> {
             action_order: None,
             drawn_last_scan: false,
             others_write: true,
+            deadline: None,
             calls: BTreeMap::new(),
             stated_turns: BTreeMap::new(),
             is_incomplete: false,
@@ -196,6 +200,18 @@ impl<'p> Emit<'p> {
         let (own, ty) = parts.named(name)?;
         let tag = place.tag.part(own)?;
         Some(Place { name: format!("{}.{own}", place.name), tag, ty: ty.clone() })
+    }
+
+    /// Whether the time limit is over; then it is a fault.
+    pub(super) fn is_late(&mut self) -> bool {
+        let is_late = self.deadline.is_some_and(|end| Instant::now() >= end);
+        if is_late {
+            let help =
+                "give it more time (--time-limit): there is no bound before all of it is read";
+            let told = "the time limit was over before the program was read";
+            self.fault(Fault::new(1, told).code(Code::TooMany).help(help));
+        }
+        is_late
     }
 
     /// The instance at a place.

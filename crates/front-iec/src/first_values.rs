@@ -238,7 +238,9 @@ impl Emit<'_> {
                 (holding(*kind, value) == *kind).then(|| within(*kind, value))?
             }
             (Ty::Number(Kind::Real | Kind::Time), None) => return Some(Single::Zero),
-            (Ty::Number(Kind::Real), Some(initial)) => match self.constant_literal(initial, scope, 0)? {
+            (Ty::Number(Kind::Real), Some(initial)) => match self
+                .constant_literal(initial, scope, 0)?
+            {
                 (Literal::Real(text, _), negated) => real(&signed(text, negated))?,
                 (Literal::Int(value, _), negated) => real(&signed(&value.to_string(), negated))?,
                 _ => return None,
@@ -353,7 +355,8 @@ impl Emit<'_> {
                 }
             }
             if is_unknown {
-                let why = format!("the value of the constant {name} is not worked out: it may be any");
+                let why =
+                    format!("the value of the constant {name} is not worked out: it may be any");
                 self.program().approximate(at, why);
             }
         }

@@ -113,9 +113,11 @@ fn source_text<'a>(
     if is_xml {
         return decoded(input, &[]);
     }
-    let help = "state the encoding with --encoding (such as windows-1252), or save the file as UTF-8";
+    let help =
+        "state the encoding with --encoding (such as windows-1252), or save the file as UTF-8";
     if let Some((other, _)) = others.iter().find(|(_, other)| !parse::reads_alike(text, other)) {
-        let told = format!("this file is not UTF-8, and reads differently as {name} and as {other}");
+        let told =
+            format!("this file is not UTF-8, and reads differently as {name} and as {other}");
         return Err(Diagnostic::file(Code::Encoding, &input.name, told, help));
     }
     let told = format!(
@@ -134,7 +136,8 @@ fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
             let upper = line.to_ascii_uppercase();
             let found = upper.match_indices(&pou.name.to_ascii_uppercase()).any(|(at, name)| {
                 upper[..at].trim_end().strip_suffix('.').is_some_and(|before| {
-                    before.trim_end().ends_with(is_word) && !upper[at + name.len()..].starts_with(is_word)
+                    before.trim_end().ends_with(is_word)
+                        && !upper[at + name.len()..].starts_with(is_word)
                 })
             });
             if found {
@@ -142,7 +145,8 @@ fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
                     "{} of a library is named here, and the project has a unit of this name",
                     pou.name
                 );
-                let help = "give the project's unit another name: which of them is meant is not followed";
+                let help =
+                    "give the project's unit another name: which of them is meant is not followed";
                 let line_number = u32::try_from(number + 1).unwrap_or(u32::MAX);
                 let fault = Fault::new(line_number, told).code(Code::DeclaredTwice);
                 return Some(fault.text(line.trim()).help(help));

@@ -149,6 +149,9 @@ impl<'p> Emit<'p> {
 
     pub(super) fn statements(&mut self, at: &Context, statements: &[Statement], ways: &mut Ways) {
         for statement in statements {
+            if self.is_late() {
+                return;
+            }
             let text = show::statements(std::slice::from_ref(statement), 0);
             self.at(statement.line, text.lines().next().unwrap_or_default());
             let counted = self.begin_statement(statement);

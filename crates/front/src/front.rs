@@ -140,6 +140,8 @@ pub struct Options<'a> {
     pub uninterrupted: bool,
     /// Whether an HMI or another PLC may write the program's variables between scans.
     pub others_write: bool,
+    /// When the time limit is over.
+    pub deadline: Option<std::time::Instant>,
 }
 
 impl<'a> Options<'a> {
@@ -155,6 +157,7 @@ impl<'a> Options<'a> {
             task: None,
             uninterrupted: false,
             others_write: true,
+            deadline: None,
         }
     }
 }

@@ -70,7 +70,8 @@ impl Project {
         if !differ.iter().all(|&file| has_list(&name(file)) && !self.has_name(&name(file))) {
             return;
         }
-        let names: BTreeMap<usize, String> = differ.iter().map(|&file| (file, name(file))).collect();
+        let names: BTreeMap<usize, String> =
+            differ.iter().map(|&file| (file, name(file))).collect();
         self.lists.retain(|(list, _)| !names.values().any(|own| same(own, list)));
         for number in 0..self.globals.len() {
             let Some(own) = names.get(&self.file_of_list(number)) else { continue };

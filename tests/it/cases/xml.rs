@@ -20,7 +20,6 @@ fn run(files: &[(&str, &str)], command: &str, arguments: &str) -> Run {
     let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
         .arg(command)
         .args(programs)
-        .args(["--table", "zero.csv"])
         .args(arguments.split_whitespace())
         .current_dir(directory.path())
         .env("NO_COLOR", "1")
@@ -51,14 +50,14 @@ fn constant(of: &str, initial: &str) -> String {
 
 /// The bounds of such a project in nanoseconds.
 fn bounds(text: &str) -> (u64, u64) {
-    let run = run(&[("p.xml", text)], "audit", "--facts calls.toml --format json");
+    let run = run(&[("p.xml", text)], "audit", "--table zero.csv --facts calls.toml --format json");
     assert_eq!(run.code, Some(0), "{text}\n{}", run.stderr);
     let report = run.json();
     (report["scan"]["lower_ps"].as_u64().expect("a time") / 1000, upper_ns(&report))
 }
 
 fn refused(text: &str, why: &str) {
-    let run = run(&[("p.xml", text)], "audit", "--facts calls.toml");
+    let run = run(&[("p.xml", text)], "audit", "--table zero.csv --facts calls.toml");
     assert_eq!(run.code, Some(2), "{text}\n{}", run.stdout);
     assert!(run.stderr.contains(why), "{text}\n{}", run.stderr);
 }
@@ -103,27 +102,32 @@ fn attributes_and_declarations_as_text_are_read_or_refused() {
         )
     };
     let attribute = |name: &str| {
-        beside("attributes", &format!("<Attributes><Attribute Name=\"{name}\" Value=\"\"/></Attributes>"))
+        beside(
+            "attributes",
+            &format!("<Attributes><Attribute Name=\"{name}\" Value=\"\"/></Attributes>"),
+        )
     };
     let body = st("c();");
     assert_eq!(bounds(&project("", "", &attribute("qualified_only"), &body)), (4000, 4000));
-    refused(&project("", "", &attribute("call_after_global_init_slot"), &body), "the attribute");
     refused(&project("", "", &attribute("anything"), &body), "the attribute anything");
     let interface = |text: &str| {
         beside(
             "interfaceasplaintext",
-            &format!("<InterfaceAsPlainText><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></InterfaceAsPlainText>"),
+            &format!(
+                "<InterfaceAsPlainText><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></InterfaceAsPlainText>"
+            ),
         )
     };
     let plain = |text: &str| {
-        let variables = "<localVars><variable name=\"x\"><type><BOOL/></type></variable></localVars>";
+        let variables =
+            "<localVars><variable name=\"x\"><type><BOOL/></type></variable></localVars>";
         project("", variables, &interface(text), &st("IF x THEN c(); END_IF;"))
     };
     // The address is said there alone.
     let report = run(
         &[("p.xml", &plain("PROGRAM p VAR x AT %IX0.0 : BOOL; END_VAR"))],
         "audit",
-        "--facts calls.toml --trust all --format json",
+        "--table zero.csv --facts calls.toml --trust all --format json",
     );
     assert_eq!(report.code, Some(0), "{}", report.stderr);
     assert_eq!(report.json()["scan"]["lower_kind"], "reached", "an input is free");
@@ -159,7 +163,8 @@ fn what_names_no_code_is_refused() {
 #[test]
 fn conditions_that_are_drawn_with_blocks_rest_on_no_reading_that_is_not_stated() {
     // The chart's second step, with an action that costs 4 us, is entered 60 s after the condition's input.
-    let text = std::fs::read_to_string(case("chart-timer").join("chart-timer.xml")).expect("the case");
+    let text =
+        std::fs::read_to_string(case("chart-timer").join("chart-timer.xml")).expect("the case");
     let audit = |facts: &str| {
         let files = [("p.xml", text.as_str()), ("f.toml", facts)];
         let run = run(&files, "audit", "--table iec --facts f.toml --trust all --format json");
@@ -172,7 +177,11 @@ fn conditions_that_are_drawn_with_blocks_rest_on_no_reading_that_is_not_stated()
     let exact = |report: &serde_json::Value| report["scan"]["exact"].as_bool();
     assert_eq!((exact(&open), exact(&stated)), (Some(false), Some(true)));
     assert_ne!(open["scan"]["lower_kind"], "reached");
-    let wrong = run(&[("p.xml", &text), ("f.toml", "[sfc]\ndrawn_conditions = \"now\"")], "audit", "--facts f.toml");
+    let wrong = run(
+        &[("p.xml", &text), ("f.toml", "[sfc]\ndrawn_conditions = \"now\"")],
+        "audit",
+        "--facts f.toml",
+    );
     assert_eq!(wrong.code, Some(2), "{}", wrong.stdout);
     assert!(wrong.stderr.contains("last-scan"), "{}", wrong.stderr);
 }
@@ -182,7 +191,8 @@ fn facts_name_files_of_one_name_with_their_directories() {
     let block = "FUNCTION_BLOCK B VAR x : BOOL; END_VAR\n{ f(); }\nEND_FUNCTION_BLOCK";
     let program = "PROGRAM p VAR b : B; i : INT; n AT %IW0 : INT; END_VAR\nb();\nWHILE i < n DO i := i + 1; END_WHILE;\nEND_PROGRAM";
     let files = |facts: &'static str| [("a/m.st", block), ("b/m.st", program), ("f.toml", facts)];
-    let facts = "[calls]\n\"a/m.st:2\" = { time = \"5us\", writes = [] }\n[counts]\n\"b/m.st:3\" = [0, 3]";
+    let facts =
+        "[calls]\n\"a/m.st:2\" = { time = \"5us\", writes = [] }\n[counts]\n\"b/m.st:3\" = [0, 3]";
     let good = run(&files(facts), "audit", "--facts f.toml");
     assert_eq!(good.code, Some(0), "{}", good.stderr);
     for facts in [

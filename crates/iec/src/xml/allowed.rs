@@ -249,6 +249,9 @@ fn missing(unit: Node<'_, '_>, node: Node<'_, '_>) -> Option<String> {
         {
             Some(format!("{}: it names no action", called(node)))
         }
+        "inline" if parent == "action" && !has(&["ST", "IL", "LD", "FBD", "SFC", "addData"]) => {
+            Some("an action block holds no code".to_owned())
+        }
         "actionBlock" if !has(&["connectionPointIn"]) => {
             Some(format!("{}: no step is connected to it", called(node)))
         }

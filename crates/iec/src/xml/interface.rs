@@ -92,7 +92,8 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     if kind == "arrayValue" {
         let mut given = Vec::new();
         for one in children(value, "value") {
-            let times = one.attribute("repetitionValue").map_or(Ok(1), |times| times.trim().parse());
+            let times =
+                one.attribute("repetitionValue").map_or(Ok(1), |times| times.trim().parse());
             let Some(times) = times.ok().filter(|times| given.len() + times <= MOST_LISTED) else {
                 return some();
             };
