@@ -28,6 +28,8 @@ struct Kept {
     writes: usize,
 }
 
+const DRAWN: &str = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: either, and any result ([sfc] drawn_conditions states which)";
+
 impl Emit<'_> {
     /// The memory of a chart of an instance.
     pub(super) fn chart_memory(&mut self, instance: usize, what: &What) -> Option<Tag> {
@@ -327,8 +329,13 @@ impl Emit<'_> {
         let name = path.as_name().map(|name| What::Action(name.to_ascii_uppercase()));
         let returned = name.and_then(|what| self.returned(at.instance, &what));
         let Some(returned) = returned else {
+            let skip = self.may_be_elsewhere(pou, path);
             self.carried_out(at, path, runs, line);
-            self.open_computed(at, pou, path, line);
+            if let Some(skip) = skip {
+                self.land(skip);
+                self.landing();
+                self.open_computed(at, pou, line);
+            }
             return None;
         };
         self.write(vec![set(returned, Logic::Const(false))]);
@@ -341,13 +348,19 @@ impl Emit<'_> {
         None
     }
 
-    /// Lets what the blocks of drawn conditions give be any value, unless the user states when they are executed: some controllers
-    /// execute them in each scan, others where they evaluate the condition.
-    fn open_computed(&mut self, at: &Context, pou: &Pou, path: &Path, line: u32) {
+    /// A jump over the action that executes the blocks of drawn conditions, unless the user states that it does so in each scan:
+    /// other controllers execute them where they evaluate the condition, and no run may rest on what they take here.
+    fn may_be_elsewhere(&mut self, pou: &Pou, path: &Path) -> Option<usize> {
         let is_drawn = matches!(&pou.body, Body::Chart(chart) if chart.span.is_some());
         if !is_drawn || self.drawn_last_scan || path.as_name() != Some(COMPUTED) {
-            return;
+            return None;
         }
+        let elsewhere = self.any_bit(DRAWN);
+        Some(self.jump(elsewhere, None))
+    }
+
+    /// Lets what the blocks of drawn conditions give be any value.
+    fn open_computed(&mut self, at: &Context, pou: &Pou, line: u32) {
         let own = pou.actions.iter().find(|one| one.name == COMPUTED);
         let Some(Body::Code(_, statements)) = own.map(|one| &one.body) else { return };
         let choice = self.builder.choice();
@@ -380,8 +393,7 @@ impl Emit<'_> {
             any.extend(regions.into_iter().map(|region| Write::Havoc(region, choice)));
         }
         let at = self.write(any);
-        let why = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: the result may be any (state [sfc] drawn_conditions)";
-        self.program().approximate(at, why);
+        self.program().approximate(at, DRAWN);
     }
 
     /// Whether a variable of the unit, or a global one, begins with FALSE.

@@ -1,6 +1,6 @@
 //! PLCopen XML: what stands in declarations and beside them, and what names no code.
 
-use super::{Run, case, upper_ns};
+use super::{Run, case, lower_ns, upper_ns};
 use std::path::Path;
 use std::process::Command;
 
@@ -162,7 +162,7 @@ fn what_names_no_code_is_refused() {
 
 #[test]
 fn conditions_that_are_drawn_with_blocks_rest_on_no_reading_that_is_not_stated() {
-    // The chart's second step, with an action that costs 4 us, is entered 60 s after the condition's input.
+    // The chart's timer is executed in each scan, or only while its first step is active.
     let text =
         std::fs::read_to_string(case("chart-timer").join("chart-timer.xml")).expect("the case");
     let audit = |facts: &str| {
@@ -176,6 +176,10 @@ fn conditions_that_are_drawn_with_blocks_rest_on_no_reading_that_is_not_stated()
     assert!(open.to_string().contains("drawn_conditions"), "the reading is named");
     let exact = |report: &serde_json::Value| report["scan"]["exact"].as_bool();
     assert_eq!((exact(&open), exact(&stated)), (Some(false), Some(true)));
+    assert!(
+        lower_ns(&open) <= lower_ns(&stated) - 2000,
+        "the timer's own time counts only where it is stated"
+    );
     assert_ne!(open["scan"]["lower_kind"], "reached");
     let wrong = run(
         &[("p.xml", &text), ("f.toml", "[sfc]\ndrawn_conditions = \"now\"")],

@@ -252,7 +252,12 @@ fn missing(unit: Node<'_, '_>, node: Node<'_, '_>) -> Option<String> {
         "inline" if parent == "action" && !has(&["ST", "IL", "LD", "FBD", "SFC", "addData"]) => {
             Some("an action block holds no code".to_owned())
         }
-        "actionBlock" if !has(&["connectionPointIn"]) => {
+        "actionBlock"
+            if !elements(node).any(|point| {
+                point.tag_name().name() == "connectionPointIn"
+                    && elements(point).any(|one| one.tag_name().name() == "connection")
+            }) =>
+        {
             Some(format!("{}: no step is connected to it", called(node)))
         }
         "pou" if node.attribute("pouType") == Some("program") && !has(&["body"]) => {
