@@ -107,7 +107,7 @@ fn is_own(program: &Program, error: &Stopped) -> bool {
     if let Some(condition) = program.errors.get(&error.at) {
         condition.each_read(&mut |source| {
             let region = source.region();
-            is_own &= region.is_none_or(|read| written().any(|one| flow::meet(read, one)));
+            is_own &= region.is_none_or(|read| written().any(|one| flow::overlap(read, one)));
         });
     }
     is_own
