@@ -220,7 +220,7 @@ impl Assembler {
         Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
     }
 
-    /// When a controller stops where it works something out: at a divisor of zero.
+    /// When a controller stops where it works something out: at a divisor of zero, and at an element that is not there.
     fn error_of(&self, meaning: &Meaning) -> Option<Logic> {
         let divisor = match (&meaning.operation, &meaning.inputs[..]) {
             (Operation::Real(Arithmetic::Divide), [_, Input::Number(divisor)]) => {
@@ -228,7 +228,7 @@ impl Assembler {
                 let size = Box::new(Number::Words(size));
                 Some(is_zero(&Number::And(Box::new(divisor.clone()), size)))
             }
-            (Operation::DivideJoined { .. }, _) => meaning.operand_error(),
+            (Operation::DivideJoined { .. } | Operation::Copy, _) => meaning.operand_error(),
             _ => None,
         };
         divisor.filter(|_| self.stops_on_error)
