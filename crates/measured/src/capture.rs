@@ -1,4 +1,4 @@
-//! Reads scan times from what a logic analyser or a PLC wrote: columns of times, pulses, captured signals.
+//! Reads scan times from files of logic analysers, oscilloscopes and PLCs: columns of times, pulses, captured signals.
 
 use super::signal::fault;
 use super::{Measurements, delimited, dump};
@@ -12,7 +12,7 @@ pub use super::signal::{Edge, Selection, Threshold};
 /// Reads a file.
 ///
 /// # Errors
-/// Why it holds no scan times; all faults of its rows, up to a limit.
+/// Why it contains no scan times, or all faults of its rows, up to a limit.
 pub fn read(
     name: &str,
     bytes: &[u8],

@@ -14,12 +14,12 @@ use scanbound_front::Faults;
 use scanbound_plant::minasec::vcd::EMULATED;
 use std::borrow::Cow;
 
-/// Words by which a column of scan times is known.
+/// Words in the heading by which a column of scan times is recognised.
 const SCAN_WORDS: [&str; 4] = ["scan", "cycle", "emulated", "measured"];
-/// Words by which a column of time stamps is known.
+/// Words in the heading by which a column of time stamps is recognised.
 const STAMP_WORDS: [&str; 7] =
     ["time", "timestamp", "time stamp", "start", "t", "date", "date/time"];
-/// The units as libsigrok writes them for a head.
+/// The units as libsigrok writes them in a heading.
 const LONG_UNITS: [(&str, &str); 4] =
     [("milliseconds", "ms"), ("microseconds", "us"), ("nanoseconds", "ns"), ("picoseconds", "ps")];
 
@@ -39,15 +39,15 @@ pub(super) fn read(
     Ok(found)
 }
 
-/// Warns of a last row that looks as if the file had been cut off in it: it has no line end, and is shorter than all
-/// others. A number that lost digits reads as another number.
+/// Warns if the file seems to be truncated within its last row: the row has no line end, and is shorter than all
+/// others. A number without its last digits would be a different number.
 fn cut_short(name: &str, text: &str) -> Option<Diagnostic> {
     if text.ends_with(['\n', '\r']) {
         return None;
     }
     let lines: Vec<usize> =
         text.lines().map(|line| line.trim_end().len()).filter(|&one| one > 0).collect();
-    // The first may be the heads.
+    // The first row may be the heading.
     let (&last, others) = lines.get(1..)?.split_last()?;
     let is_shorter = !others.is_empty() && others.iter().all(|&one| one > last);
     let message = "the file ends within its last row, as if it had been cut off there";
@@ -55,10 +55,10 @@ fn cut_short(name: &str, text: &str) -> Option<Diagnostic> {
     is_shorter.then(|| fault(name, message, help).warning())
 }
 
-/// The file's columns' names, what its comments say, and its rows as text: captures can be large.
+/// The columns' names, what comments say, and the rows as text, because captures can be large.
 struct Table<'a> {
     name: &'a str,
-    /// The rows, and how many lines stand before them in the file.
+    /// The rows, and the number of lines before them in the file.
     text: &'a str,
     before: u32,
     delimiter: u8,
@@ -66,7 +66,7 @@ struct Table<'a> {
     /// Whether the first row names the columns.
     headed: bool,
     heads: Vec<String>,
-    /// Where the first column counts samples: when the first was, and the time between two.
+    /// If the first column counts samples: the time of the first sample, and the time between two.
     counted: Option<(i128, i128)>,
     sigrok: Option<Sigrok>,
     emulated: bool,
@@ -126,8 +126,8 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// The rows behind the heads, each with its line. A row with more cells than there are heads is refused: a
-    /// comma within a number makes two cells of it.
+    /// The rows behind the heading, each with its line. A row with more cells than the heading is refused: a decimal
+    /// comma would split a number into two cells.
     fn rows(&self) -> impl Iterator<Item = Result<(u32, StringRecord), Vec<Diagnostic>>> {
         let columns = self.heads.len();
         self.records().map(move |record| {
@@ -169,12 +169,12 @@ impl<'a> Table<'a> {
         Origin { name: self.name, resolution, emulated: self.emulated }
     }
 
-    /// The column of a name: its head, or its head without the unit.
+    /// The column of this name: its heading, or its heading without the unit.
     fn find(&self, wanted: &str) -> Result<usize, Vec<Diagnostic>> {
         let same = |head: &str| head.trim().eq_ignore_ascii_case(wanted.trim());
         let whole = self.heads.iter().position(|head| same(head));
         let words = || self.heads.iter().position(|head| same(&Unit::words_of_heading(head)));
-        // An analog channel's head names its unit: `CH1(V)`.
+        // The heading of an analog channel contains its unit: `CH1(V)`.
         let bare = |head: &String| same(head.split(['(', '[']).next().unwrap_or_default());
         let bare = || self.heads.iter().position(bare);
         whole.or_else(words).or_else(bare).ok_or_else(|| {
@@ -245,7 +245,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// What marks decimals in these columns: as stated, or as their cells show together.
+    /// The decimal separator in these columns: as stated, or as their cells show together.
     fn decimal(
         &self,
         columns: &[usize],
@@ -305,7 +305,7 @@ impl<'a> Table<'a> {
         self.origin(step).of_stamps(how, &values)
     }
 
-    /// The column that holds scan times, or time stamps, by its name.
+    /// The column that probably holds scan times, or time stamps, by its name.
     fn likely(&self, pulses: bool) -> Result<usize, Vec<Diagnostic>> {
         if self.heads.len() == 1 {
             return Ok(0);
@@ -340,7 +340,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A column's unit: the one that its head names, or the one given.
+    /// A column's unit: that in its heading, or the given one.
     fn unit(&self, column: usize, given: Option<Unit>) -> Result<Unit, Vec<Diagnostic>> {
         let head = &self.heads[column];
         match (unit_of(head), given) {
@@ -444,7 +444,8 @@ impl<'a> Table<'a> {
         self.origin(clock.resolution()).of_edges(signal, &edges)
     }
 
-    /// The clock of a column of dates or times of day: written as the first is, to the finest of their digits.
+    /// The clock of a column of dates or times of day. All are written like the first one, and its digits give the
+    /// resolution.
     fn dated(&self, column: usize) -> Result<RowClock, Vec<Diagnostic>> {
         let mut clock = None;
         for row in self.rows() {
@@ -456,7 +457,7 @@ impl<'a> Table<'a> {
         Ok(RowClock::Dated { column, form, step })
     }
 
-    /// Where a row's time is taken from.
+    /// How the time of a row is determined.
     fn clock(&self, selection: &Selection<'_>) -> Result<RowClock, Vec<Diagnostic>> {
         let stamps = |column: usize| {
             let head = &self.heads[column];
@@ -505,17 +506,18 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Where a row's time is taken from.
+/// How the time of a row is determined.
 enum RowClock {
-    /// By a column with a unit.
+    /// From a column with a unit.
     Stamped { column: usize, unit: Unit },
-    /// By a column of dates or times of day, all with or without a date and a zone, to so many picoseconds.
+    /// From a column of dates or times of day, all with or without a date and a zone. `step` is the resolution in
+    /// picoseconds.
     Dated { column: usize, form: (bool, bool), step: u64 },
-    /// By a first column that counts steps of so many picoseconds from the start.
+    /// From a first column that counts steps of `step` picoseconds from `start`.
     Steps { start: i128, step: i128 },
-    /// By the rows' number.
+    /// From the row's number.
     Sampled { rate: u64 },
-    /// By a column that counts samples times a period cut to a whole number of its unit.
+    /// From a column that counts samples times a period that is truncated to a whole number of its unit.
     Counted { column: usize, rate: u64, period: u64 },
 }
 
@@ -540,7 +542,7 @@ impl RowClock {
         }
     }
 
-    /// The column that holds the time as a number.
+    /// The column with the time as a number.
     fn column(&self) -> Vec<usize> {
         match self {
             RowClock::Stamped { column, .. } => vec![*column],
@@ -569,7 +571,7 @@ fn is_long_unit(head: &str) -> bool {
     LONG_UNITS.iter().any(|(long, _)| head.trim().eq_ignore_ascii_case(long))
 }
 
-/// The head of several rows that a known maker's file has, behind its comments.
+/// The multi-row heading of a known maker's file, after the comments.
 fn heading(text: &str, comments: usize, delimiter: u8) -> Option<Heading> {
     let rows: Vec<Vec<String>> = text
         .lines()
@@ -583,12 +585,12 @@ fn heading(text: &str, comments: usize, delimiter: u8) -> Option<Heading> {
     heading::read(&rows)
 }
 
-/// A row as it is shown.
+/// A row in messages.
 fn joined(row: &StringRecord) -> String {
     row.iter().collect::<Vec<_>>().join(",")
 }
 
-/// The file as text: UTF-8, else what Windows tools write.
+/// The file as text: UTF-8, otherwise the encoding of Windows tools.
 fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let (text, _, broken) = encoding_rs::UTF_8.decode(bytes);
     if broken { encoding_rs::WINDOWS_1252.decode(bytes).0 } else { text }

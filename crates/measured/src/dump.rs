@@ -9,12 +9,12 @@ use scanbound_plant::minasec::vcd::EMULATED;
 use std::borrow::Cow;
 use vcd::{Command, Header, IdCode, ParseError, Parser, Scope, ScopeItem, Value, VarType};
 
-/// What stands for a blank within a name while the dump is read.
+/// Replaces a blank within a name while the dump is read.
 const FIXED_BLANK: &str = "\u{A0}";
-/// Most signals that a message names.
+/// The most signals that a message names.
 const NAMED: usize = 20;
 
-/// Reads the edges of the signal that is selected, or of the only one.
+/// Reads the edges of the selected signal, or of the only one.
 pub(super) fn read(
     name: &str,
     bytes: &[u8],
@@ -42,7 +42,7 @@ pub(super) fn read(
     let mut emulated = mentions(&header.items);
     let gate = match selection.during {
         Some(wanted) => Some(signals.find(name, Some(wanted))?.1),
-        // The emulator's dumps tell when the machine runs.
+        // The emulator's dumps show when the machine runs.
         None if emulated => signals.beside(&signal, "running"),
         None => None,
     };
@@ -53,7 +53,7 @@ pub(super) fn read(
     }
     let mut edges = Edges::new(selection.edge);
     let mut at = 0_i128;
-    // Levels that follow each other at one moment are a glitch of the tool, not edges.
+    // Several levels at the same moment are a glitch of the tool, not edges.
     let mut level = None;
     let mut gap = Gap::default();
     while let Some(command) = parser.next() {
@@ -74,7 +74,7 @@ pub(super) fn read(
             }
             Command::ChangeScalar(id, value) if Some(id) == gate => gap.set(bit(value)),
             Command::ChangeReal(id, value) if id == code => {
-                // In text, since decimals are compared exactly.
+                // As text, because decimals are compared exactly.
                 let value = Decimal::Point.level(&value.to_string());
                 match value.zip(selection.threshold) {
                     Some((value, threshold)) => {
@@ -107,7 +107,7 @@ pub(super) fn read(
 struct Gap {
     /// Now.
     open: bool,
-    /// At some time since it was told last.
+    /// At some time since the last report.
     seen: bool,
 }
 
@@ -117,14 +117,14 @@ impl Gap {
         self.seen |= self.open;
     }
 
-    /// Tells of what was seen at this moment, behind the edge that may be at it.
+    /// Reports what was seen at this moment, after an edge at the same moment.
     fn tell(&mut self, edges: &mut Edges) {
         edges.stands(self.open, self.seen);
         self.seen = false;
     }
 }
 
-/// The dump with blanks within names as fixed blanks, which the parser takes for letters.
+/// The dump with blanks within names replaced by fixed blanks, which the parser accepts in names.
 fn in_one_word(bytes: &[u8]) -> Cow<'_, [u8]> {
     let end = find(bytes, b"$enddefinitions").unwrap_or(bytes.len());
     let Ok(header) = std::str::from_utf8(&bytes[..end]) else { return Cow::Borrowed(bytes) };
@@ -139,7 +139,7 @@ fn in_one_word(bytes: &[u8]) -> Cow<'_, [u8]> {
         let Some(length) = rest.find("$end").filter(|_| at >= done) else { continue };
         let tokens: Vec<&str> = rest[..length].split_whitespace().collect();
         let named = tokens.get(words..).unwrap_or_default();
-        // An index in brackets stands apart from the name.
+        // An index in brackets is separate from the name.
         let index = named.last().filter(|last| last.starts_with('[') && named.len() > 1);
         let name = &named[..named.len() - usize::from(index.is_some())];
         if name.len() < 2 {
@@ -181,7 +181,7 @@ fn mentions(items: &[ScopeItem]) -> bool {
     items.iter().any(|item| matches!(item, ScopeItem::Comment(text) if text.contains(EMULATED)))
 }
 
-/// A signal of one bit, or a real one.
+/// A signal of one bit, or a real-valued one.
 #[derive(Clone)]
 struct Signal {
     path: String,
@@ -189,7 +189,7 @@ struct Signal {
     real: bool,
 }
 
-/// The signals of one bit and the real ones, by path.
+/// The one-bit and real-valued signals, by path.
 struct Signals(Vec<Signal>);
 
 impl Signals {
@@ -216,14 +216,14 @@ impl Signals {
         }
     }
 
-    /// The signal of a name in the scope of another.
+    /// The signal of this name in the scope of another signal.
     fn beside(&self, other: &str, name: &str) -> Option<IdCode> {
         let scope = other.rfind('.').map_or("", |at| &other[..=at]);
         let wanted = format!("{scope}{name}");
         self.0.iter().find(|one| one.path == wanted && !one.real).map(|one| one.code)
     }
 
-    /// The signal of a name: its whole path, or its last part where that is the name of one only.
+    /// The signal of this name: its whole path, or its last part if that is unique.
     fn find(&self, file: &str, wanted: Option<&str>) -> Result<(String, IdCode), Vec<Diagnostic>> {
         let names = || {
             let mut names: Vec<&str> =

@@ -1,49 +1,49 @@
-//! What measurements say about the clock, or about the scale of a table. Proposed, never applied.
+//! Suggests a clock, or a scale of the table, that fits the measurements. It is never applied automatically.
 
 use super::figures::{Bounds, Figures};
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// What the measurements support.
+/// A suggestion that fits the measurements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fit {
-    /// For a machine that runs one word a clock.
+    /// For a machine that executes one word per clock cycle.
     Clock(Clock),
-    /// For all others.
+    /// For all other machines.
     Scale(Scale),
 }
 
-/// The clock's period as it was measured over whole scans.
+/// The clock's period, measured over whole scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clock {
-    /// In the shortest scan, less the resolution, rounded down.
+    /// In the shortest scan, minus the resolution, rounded down.
     pub shortest: Picos,
-    /// In the mean.
+    /// In the mean of all scans.
     pub mean: Picos,
-    /// In the longest scan, with the resolution, rounded up. A bound needs this one.
+    /// In the longest scan, plus the resolution, rounded up. A bound needs this one.
     pub longest: Picos,
-    /// The bound that would follow.
+    /// The bound with this period.
     pub bound: Picos,
-    /// Whether that is lower than the bound is.
+    /// Whether it is lower than the current bound.
     pub lowers: bool,
 }
 
-/// The scale by which all times of the table may be multiplied.
+/// A factor by which all times of the table may be multiplied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scale {
-    /// The least with which no measurement lies above the bound, rounded up.
+    /// The smallest factor with which no measurement exceeds the bound, rounded up.
     pub least: Ratio,
-    /// The largest with which no measurement is shorter than every scan would be, rounded down; `None` if
+    /// The largest factor with which no measurement is shorter than every scan must be, rounded down. `None` if
     /// conditions can avoid all of a scan.
     pub most: Option<Ratio>,
-    /// The bound that would follow from the least.
+    /// The bound with the smallest factor.
     pub bound: Picos,
-    /// Whether that is lower than the bound is.
+    /// Whether it is lower than the current bound.
     pub lowers: bool,
 }
 
 impl Scale {
-    /// Whether one scale explains all measurements.
+    /// Whether one factor fits all measurements.
     #[must_use]
     pub fn explains(&self) -> bool {
         self.most.is_none_or(|most| self.least <= most)
@@ -61,7 +61,7 @@ impl fmt::Display for Ratio {
 }
 
 impl Fit {
-    /// What the figures support.
+    /// The suggestion for these figures.
     pub(super) fn of(figures: &Figures, bounds: &Bounds, resolution: Picos) -> Fit {
         let longest = figures.most + resolution;
         let shortest = figures.least.0.saturating_sub(resolution.0);

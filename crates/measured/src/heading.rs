@@ -8,21 +8,21 @@
 
 use scanbound_base::column::Unit;
 
-/// The head stands within the first so many rows.
+/// The heading is within this many first rows.
 pub(super) const ROWS: usize = 64;
 
-/// A head of several rows.
+/// A heading of several rows.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Heading {
-    /// The columns' names, the time's with its unit.
+    /// The columns' names. That of the time includes its unit.
     pub(super) heads: Vec<String>,
-    /// How many rows stand before the first sample.
+    /// The number of rows before the first sample.
     pub(super) rows: usize,
-    /// Where the first column counts samples: the first one's time and the time between two, in picoseconds.
+    /// If the first column counts samples: the time of the first sample and the time between two, in picoseconds.
     pub(super) counted: Option<(i128, i128)>,
 }
 
-/// The head of a known maker's file, from its first rows.
+/// The heading of a known maker's file, from its first rows.
 pub(super) fn read(rows: &[Vec<String>]) -> Option<Heading> {
     let first = rows.first()?;
     let begins = |row: &[String], word: &str| row.first().is_some_and(|cell| same(cell, word));
@@ -65,7 +65,7 @@ pub(super) fn read(rows: &[Vec<String>]) -> Option<Heading> {
     None
 }
 
-/// The heads with the first one as the time's.
+/// The headings, with the first one made that of the time.
 fn timed(heads: &[String], unit: &str) -> Vec<String> {
     let mut heads = heads.to_vec();
     heads[0] = format!("Time [{unit}]");

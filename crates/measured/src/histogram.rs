@@ -1,9 +1,9 @@
-//! How scan times are spread: bins of a round width, and one for what lies far out.
+//! The distribution of scan times: bins of a round width, and one for times far above the others.
 
 use super::figures::Figures;
 use scanbound_base::time::Picos;
 
-/// At most so many bins.
+/// The most bins.
 const BINS: u64 = 16;
 
 /// A histogram.
@@ -13,21 +13,21 @@ pub struct Histogram {
     pub width: Picos,
     /// The bins, each of the same width, from the one with the shortest scan on.
     pub bins: Vec<Bin>,
-    /// How many scans lie beyond the last bin.
+    /// The number of scans above the last bin.
     pub beyond: usize,
 }
 
-/// The scans from `from` up to, but not with, the next bin's.
+/// The scans from `from` up to, but not including, the beginning of the next bin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bin {
     /// Where it begins.
     pub from: Picos,
-    /// How many scans.
+    /// The number of scans.
     pub count: usize,
 }
 
 impl Histogram {
-    /// The histogram of scan times. A few that lie far above all others are counted, not drawn to scale.
+    /// The histogram of scan times. A few that are far above all others are only counted.
     #[must_use]
     pub fn of(times: &[Picos], figures: &Figures) -> Histogram {
         let (least, most, usual) = (figures.least.0, figures.most.0, usual(times).0);
@@ -50,7 +50,7 @@ impl Histogram {
     }
 }
 
-/// The longest but for the one in a thousand, and at least one, that are longest.
+/// The longest time after the longest thousandth of the scans, at least one, is removed.
 fn usual(times: &[Picos]) -> Picos {
     let mut sorted = times.to_vec();
     sorted.sort_unstable();

@@ -1,4 +1,4 @@
-//! Holds measured scan times against the bound: statistics, how tight the bound is, and the verdict.
+//! Compares measured scan times with the bound: statistics, how tight the bound is, and the verdict.
 
 pub mod capture;
 mod delimited;
@@ -22,24 +22,24 @@ use scanbound_audit::Share;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
 
-/// Scan times as they were captured.
+/// Scan times from a capture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measurements {
     /// The file.
     pub file: String,
-    /// How the times were had from the file, in words.
+    /// How the times were obtained from the file, for reports.
     pub how: String,
-    /// The scan times, in the order in which they were captured; not empty.
+    /// The scan times in the order of the capture. Not empty.
     pub times: Vec<Picos>,
-    /// How finely the capture tells times, where the file says so.
+    /// The time resolution of the capture, if the file gives it.
     pub resolution: Option<Picos>,
     /// Whether the file says that an emulator made it.
     pub emulated: bool,
-    /// What was noticed on the way.
+    /// The warnings.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Measured scan times held against the bound.
+/// Measured scan times compared with the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Comparison {
     /// The program's files.
@@ -50,35 +50,36 @@ pub struct Comparison {
     pub bounds: Bounds,
     /// The figures of the measurement.
     pub figures: Figures,
-    /// The longest measured scan as a part of the bound.
+    /// The longest measured scan as a share of the bound.
     pub tightness: Share,
     /// The scans above the bound.
     pub above: Option<Above>,
-    /// How many scans are shorter than any scan can be by the table.
+    /// The number of scans that are shorter than any scan can be by the table.
     pub below: usize,
-    /// Intervals that look as if a pulse had been missed: about a whole number of usual scans.
+    /// The number of intervals in which a pulse was probably missed: they are close to a multiple of the usual scan
+    /// time.
     pub missed: usize,
-    /// How the scan times are spread.
+    /// The distribution of the scan times.
     pub histogram: Histogram,
-    /// What the measurements say about the table, if asked for.
+    /// The suggestion for the table, if requested.
     pub fit: Option<Fit>,
 }
 
 /// Scans above the bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Above {
-    /// How many.
+    /// The number of scans.
     pub count: usize,
-    /// The first one's number, from 1.
+    /// The number of the first one, counted from 1.
     pub first: usize,
-    /// By how much the longest is above.
+    /// By how much the longest exceeds the bound.
     pub by: Picos,
     /// Whether that is less than the capture's resolution.
     pub within_resolution: bool,
 }
 
 impl Comparison {
-    /// Holds measurements against bounds. `None` if nothing was measured.
+    /// Compares measurements with bounds. `None` if nothing was measured.
     #[must_use]
     pub fn new(
         files: Vec<String>,
@@ -120,7 +121,7 @@ impl Comparison {
     }
 }
 
-/// Whether an interval is about two or more usual scans: within a tenth of one.
+/// Whether an interval is within a tenth of a usual scan time of two or more of them.
 fn missed(time: Picos, usual: Picos) -> bool {
     if usual == Picos::ZERO {
         return false;

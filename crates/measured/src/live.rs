@@ -6,53 +6,53 @@ use scanbound_link::client::ScanTimes;
 use std::io::{self, Write};
 use std::time::Duration;
 
-/// From this part of the bound on a scan is told of, in thousandths.
+/// A scan that takes at least this part of the bound, in thousandths, is reported.
 const NEAR: u64 = 950;
 
 /// A reading of the scan times.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reading {
-    /// When, since the first.
+    /// The time since the first reading.
     pub at: Duration,
     /// The scan.
     pub time: Picos,
-    /// The longest that the CPU has made since it runs.
+    /// The longest scan time since the CPU started.
     pub longest: Option<Picos>,
-    /// How it became known.
+    /// How the CPU reported it.
     pub how: How,
 }
 
-/// How a scan became known.
+/// How the CPU reported a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
-    /// It was the last one when the CPU was asked.
+    /// As the last scan when the CPU was read.
     Read,
-    /// The longest of the CPU grew: it was made since the reading before.
+    /// As a new longest scan: it was made since the reading before.
     Grown,
 }
 
-/// What is worth telling of a reading.
+/// Something about a reading that is worth reporting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Notice {
-    /// It comes near the bound: its share.
+    /// It is close to the bound; its share of the bound.
     Near(Share),
-    /// It lies above the bound.
+    /// It exceeds the bound.
     Above,
 }
 
-/// What was read so far.
+/// The readings so far.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Watch {
     bound: Option<Picos>,
     readings: Vec<Reading>,
-    /// The longest that the CPU told when it was last asked.
+    /// The CPU's longest scan time at the last reading.
     longest: Option<Picos>,
-    /// The longest that was told of.
+    /// The longest time that was reported to the user.
     told: Picos,
 }
 
 impl Watch {
-    /// Nothing was read yet.
+    /// Before the first reading.
     #[must_use]
     pub fn new(bound: Option<Picos>) -> Watch {
         Watch { bound, ..Watch::default() }
@@ -76,8 +76,8 @@ impl Watch {
         self.readings.iter().map(|reading| reading.time).collect()
     }
 
-    /// Takes what the CPU told, and gives the readings that this adds. What was its longest scan before the first reading
-    /// is none of them.
+    /// Records what the CPU reported, and returns the new readings. The CPU's longest scan before the first reading is
+    /// not among them.
     pub fn take(&mut self, at: Duration, told: ScanTimes) -> &[Reading] {
         let before = self.readings.len();
         let grown = match (self.longest, told.most) {
@@ -92,8 +92,8 @@ impl Watch {
         &self.readings[before..]
     }
 
-    /// What is worth telling of a time: that it comes near the bound, or above it. Each is told once, unless a longer one
-    /// comes.
+    /// Whether a time is worth reporting because it is close to the bound or above it. Each case is reported once, and
+    /// again for a longer time.
     pub fn notice(&mut self, time: Picos) -> Option<Notice> {
         let bound = self.bound?;
         let share = u128::from(time.0) * 1000;
@@ -105,10 +105,11 @@ impl Watch {
     }
 }
 
-/// The head of the file of readings, which `compare` reads: one column alone is called after scans.
+/// The heading of the file of readings. `compare` finds the scan times by it, so only one column has a name with
+/// `scan`.
 ///
 /// # Errors
-/// Of the writer.
+/// Those of the writer.
 pub fn head(out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "at_s,scan_ms,longest_ms,how,devices")
 }
@@ -139,10 +140,10 @@ pub fn row(out: &mut dyn Write, reading: &Reading, devices: &[(String, u16)]) ->
     )
 }
 
-/// Marks in that file when nothing could be read: a comment, which `compare` passes over.
+/// Marks in that file an interval without readings: a comment, which `compare` ignores.
 ///
 /// # Errors
-/// Of the writer.
+/// Those of the writer.
 pub fn gap(out: &mut dyn Write, from: Duration, to: Duration) -> io::Result<()> {
     let seconds = |time: Duration| format!("{}.{:03}", time.as_secs(), time.subsec_millis());
     writeln!(out, "# gap: nothing was read from {} s to {} s", seconds(from), seconds(to))

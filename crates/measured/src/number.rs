@@ -1,8 +1,8 @@
-//! Numbers and dates as they are written in different countries: read, or refused, never guessed.
+//! Numbers and dates in the notations of different countries. An ambiguous one is refused, never guessed.
 
 use scanbound_base::column::Unit;
 
-/// What separates a number's whole part from its fraction. The other of the two groups thousands.
+/// The decimal separator. The other separator groups thousands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decimal {
     /// `8,448.5`
@@ -11,30 +11,30 @@ pub enum Decimal {
     Comma,
 }
 
-/// What one cell shows of it.
+/// What one cell shows about the decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Shown {
     Nothing,
     Surely(Decimal),
-    /// One separator with three digits behind it: `8,448`.
+    /// One separator followed by three digits, which can mean either: `8,448`.
     Either(char),
 }
 
-/// What a column's cells show together, each with the first line and cell that does.
+/// What the cells of a column show together, each with the first line and cell that shows it.
 #[derive(Debug, Default)]
 pub(super) struct Signs {
     point: Option<(u32, String)>,
     comma: Option<(u32, String)>,
     either: Option<(u32, String, char)>,
-    /// Whether not all numbers are of the form of `either`.
+    /// Whether some numbers are not of the form of `either`.
     others: bool,
 }
 
-/// A cell that leaves open what its separators mean: its line, its text, and why.
+/// A cell whose separators are ambiguous: its line, its text, and the reason.
 pub(super) type Doubt = (u32, String, String);
 
 impl Decimal {
-    /// A number without grouping and with a point; `None` if its groups are not of three digits.
+    /// The number without grouping and with a decimal point. `None` if a group does not have three digits.
     fn plain(self, text: &str) -> Option<String> {
         let (group, point) = match self {
             Decimal::Point => (',', '.'),
@@ -52,19 +52,19 @@ impl Decimal {
         Some([sign, &whole, point, fraction, exponent].concat())
     }
 
-    /// Reads a number of a unit in picoseconds.
+    /// Reads a number with this unit, in picoseconds.
     pub(super) fn read(self, text: &str, unit: Unit) -> Option<i128> {
         unit.read(&self.plain(text)?)
     }
 
-    /// Reads a number without a unit, such as a voltage, in millionths of millionths.
+    /// Reads a number without a unit, such as a voltage, in units of 10^-12.
     pub(super) fn level(self, text: &str) -> Option<i128> {
         self.read(text, Unit::from_name("s")?)
     }
 }
 
 impl Signs {
-    /// Takes in a cell.
+    /// Adds a cell.
     pub(super) fn cell(&mut self, line: u32, cell: &str) {
         match shown(cell.trim()) {
             Shown::Nothing => self.others = true,
@@ -87,8 +87,8 @@ impl Signs {
         }
     }
 
-    /// What the cells show together. Where semicolons separate them, commas commonly mark decimals, and a point
-    /// alone shows nothing.
+    /// The decimal separator that the cells show together. If semicolons separate cells, a comma is commonly the
+    /// decimal separator, and a point alone proves nothing.
     pub(super) fn decimal(self, semicolons: bool) -> Result<Decimal, Doubt> {
         match (self.point, self.comma, self.either) {
             (Some((line, cell)), Some((_, other)), _) => {
@@ -144,7 +144,7 @@ fn shown(cell: &str) -> Shown {
                 Shown::Surely(of(mark))
             }
         }
-        // The last of several is the decimal mark if it is another than those before.
+        // The last of several separators is the decimal one if it differs from those before.
         [first, .., last] if first != last => Shown::Surely(of(last)),
         [first, ..] => Shown::Surely(other(first)),
     }
@@ -155,9 +155,9 @@ fn shown(cell: &str) -> Shown {
 pub(super) struct Stamp {
     /// Picoseconds since the beginning of 1970 in its zone, or of the day.
     pub(super) at: i128,
-    /// How finely it is written, in picoseconds.
+    /// The resolution of the notation, in picoseconds.
     pub(super) step: u64,
-    /// What it is written with, which must not change within a file: a date, a zone.
+    /// Whether it has a date, and whether it has a zone. This must not change within a file.
     pub(super) form: (bool, bool),
 }
 
@@ -202,7 +202,7 @@ impl Stamp {
     }
 }
 
-/// A whole number of so many digits.
+/// A whole number of exactly this many digits.
 fn number(text: &str, digits: usize, most: i64) -> Option<i64> {
     let fits = text.len() == digits && text.bytes().all(|b| b.is_ascii_digit());
     text.parse().ok().filter(|&value| fits && value <= most)
@@ -216,7 +216,7 @@ fn days(text: &str) -> Option<i64> {
     if month == 0 || day == 0 {
         return None;
     }
-    // Years begin in March here, so that the leap day ends one.
+    // Years are counted from March, so that the leap day is the last day of a year.
     let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     let leaps = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
     Some(year * 365 + leaps + (month * 153 + 2) / 5 + day - 1 - 719_468)

@@ -1,4 +1,4 @@
-//! What is chosen of a capture, and the scan times between the edges of a signal.
+//! The selection in a capture, and the scan times between the edges of a signal.
 
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
@@ -40,28 +40,28 @@ impl Edge {
     }
 }
 
-/// What of a file to take, and how.
+/// What to read from a file, and how.
 #[derive(Debug, Clone, Default)]
 pub struct Selection<'a> {
     /// The column of scan times, or of time stamps.
     pub column: Option<&'a str>,
-    /// Whether that column holds time stamps of a pulse a scan.
+    /// Whether that column holds the time stamps of one pulse per scan.
     pub pulses: bool,
-    /// The unit, where the column's head does not name it.
+    /// The unit, if the column's heading does not give it.
     pub unit: Option<Unit>,
     /// The captured signal.
     pub signal: Option<&'a str>,
     /// Its edges.
     pub edge: Edge,
-    /// Where an analog signal changes its level.
+    /// The threshold of an analog signal.
     pub threshold: Option<Threshold>,
-    /// What marks decimals, where the file leaves it open.
+    /// The decimal separator, if the file does not show it.
     pub decimal: Option<Decimal>,
-    /// A signal of one bit: what lies over a time at which it is off is left out.
+    /// A one-bit signal: intervals that contain a time at which it is off are ignored.
     pub during: Option<&'a str>,
 }
 
-/// Where an analog signal changes its level, in millionths of millionths of its unit.
+/// The thresholds of an analog signal, in 10^-12 of its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Threshold {
     low: i128,
@@ -69,7 +69,8 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// Reads `2.5`, or `0.8..2.0`: up to the first it is 0, from the second on 1, in between as it was.
+    /// Reads `2.5`, or `0.8..2.0`: at most the first is 0, at least the second is 1, and values in between do not
+    /// change the level.
     #[must_use]
     pub fn parse(text: &str) -> Option<Threshold> {
         let read = |text: &str| Unit::from_name("s")?.read(text);
@@ -97,12 +98,12 @@ pub(super) fn fault(name: &str, message: impl Into<String>, help: impl Into<Stri
     Diagnostic::file(Code::Capture, name, message, help)
 }
 
-/// The edges of a signal, as its levels come in.
+/// The edges of a signal, collected as its levels are read.
 #[derive(Debug)]
 pub(super) struct Edges {
     edge: Edge,
     level: Option<bool>,
-    /// How many edges there were before each gap.
+    /// The number of edges before each gap.
     gaps: BTreeSet<usize>,
     /// Whether the machine stands still.
     still: bool,

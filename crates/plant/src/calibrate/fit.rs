@@ -1,4 +1,5 @@
-//! From readings to times: intervals by the register's steps and the scatter, and what tells that a run was disturbed.
+//! From readings to times: intervals from the register's resolution and the scatter, and signs that a run was
+//! disturbed.
 
 use super::language::RESULTS;
 use super::plan::{Measure, Part, Plan, State};
@@ -8,75 +9,76 @@ use super::result::Words;
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// A step of the scan-time register.
+/// One step of the scan-time register, in picoseconds.
 const STEP: i128 = 100_000_000;
-/// What is added, in percent, where the time depends on data that may be worse than what was measured.
+/// The margin, in percent, that is added if the time depends on data that may be slower than the measured data.
 pub const MARGIN: u64 = 20;
 
-/// What was found of a row.
+/// The measured times of one table row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     /// The row.
     pub row: String,
-    /// When it fires, on the slowest data measured; without units.
+    /// The on-time without units, for the slowest data measured.
     pub on: Interval,
-    /// When it does not.
+    /// The off-time.
     pub off: Interval,
-    /// For each unit, where it was measured with few and with many.
+    /// The time of each unit, if it was measured with few and with many units.
     pub per_unit: Option<Interval>,
     /// Whether its time depends on its data.
     pub by_data: bool,
     /// The lines whose copies were measured.
     pub lines: Vec<String>,
-    /// Copies and times round the loop of the first of them.
+    /// For the first line: the number of copies, and of iterations of the loop.
     pub repeated: [u64; 2],
 }
 
-/// A step's readings.
+/// The smallest and the largest reading of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Reading {
     least: i128,
     most: i128,
 }
 
-/// How a run is to be trusted.
+/// How reliable a run is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
     /// The part's file.
     pub file: String,
-    /// How far readings of a step are apart, the half of all steps less and the half more, in steps of the register.
+    /// The median difference between the readings of a step, in steps of the register.
     pub scatter: u64,
-    /// Lines in whose steps readings are much farther apart.
+    /// Lines in whose steps the readings differ much more than that.
     pub outliers: Vec<String>,
-    /// Whether a block that was measured first and last gave the same both times.
+    /// Whether a block that was measured at the beginning and at the end gave the same time.
     pub steady: bool,
-    /// What a block of many instructions was found to take each time round, and what their times say together.
+    /// For a block of many instructions: its measured time per iteration, and the sum of the instructions' single
+    /// times.
     pub sum: Option<[Interval; 2]>,
 }
 
 impl Check {
-    /// Whether the sum of the times agrees with what a block of all of them takes.
+    /// Whether the sum of the single times agrees with the time of the whole block.
     #[must_use]
     pub fn sum_agrees(&self) -> bool {
         self.sum
             .is_none_or(|[measured, said]| measured.low <= said.high && said.low <= measured.high)
     }
 
-    /// Whether nothing speaks against the run.
+    /// Whether no sign of a disturbance was found.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.steady && self.outliers.is_empty() && self.sum_agrees()
     }
 }
 
-/// All that was found.
+/// The result of evaluating all readings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fit {
     /// The rows, in the order in which they were measured.
     pub rows: Vec<Found>,
-    /// What a scan takes that does nothing: the largest counts.
+    /// The time of an empty scan: its largest reading counts.
     pub empty: Option<Interval>,
-    /// How each part's run is to be trusted.
+    /// How reliable each part's run is.
     pub checks: Vec<Check>,
 }
 
@@ -87,17 +89,17 @@ pub enum Unfit {
     Missing {
         /// The part's file.
         part: String,
-        /// The first register that is not there.
+        /// The first missing register.
         register: u32,
     },
-    /// A step has not been measured.
+    /// A step was not measured.
     Unmeasured {
         /// The part's file.
         part: String,
         /// The step.
         step: u32,
     },
-    /// There are not as many results as parts.
+    /// The number of results differs from the number of parts.
     Parts {
         /// How many parts the plan has.
         parts: usize,
@@ -125,7 +127,7 @@ impl std::fmt::Display for Unfit {
     }
 }
 
-/// The times that readings say; one result for each part.
+/// The times that follow from the readings. There is one result for each part.
 ///
 /// # Errors
 /// Results are missing.
@@ -167,14 +169,14 @@ fn readings(part: &Part, words: &Words) -> Result<Vec<Reading>, Unfit> {
     (0..part.steps).map(step).collect()
 }
 
-/// A scan's own time: the register may be a step off either way.
+/// The time of the scan itself: the register may be wrong by one step in either direction.
 fn scan_of(reading: Reading) -> Interval {
     let picos = |time: i128| Picos(u64::try_from(time.max(0)).unwrap_or(u64::MAX));
     Interval { low: picos((reading.least - 1) * STEP), high: picos((reading.most + 1) * STEP) }
 }
 
-/// What one of so many executions takes that the first step has beyond the second. What disturbs a scan only makes it
-/// longer, and the register may be a step off either way.
+/// The time of one of `times` executions that the first step has in addition to the second. Disturbances only make a
+/// scan longer, and the register may be wrong by one step in either direction.
 fn each(full: Reading, base: Reading, times: u64) -> Interval {
     let times = i128::from(times.max(1));
     let low = ((full.least - base.most - 2) * STEP).max(0) / times;
@@ -185,7 +187,7 @@ fn each(full: Reading, base: Reading, times: u64) -> Interval {
     Interval { low: picos(low), high: picos(high) }
 }
 
-/// Rows from what was measured of each.
+/// The rows from all measurements of each.
 fn rows(measured: &[(&Measure, Interval)]) -> Vec<Found> {
     let mut order: Vec<&str> = Vec::new();
     let mut by_row: BTreeMap<&str, Vec<(&Measure, Interval)>> = BTreeMap::new();
@@ -207,7 +209,7 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
     let (first, _) = measured.first()?;
     let off = measured.iter().filter(|(one, _)| one.state == State::Off).map(|(_, time)| *time);
     let mut off = off.reduce(slower)?;
-    // By the number of units, the slowest of all data and forms.
+    // By the number of units: the slowest of all data and forms.
     let mut by_units: BTreeMap<u64, Interval> = BTreeMap::new();
     for (one, time) in measured.iter().filter(|(one, _)| one.state != State::Off) {
         let known = by_units.entry(one.units).or_insert(*time);
@@ -220,7 +222,7 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
         Some(more) => {
             let low = many_time.low.0.saturating_sub(few_time.high.0) / more;
             let high = many_time.high.0.saturating_sub(few_time.low.0).div_ceil(more);
-            // What is left when each unit takes the least, so that neither part is too little.
+            // The rest if each unit takes the least time, so that neither part is too small.
             let base = Interval {
                 low: Picos(few_time.low.0.saturating_sub(high * few)),
                 high: Picos(few_time.high.0.saturating_sub(low * few)),
@@ -228,7 +230,7 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
             (base, Some(Interval { low: Picos(low), high: Picos(high) }))
         }
     };
-    // What stands in a routine is not executed while it is not called: it has one time.
+    // An instruction in a routine is not reached while the routine is not called, so it has only one time.
     if first.own != first.line {
         off = on;
     }
@@ -249,7 +251,7 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
     })
 }
 
-/// How a part's run is to be trusted.
+/// How reliable a part's run is.
 fn check(part: &Part, readings: &[Reading], measured: &[(&Measure, Interval)]) -> Check {
     let apart = |reading: &Reading| reading.most - reading.least;
     let mut scatter: Vec<i128> = readings.iter().map(apart).collect();

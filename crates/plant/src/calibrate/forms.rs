@@ -1,4 +1,4 @@
-//! Which instructions are measured, and how their copies are written: lines that a front shows, tried in rungs.
+//! Chooses the instructions to measure and how their copies are placed in rungs: sample lines of the front are tried.
 
 use super::rung::{ROUTINE, Special, special, special_names};
 use super::{Language, Rung, Spare, variants};
@@ -14,23 +14,23 @@ use std::collections::BTreeMap;
 /// An instruction that is measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Form {
-    /// The row of a timing table that it gives.
+    /// The row of a timing table that it measures.
     pub row: String,
-    /// A copy of it.
+    /// The line of a copy.
     pub line: String,
-    /// The instruction in it, or in the routine that it calls.
+    /// The measured instruction: in the line, or in the routine that the line calls.
     pub own: String,
     /// Its timing class.
     pub class: &'static str,
-    /// How many units the copy handles; 0 where nothing is counted.
+    /// The number of units that the copy handles. 0 if it has no count.
     pub units: u64,
-    /// How copies stand in rungs.
+    /// How copies are placed in rungs.
     pub rung: Rung,
     /// How often a copy executes it.
     pub runs: u64,
-    /// What it takes at most, by the table that is to be replaced.
+    /// Its largest time by the table that is to be replaced.
     pub assumed: Picos,
-    /// Its part of all instructions' time in the programs, in thousandths.
+    /// Its share of the time of all instructions in the programs, in thousandths.
     pub share: u64,
 }
 
@@ -41,11 +41,11 @@ pub struct Left {
     pub row: String,
     /// Why.
     pub why: String,
-    /// Its part of all instructions' time in the programs, in thousandths.
+    /// Its share of the time of all instructions in the programs, in thousandths.
     pub share: u64,
 }
 
-/// The timing classes whose instructions do nothing that a calibration must not do.
+/// The timing classes whose instructions are safe to execute in a calibration.
 const HARMLESS: &[&str] = &[
     "arithmetic",
     "arithmetic-double",
@@ -76,7 +76,7 @@ const HARMLESS: &[&str] = &[
     "table",
 ];
 
-/// The classes whose time depends on the data, for which a margin is added.
+/// The classes whose time depends on the data. A margin is added to their times.
 pub const BY_DATA: &[&str] = &[
     "compare-real",
     "compare-string",
@@ -90,7 +90,7 @@ pub const BY_DATA: &[&str] = &[
     "string",
 ];
 
-/// Values of words before a block: what likely makes instructions of a class slow. Each list is a state of its own.
+/// Values of words before a block that probably make instructions of a class slow. Each list is measured separately.
 #[must_use]
 pub fn operands(class: &str) -> &'static [&'static [(u32, u16)]] {
     match class {
@@ -106,7 +106,7 @@ pub fn operands(class: &str) -> &'static [&'static [(u32, u16)]] {
             &[(0, 0x0FDB), (1, 0x4049), (100, 0xF854), (101, 0x402D)],
             &[(0, 0xAAAB), (1, 0x3EAA), (100, 0x0000), (101, 0x4040)],
         ],
-        // Four decimal digits, so that either way has a result.
+        // Four decimal digits, so that both conversions have a result.
         "conversion" => &[
             &[(0, 0x0999), (1, 0), (100, 0), (101, 0)],
             &[(0, 0x0001), (1, 0), (100, 0), (101, 0)],
@@ -128,7 +128,8 @@ pub fn operands(class: &str) -> &'static [&'static [(u32, u16)]] {
     }
 }
 
-/// What programs use: a mnemonic, and the kind of its operands or its coil's device where that tells it from others.
+/// An instruction that programs use: a mnemonic, and the kind of its operands or its coil's device if that has a row of
+/// its own.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Asked {
     name: String,
@@ -136,7 +137,7 @@ struct Asked {
 }
 
 impl Asked {
-    /// That of a price's key.
+    /// The one that belongs to a timing key.
     fn of(key: &TimingKey, table: &Table) -> Asked {
         let name = key.names.last().cloned().unwrap_or_default();
         let variant = key.names.first().and_then(|name| name.split_once(':')).map(|(_, kind)| kind);
@@ -151,7 +152,7 @@ impl Asked {
         Asked { variant: variant.filter(matters).map(str::to_owned), name }
     }
 
-    /// As tables name its row.
+    /// The name of its row in tables.
     fn text(&self) -> String {
         match &self.variant {
             Some(variant) => format!("{}:{variant}", self.name),
@@ -163,7 +164,7 @@ impl Asked {
 /// The kinds of operands that have rows of their own.
 const KINDS: [&str; 3] = ["indexed", "digits", "module"];
 
-/// Where lines come from, and what they may write.
+/// The source of sample lines, and the devices that they may write.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) table: &'a Table,
@@ -172,15 +173,15 @@ pub(super) struct Source<'a> {
     pub(super) spare: &'a Spare,
 }
 
-/// What is used, and the part of the programs' time, in thousandths.
+/// An instruction that is used, and its share of the programs' time, in thousandths.
 struct Used {
     asked: Asked,
     class: &'static str,
     share: u64,
 }
 
-/// The instructions that programs use, or where none are named all that the table has a row of its own for; the dearest
-/// part of the programs first.
+/// Chooses the instructions that programs use. Without programs, all for which the table has a row of its own. Those
+/// with the largest share of the time come first.
 #[must_use]
 pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form>, Vec<Left>) {
     let used = match program {
@@ -189,7 +190,7 @@ pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form
     };
     let (mut forms, mut left) = (Vec::new(), Vec::new());
     for Used { asked, class, share } in used {
-        // What ends a program is part of a scan that does nothing.
+        // The instruction that ends a program is part of an empty scan.
         if ENDS.contains(&&*asked.name) {
             continue;
         }
@@ -198,22 +199,22 @@ pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form
             Err(why) => left.push(Left { row: asked.text(), why: why.to_owned(), share }),
         }
     }
-    // Different names may be shown by the same line.
+    // The same line may be the sample of several names.
     let mut seen = std::collections::BTreeSet::new();
     forms.retain(|form| seen.insert((form.line.clone(), form.own.clone(), form.row.clone())));
     (forms, left)
 }
 
-/// What ends a program.
+/// The instructions that end a program.
 pub(super) const ENDS: [&str; 2] = ["END", "FEND"];
 
-/// What a program uses of which the time is assumed, the dearest first.
+/// The instructions of a program whose times are assumed, those with the most time first.
 fn used(program: &Program, table: &Table) -> Vec<Used> {
     let mut times: BTreeMap<Asked, (u128, &'static str)> = BTreeMap::new();
     for instruction in &program.instructions {
         let Some(key) = instruction.timing.as_deref() else { continue };
         let Ok(price) = price_of(table, key, &Tags::new()) else { continue };
-        // A row of somebody's own that is measured or published needs no other.
+        // A row of the user that is measured or published need not be measured again.
         if price.evidence == Evidence::Assumed {
             let one = times.entry(Asked::of(key, table)).or_insert((0, key.class));
             one.0 += u128::from(price.on.max(price.off).0);
@@ -230,7 +231,7 @@ fn used(program: &Program, table: &Table) -> Vec<Used> {
     used.map(|(asked, (time, class))| Used { asked, class, share: share(time) }).collect()
 }
 
-/// What a table has rows of its own for, and what has rungs of its own here.
+/// The instructions that have rows of their own in a table, and those that have special rungs here.
 fn rows_of(table: &Table, language: Language) -> Vec<Used> {
     let own = table.rows().iter().filter(|row| !row.name.starts_with('@'));
     let own = own.filter(|row| row.evidence == Evidence::Assumed).map(|row| &*row.name);
@@ -261,7 +262,7 @@ fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>,
     }
     let family = source.table.family.as_deref().unwrap_or_default();
     let examples = source.fronts.0.iter().find_map(|front| front.examples(&asked.name, family));
-    let Some(examples) = examples else { return Err("no line of it is known here") };
+    let Some(examples) = examples else { return Err("no sample line is known for it") };
     let mut found = Vec::new();
     for form in examples.forms {
         let mut lines: Vec<String> = Vec::new();
@@ -277,11 +278,11 @@ fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>,
             let Some(form) = tried.into_iter().find_map(|line| of_line(&line, source)) else {
                 continue;
             };
-            // Another variant of the same name.
+            // It is another variant of the same name.
             if variant.is_some_and(|kind| form.row != format!("{}:{kind}", asked.name)) {
                 continue;
             }
-            // What counts is measured with few units and with many.
+            // An instruction with a count is measured with few units and with many.
             if form.units > 0
                 && let Some(counts) = with_counts(&form, source)
             {
@@ -294,7 +295,7 @@ fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>,
     match (found.is_empty(), variant) {
         (false, _) => Ok(found),
         (true, Some("module")) => {
-            Err("it reaches beyond the CPU: name buffer memory with --spare U4\\G100")
+            Err("it accesses a module: name buffer memory with --spare U4\\G100")
         }
         (true, Some(kind)) if !KINDS.contains(&kind) => {
             Err("it writes devices that are not the program's own: name one with --spare")
@@ -303,7 +304,7 @@ fn forms_of(asked: &Asked, class: &str, source: Source<'_>) -> Result<Vec<Form>,
     }
 }
 
-/// A form with rungs of its own, if the front takes it.
+/// A form with special rungs, if the front accepts it.
 fn special_form(special: Special, source: Source<'_>) -> Option<Form> {
     let Special { own, line, rung, runs } = special;
     let mut label = 10;
@@ -337,19 +338,19 @@ fn special_form(special: Special, source: Source<'_>) -> Option<Form> {
 fn why_not(class: &str) -> &'static str {
     match class {
         "jump" | "call" | "loop" | "master" | "interrupt" | "nothing" => {
-            "it changes how the program runs, in a way that no block here can have"
+            "it changes the program's control flow, which a measuring block does not allow"
         }
-        "timer" | "counter" | "pulse" | "contact" => "what it takes hangs on the scans before",
-        "stack" => "it stands only where rungs branch",
-        "module" => "it reaches beyond the CPU: name buffer memory with --spare U4\\G100",
-        "dedicated" | "clock" | "special" => "it reaches beyond the CPU, or takes many scans",
-        _ => "no line is known here that does no harm",
+        "timer" | "counter" | "pulse" | "contact" => "its time depends on earlier scans",
+        "stack" => "it occurs only where rungs branch",
+        "module" => "it accesses a module: name buffer memory with --spare U4\\G100",
+        "dedicated" | "clock" | "special" => "it communicates outside the CPU, or takes many scans",
+        _ => "no safe sample line is known for it",
     }
 }
 
-/// The same form with one unit and with many.
+/// The same form with one unit, and with many.
 fn with_counts(form: &Form, source: Source<'_>) -> Option<[Form; 2]> {
-    // As fronts write a count in the lines that they show.
+    // The format in which fronts write a count in their sample lines.
     let shown = if source.language == Language::Cs { "#4" } else { "K4" };
     let words: Vec<&str> = form.line.split(' ').collect();
     let at = words.iter().rposition(|word| *word == shown)?;
@@ -364,13 +365,13 @@ fn with_counts(form: &Form, source: Source<'_>) -> Option<[Form; 2]> {
     (both[0].units < both[1].units).then_some(both)
 }
 
-/// The form that a line shows, in the first plain rungs in which the front takes it.
+/// The form of a sample line, in the first plain rungs in which the front accepts it.
 pub(super) fn of_line(line: &str, source: Source<'_>) -> Option<Form> {
     let rungs = Rung::plain(source.language);
     rungs.into_iter().find_map(|rung| shaped(line, rung, source))
 }
 
-/// A line whose inputs are the relay of the step's state; none where it would write an output, or a timer.
+/// A line whose inputs are replaced by the relay of the step's state. `None` if it would write an output or a timer.
 fn with_own_devices(line: &str, language: Language) -> Option<String> {
     let (inputs, mut words): (&[&str], _) = match language {
         Language::Q | Language::Fx => (&["X0"], line.split_whitespace()),
@@ -402,7 +403,7 @@ fn is_contact(name: &str) -> bool {
     ["LD", "AND", "OR", "LDI", "ANI", "ORI", "LDNOT", "ANDNOT", "ORNOT", "INV"].contains(&name)
 }
 
-/// The form in these rungs, if the front takes it so and it does what such rungs need.
+/// The form in these rungs, if the front accepts it and it has the properties that such rungs need.
 fn shaped(line: &str, rung: Rung, source: Source<'_>) -> Option<Form> {
     let table = source.table;
     let lines = rung.lines(line, [1, 2], 0, || 0);
@@ -419,7 +420,7 @@ fn shaped(line: &str, rung: Rung, source: Source<'_>) -> Option<Form> {
     };
     let key = first.timing.as_deref().filter(|_| fits)?;
     let name = line.split(' ').next().unwrap_or_default();
-    // Edges have rungs of their own.
+    // Instructions on edges have special rungs.
     if !HARMLESS.contains(&key.class) || (key.class == "contact" && !is_contact(name)) {
         return None;
     }
@@ -429,7 +430,7 @@ fn shaped(line: &str, rung: Rung, source: Source<'_>) -> Option<Form> {
         Units::None | Units::Exactly(_) => 0,
         Units::AtMost(_) | Units::Counted(_) => return None,
     };
-    // The name that holds for all its variants, but where it was measured as one of them.
+    // The name that applies to all its variants, unless it was measured as one of them.
     let asked = Asked::of(key, table);
     let row = match &asked.variant {
         Some(_) => asked.text(),
@@ -446,7 +447,7 @@ fn table_counts(table: &Table, class: &str, row: &str) -> bool {
     rows.filter_map(|name| table.row(name)).any(|row| row.per_unit > Picos::ZERO)
 }
 
-/// A program in the language's dialect; none where it has a fault.
+/// A program in the language's dialect. `None` if it has a fault.
 fn decoded(text: &str, source: Source<'_>) -> Option<Program> {
     let Source { table, language, fronts, .. } = source;
     let dialect = |front: &&'static dyn scanbound_front::Front| {

@@ -1,11 +1,11 @@
-//! How a calibration program is written for each family of CPUs.
+//! The text of calibration programs for each family of CPUs.
 
 use std::fmt::Write;
 
 /// The families for which programs are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
-    /// MELSEC-Q, L, iQ-R and FX5, with special registers of their own.
+    /// MELSEC-Q, L, iQ-R and FX5, with special registers.
     Q,
     /// MELSEC-F.
     Fx,
@@ -13,26 +13,26 @@ pub enum Language {
     Cs,
 }
 
-/// The word that says which step is being measured.
+/// The word with the number of the step that is being measured.
 pub const STEP: u32 = 1000;
-/// The first word of results: two a step.
+/// The first word of the results, two words per step.
 pub const RESULTS: u32 = 1100;
-/// The label behind the head's rungs that store: the C series gives number 0 a meaning of its own.
+/// The label behind the rungs at the beginning that store results. Number 0 has a special meaning in the C series.
 const HEAD: u32 = 1;
-/// The label before the end, where the scans go that run no block.
+/// The label before the end, to which scans jump that run no block.
 const LAST_LABEL: u32 = 2;
-/// How many scans the step has had.
+/// The number of scans of the current step.
 const SCAN: u32 = 1001;
-/// The least and the largest reading of the step.
+/// The smallest and the largest reading of the current step.
 const LEAST: u32 = 1002;
 const MOST: u32 = 1003;
-/// The last scan, in tenths of a millisecond.
+/// The time of the last scan, in tenths of a millisecond.
 const LAST: u32 = 1010;
-/// Scans at a step's beginning whose readings belong to the step before, or to none.
+/// The scans at the beginning of a step whose readings do not count, because they may belong to the step before.
 pub const SETTLING: u32 = 2;
 
 impl Language {
-    /// That of a family of timing tables.
+    /// The language for a family of timing tables.
     #[must_use]
     pub fn of(family: &str) -> Option<Language> {
         match family {
@@ -43,7 +43,7 @@ impl Language {
         }
     }
 
-    /// The dialect in which its lines are written.
+    /// The dialect of its lines.
     #[must_use]
     pub fn dialect(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ impl Language {
         }
     }
 
-    /// The relay whose state is that of the step: on, or off.
+    /// The relay that is on in steps that measure on-times, and off in those for off-times.
     #[must_use]
     pub fn state(self) -> &'static str {
         match self {
@@ -70,7 +70,7 @@ impl Language {
         }
     }
 
-    /// The relay that changes each time round where edges are measured.
+    /// The relay that changes in each iteration if edges are measured.
     #[must_use]
     pub fn changing(self) -> &'static str {
         match self {
@@ -79,14 +79,14 @@ impl Language {
         }
     }
 
-    /// Rungs that change it while the step's state is on.
+    /// Rungs that change it while the state of the step is on.
     pub(super) fn changes(self) -> [String; 3] {
         let not = if self == Language::Cs { "ANDNOT" } else { "ANI" };
         let relay = self.changing();
         [format!("LD {}", self.state()), format!("{not} {relay}"), format!("OUT {relay}")]
     }
 
-    /// The relay that is on in the scan in which a step's readings are stored.
+    /// The relay that is on in the scan that stores a step's readings.
     fn stores(self) -> &'static str {
         match self {
             Language::Q | Language::Fx => "M995",
@@ -121,7 +121,7 @@ impl Language {
         }
     }
 
-    /// A step's beginning and end of a loop.
+    /// The beginning and the end of a loop.
     #[must_use]
     pub fn looped(self, times: u32) -> [String; 2] {
         [format!("FOR {}", self.number(times)), "NEXT".to_owned()]
@@ -132,7 +132,7 @@ impl Language {
         format!("{contact} D{word} {}", self.number(number))
     }
 
-    /// Rungs that put the last scan's time into a word.
+    /// Rungs that copy the last scan time into a word.
     fn reads(self) -> Vec<String> {
         let lines: &[&str] = match self {
             Language::Q => &[
@@ -149,12 +149,12 @@ impl Language {
         lines.iter().map(|line| (*line).to_owned()).collect()
     }
 
-    /// Where no step begins yet: the first scan.
+    /// A rung that initialises these words in the first scan.
     fn begins(self, words: &[(u32, u32)]) -> Vec<String> {
         let mut lines: Vec<String> = match self {
             Language::Q => vec!["LD SM402".to_owned()],
             Language::Fx => vec!["LD M8002".to_owned()],
-            // This relay is off whenever the CPU begins to run.
+            // This relay is off whenever the CPU starts.
             Language::Cs => vec!["LDNOT W500.00".to_owned()],
         };
         lines.extend(words.iter().map(|(word, number)| self.moves(*number, *word)));
@@ -175,15 +175,15 @@ impl Language {
         }
     }
 
-    /// The label of the block of that number.
+    /// The label of the block with this number.
     #[must_use]
     pub fn label(self, number: u32) -> u32 {
-        // Behind those of the head and the end. On the FX, P63 is the program's end.
+        // They follow those of the head and the end. On the FX, P63 is the end of the program.
         let label = LAST_LABEL + 1 + number;
         if self == Language::Fx && label >= 63 { label + 1 } else { label }
     }
 
-    /// A rung before what is skipped unless the step is one of these, and its end.
+    /// Rungs before and behind a section that is skipped unless the step is one of these.
     #[must_use]
     pub fn only(self, first: u32, last: u32, label: u32) -> [Vec<String>; 2] {
         match self {
@@ -218,8 +218,8 @@ impl Language {
         self.compares("LD=", STEP, step)
     }
 
-    /// What stands before the blocks: reads the scan time, keeps the least and the largest of each of `steps` steps over
-    /// `scans` scans, and goes on to the next.
+    /// The rungs before the blocks: they read the scan time, keep the smallest and largest value for each of `steps`
+    /// steps over `scans` scans, and then start the next step.
     #[must_use]
     pub fn head(self, empty: u32, steps: u32, scans: u32) -> Vec<String> {
         const NOTHING: [(u32, u32); 3] = [(SCAN, 0), (LEAST, 32_767), (MOST, 0)];
@@ -258,13 +258,13 @@ impl Language {
             Language::Q | Language::Fx => format!("P{HEAD}"),
             Language::Cs => format!("JME {}", self.number(HEAD)),
         });
-        // The first steps measure a scan that does nothing else.
+        // The first steps measure an empty scan.
         let [skip, _] = self.only(empty, 32_767, LAST_LABEL);
         lines.extend(skip);
         lines
     }
 
-    /// What stands behind the blocks: routines that they call.
+    /// The lines behind the blocks: routines that they call.
     #[must_use]
     pub fn tail(self, routines: &[String]) -> Vec<String> {
         let end = |name: &str| vec![name.to_owned()];
@@ -275,20 +275,20 @@ impl Language {
         [vec![label], before, routines.to_vec(), end("END")].concat()
     }
 
-    /// The steps of program memory that a line takes, estimated high.
+    /// An upper estimate of the steps of program memory that a line takes.
     #[must_use]
     pub fn size(self, line: &str) -> u32 {
         let words = u32::try_from(line.split_whitespace().count()).unwrap_or(u32::MAX);
         match (self, line.split_whitespace().next().unwrap_or_default()) {
             (_, "OUT" | "LD" | "LDI" | "AND" | "ANI" | "OR" | "ORI" | "NOP" | "INV") => 1,
-            // An operand takes two steps and the name one, where operations are of sixteen bits; four and one else.
+            // With 16-bit operations, the name takes one step and each operand two; otherwise one and four.
             (Language::Fx, _) => 1 + 4 * words.saturating_sub(1),
             (Language::Q, _) => words + 1,
             (Language::Cs, _) => words + 1,
         }
     }
 
-    /// The devices that the program writes, in words, for so many steps.
+    /// The devices that the program writes, as text.
     #[must_use]
     pub fn writes(self, steps: u32) -> String {
         let last = RESULTS + 2 * steps - 1;

@@ -29,19 +29,19 @@ use scanbound_front::Fronts;
 use scanbound_ir::Program;
 use scanbound_timing::table::Table;
 
-/// A calibration with the files of its parts.
+/// A calibration, with the files of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// What the results will mean.
+    /// The meaning of the results.
     pub plan: Plan,
-    /// Each part's program, as it is loaded.
+    /// Each part's program, as it is loaded into the CPU.
     pub files: Vec<Vec<u8>>,
-    /// The same as lists of instructions.
+    /// The same programs as instruction lists.
     pub lists: Vec<Vec<u8>>,
 }
 
-/// Writes a calibration for a CPU: of what programs use, or of the table's own instructions. None where the family's
-/// programs cannot be written, or nothing is left to be measured.
+/// Writes a calibration for a CPU, for the instructions that programs use or for those in the table. `None` if there is
+/// no language for the family, or nothing to measure.
 #[must_use]
 pub fn write(
     program: Option<&Program>,
@@ -56,11 +56,11 @@ pub fn write(
     bare.factor = None;
     let source = forms::Source { table: &bare, language, fronts, spare };
     let (mut forms, left) = forms::choose(program, source);
-    // What copies bring along needs to be known, too.
+    // The other instructions in the rungs of a copy must be measured, too.
     let mut wanted: Vec<String> = Vec::new();
     for form in &forms {
         wanted.extend(form.rung.besides(&form.line, &form.own));
-        // Contacts bring a coil along.
+        // Contacts need a coil.
         wanted.extend(form.rung.close.iter().cloned());
     }
     if !wanted.is_empty() {

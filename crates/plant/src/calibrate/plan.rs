@@ -1,4 +1,4 @@
-//! What a calibration measures: blocks, how often they go round, and which step measures what.
+//! The plan of a calibration: blocks, how often they are executed, and what each step measures.
 
 use super::forms::{BY_DATA, Form, Left, operands};
 use super::language::{Language, SETTLING};
@@ -7,21 +7,21 @@ use scanbound_base::time::Picos;
 use scanbound_timing::table::Table;
 use serde::{Deserialize, Serialize};
 
-/// How a calibration is laid out.
+/// The settings of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Over how many scans each step is read.
+    /// The number of scans over which each step is measured.
     pub scans: u32,
-    /// What a scan is to take at most, by the table.
+    /// The longest scan, by the table.
     pub scan_time: Picos,
-    /// How many steps of program memory a part may take.
+    /// The most steps of program memory for each part.
     pub memory: u32,
 }
 
-/// A calibration: the programs of a CPU, and what their results mean.
+/// A calibration: the programs for a CPU, and the meaning of their results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
-    /// The kind of file.
+    /// The version of the file format.
     pub schema: String,
     /// The CPU.
     pub cpu: String,
@@ -29,70 +29,70 @@ pub struct Plan {
     pub table: String,
     /// The table's family.
     pub family: String,
-    /// Over how many scans each step is read.
+    /// The number of scans over which each step is measured.
     pub scans: u32,
     /// The programs, which are run one after the other.
     pub parts: Vec<Part>,
-    /// What is not measured.
+    /// The instructions that are not measured.
     pub left: Vec<Left>,
 }
 
-/// The kind of file that plans are. `calibrate fit` alone reads them, so no schema of them is published.
+/// The version of the format of plans. Only `calibrate fit` reads them, so no schema is published.
 pub const SCHEMA: &str = "calibration/2";
 
-/// A program that measures, and what its results mean.
+/// A measuring program, and the meaning of its results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// Its file.
     pub file: String,
-    /// How many steps it measures.
+    /// The number of its steps.
     pub steps: u32,
-    /// The first so many measure a scan that does nothing else.
+    /// The number of steps at the beginning that measure an empty scan.
     pub empty: u32,
-    /// How many steps of program memory it takes, estimated high.
+    /// An upper estimate of the program memory that it takes, in steps.
     pub memory: u32,
-    /// How long it takes by the table, in milliseconds.
+    /// The time that it runs by the table, in milliseconds.
     pub takes_ms: u64,
-    /// How long its longest scan takes by the table, in microseconds.
+    /// The time of its longest scan by the table, in microseconds.
     pub longest_us: u64,
-    /// What is measured.
+    /// The measurements.
     pub measures: Vec<Measure>,
-    /// Two steps that measure the same, first and last.
+    /// Two steps that measure the same, at the beginning and at the end.
     pub reference: [u32; 2],
-    /// Blocks of many instructions, to check the others' sum.
+    /// Blocks of many instructions, to check the sum of the single times.
     pub sum: Option<Sum>,
 }
 
-/// A difference of two steps.
+/// A measurement: the difference of two steps.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Measure {
     /// The row of a timing table.
     pub row: String,
-    /// The line of which there are copies.
+    /// The line that is copied.
     pub line: String,
-    /// The instruction that is measured: the line, or what stands in the routine that it calls.
+    /// The measured instruction: the line itself, or one in the routine that it calls.
     pub own: String,
     /// Whether its time depends on its data.
     pub by_data: bool,
-    /// How many units a copy handles; 0 where nothing is counted.
+    /// The number of units that a copy handles. 0 if it has no count.
     pub units: u64,
-    /// In which state it is measured.
+    /// The state in which it is measured.
     pub state: State,
-    /// How many copies more the first step has.
+    /// How many more copies the first step has.
     pub copies: u64,
-    /// How often these are run in a scan.
+    /// How often they are executed in a scan.
     pub loops: u64,
     /// How often each copy executes the instruction.
     pub runs: u64,
-    /// What each copy brings along.
+    /// The other instructions that each copy needs.
     pub besides: Vec<Beside>,
     /// The step with many copies.
     pub full: u32,
-    /// The step with few.
+    /// The step with few copies.
     pub base: u32,
 }
 
-/// What a copy brings along.
+/// Another instruction that a copy needs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Beside {
     /// The instruction.
@@ -104,56 +104,56 @@ pub struct Beside {
 /// Whether an instruction fires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum State {
-    /// It does not.
+    /// It does not fire.
     Off,
-    /// It does, on data of this number.
+    /// It fires, on the list of data with this number.
     On(usize),
 }
 
-/// A block of one copy of many instructions.
+/// A block with one copy each of many instructions.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sum {
-    /// The lines that the first step has beyond the second.
+    /// The lines that the first step has in addition to the second.
     pub lines: Vec<String>,
-    /// How often they are run in a scan.
+    /// How often they are executed in a scan.
     pub loops: u64,
-    /// The step with all.
+    /// The step with all lines.
     pub full: u32,
-    /// The step with few.
+    /// The step with few lines.
     pub base: u32,
 }
 
-/// Copies in a rung: a ladder editor shows no more.
+/// The most copies in a rung: ladder editors do not show more.
 const IN_RUNG: u64 = 20;
-/// The most copies of a block.
+/// The most copies in a block.
 const MOST_COPIES: u64 = 400;
-/// The most times round a loop.
+/// The most iterations of a loop.
 const MOST_LOOPS: u64 = 32_767;
-/// Copies that have labels of their own, in a rung.
+/// The most copies in a rung if each needs its own label.
 const LABELLED: u64 = 10;
-/// So many labels do the blocks of such copies need.
+/// The number of labels that the blocks of such copies need.
 const LABELS: u32 = 16;
-/// Steps at the beginning that measure a scan that does nothing else: what END takes varies.
+/// The number of steps at the beginning that measure an empty scan: the time of END varies.
 const EMPTY: u32 = 5;
-/// The most steps of a part: their results are words of one area.
+/// The most steps of a part: their results must fit into one area.
 const MOST_STEPS: u32 = 400;
 
-/// So many steps more are reckoned with while a part is laid out: those of a form, of the sum and of the last reference.
+/// The number of steps that are kept free while a part is laid out: for a form, the sum and the last reference.
 const AHEAD: u32 = 16;
 
-/// A part that is being laid out.
+/// A part under construction.
 struct Building {
     language: Language,
     laid: LaidOut,
-    /// How many labels are used.
+    /// The number of used labels.
     labels: u32,
     part: Part,
-    /// What all its scans take, by the table.
+    /// The time of all its scans, by the table.
     time: u128,
     forms: Vec<Form>,
 }
 
-/// Lays out a calibration. Gives the plan and each part's blocks.
+/// Plans a calibration. Returns the plan and each part's blocks.
 #[must_use]
 pub fn lay_out(
     forms: &[Form],
@@ -163,7 +163,7 @@ pub fn lay_out(
     cpu: &str,
     settings: Settings,
 ) -> (Plan, Vec<LaidOut>) {
-    // The FX2N has no more labels.
+    // The FX1 and FX2 series have no more labels.
     let most_labels = if cpu.starts_with("FX2") || cpu.starts_with("FX1") { 120 } else { 1000 };
     let costs = Costs::of(table, settings);
     let mut left = left;
@@ -171,7 +171,7 @@ pub fn lay_out(
     let mut building = Building::new(language);
     for form in forms {
         if form.assumed.0.saturating_mul(2) > settings.scan_time.0 {
-            let why = "two of it may take longer than a scan is to take".to_owned();
+            let why = "two copies of it may take longer than the longest permitted scan".to_owned();
             left.push(Left { row: form.row.clone(), why, share: form.share });
             continue;
         }
@@ -207,17 +207,17 @@ pub fn lay_out(
     (plan, laid)
 }
 
-/// What is reckoned with besides the instructions that are measured, by the table.
+/// Estimated times of everything other than the measured instructions, by the table.
 struct Costs {
-    /// A time round a loop.
+    /// One iteration of a loop.
     round: u64,
     /// A contact and a coil.
     rung: u64,
-    /// What a scan takes besides.
+    /// The overhead of a scan.
     scan: u64,
-    /// A block that is passed over.
+    /// A block that is skipped.
     skip: u64,
-    /// What a scan is to take at most.
+    /// The longest permitted scan.
     most: u64,
 }
 
@@ -235,15 +235,15 @@ impl Costs {
         }
     }
 
-    /// How many copies of an instruction go into a block, by tens and twenties: as many as take what a time round the loop
-    /// takes.
+    /// The numbers of copies in the two blocks, in multiples of ten and twenty: so many that they take about as long as
+    /// the overhead of an iteration.
     fn copies(&self, form: &Form) -> [u64; 2] {
         let each = form.assumed.0.saturating_mul(form.runs).max(1);
         if form.rung.labels() {
             return [1, (self.most / each / 2).clamp(1, LABELLED)];
         }
         let wanted = self.round.div_ceil(each).clamp(IN_RUNG, MOST_COPIES);
-        // One more of each rung is in both blocks.
+        // Both blocks contain one more of each rung.
         let fits = (self.most / each / 2).max(1);
         let copies = wanted.min(fits);
         match copies < IN_RUNG {
@@ -252,7 +252,7 @@ impl Costs {
         }
     }
 
-    /// How often a block is run in a scan.
+    /// How often a block is executed in a scan.
     fn loops(&self, once: u64) -> u64 {
         (self.most / (once + self.round).max(1)).clamp(1, MOST_LOOPS)
     }
@@ -283,13 +283,13 @@ impl Building {
         building
     }
 
-    /// A label that is not used yet.
+    /// An unused label.
     fn label(&mut self) -> u32 {
         self.labels += 1;
         self.language.label(self.labels - 1)
     }
 
-    /// Adds a block, and gives its first step.
+    /// Adds a block, and returns its first step.
     fn add(
         &mut self,
         rungs: Vec<String>,
@@ -308,12 +308,12 @@ impl Building {
         first
     }
 
-    /// A loop with nothing in it, which shows whether two moments are alike.
+    /// An empty loop. Measured twice, it shows whether conditions have changed.
     fn reference(&mut self) -> u32 {
         self.add(Vec::new(), 1000, Vec::new(), false)
     }
 
-    /// What measuring a form takes of the program memory.
+    /// The program memory that measuring a form takes.
     fn sized(&self, form: &Form, costs: &Costs) -> u32 {
         let [rungs, copies] = costs.copies(form);
         let size =
@@ -325,7 +325,7 @@ impl Building {
         number(rungs * (copies + 2)) * copy + number(2 * rungs) * around + 32 * 16
     }
 
-    /// What the head and the sum take of the program memory when all is laid out.
+    /// The program memory that the head and the sum take at the end.
     fn besides(&self, settings: Settings) -> u32 {
         let size =
             |lines: &[String]| lines.iter().map(|line| self.language.size(line)).sum::<u32>();
@@ -348,12 +348,13 @@ impl Building {
         let lines = lines.map(|line| line.replace(super::rung::ROUTINE, &routine.to_string()));
         self.laid.routines.extend(lines);
         let others = form.rung.besides(&form.line, &form.own);
-        // What others take is not known here: no more than a rung, or as much as this instruction.
+        // The times of other instructions are unknown here: assume a rung, or as much as this instruction if that is
+        // more.
         let besides = others.len() as u64 * costs.rung.max(form.assumed.0);
         let each = form.assumed.0.saturating_mul(form.runs) + besides;
         let once = count * ((copies + 1) * each + costs.rung);
         let changes = form.rung.changes;
-        // Every other time round it fires.
+        // It fires in every other iteration.
         let loops = match (costs.loops(once), changes) {
             (loops, true) => loops.next_multiple_of(2).min(MOST_LOOPS - 1),
             (loops, false) => loops,
@@ -370,7 +371,7 @@ impl Building {
             let mut besides: Vec<Beside> = with(fires).collect();
             let mut rounds = loops;
             if changes && fires {
-                // Two times round count as one: with the edge, and without.
+                // Two iterations count as one: with the edge, and without.
                 besides.extend(with(false));
                 besides.push(Beside { line: form.own.clone(), on: false });
                 rounds = loops / 2;
@@ -398,13 +399,13 @@ impl Building {
         self.forms.push(form.clone());
     }
 
-    /// A scan that takes so long.
+    /// Adds a scan of this time.
     fn took(&mut self, time: u128) {
         let us = u64::try_from(time.div_ceil(1_000_000)).unwrap_or(u64::MAX);
         self.part.longest_us = self.part.longest_us.max(us);
     }
 
-    /// A block of a copy of each instruction that stands behind a contact.
+    /// A block with one copy of each instruction that is placed behind a contact.
     fn sum(&mut self, costs: &Costs, settings: Settings) {
         let plain = |form: &&Form| {
             form.rung.is_action(self.language)
@@ -435,19 +436,19 @@ impl Building {
         let data = vec![operands("")[0].to_vec()];
         let full = self.add(all, loops, data.clone(), false);
         let base = self.add(few, loops, data, false);
-        // Only the state in which they fire is looked at.
+        // Only the state in which they fire is used.
         self.part.sum = Some(Sum { lines, loops, full: full + 1, base: base + 1 });
         let scan = u128::from(loops * (once + costs.round) + costs.scan);
         self.time += scan * u128::from(4 * (settings.scans + SETTLING));
         self.took(scan);
     }
 
-    /// The part, and its blocks.
+    /// The finished part, and its blocks.
     fn end(mut self, costs: &Costs, settings: Settings) -> (Part, LaidOut) {
         self.sum(costs, settings);
         let last = self.reference();
         self.part.reference = [EMPTY, last];
-        // Each scan passes the other blocks, and the head takes about as long as a few of them.
+        // Each scan skips the other blocks, and the head takes about as long as a few of them.
         let passed = costs.skip * (self.laid.blocks.len() as u64 + 8) * u64::from(self.part.steps);
         let others = passed + 2 * (1000 * costs.round + costs.scan) + u64::from(EMPTY) * costs.scan;
         self.time += u128::from(others) * u128::from(settings.scans + SETTLING);

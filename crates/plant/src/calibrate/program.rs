@@ -1,9 +1,8 @@
-//! The text of a calibration program: blocks that are chosen by the step, and the files that programming software takes.
+//! The text of a calibration program: blocks selected by the step, and files for programming software.
 
 use super::language::Language;
 
-/// A block of rungs that is run in a loop while the step is one of its own: off first, then on with each list of
-/// operands.
+/// A block of rungs that is executed in a loop during its own steps: first off, then on with each list of operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Block {
     pub(super) first: u32,
@@ -13,7 +12,7 @@ pub struct Block {
     /// The words that are set in each step in which it is on.
     pub(super) operands: Vec<Vec<(u32, u16)>>,
     pub(super) rungs: Vec<String>,
-    /// Whether a relay changes each time round.
+    /// Whether a relay changes in each iteration.
     pub(super) changes: bool,
 }
 
@@ -51,15 +50,15 @@ impl Block {
     }
 }
 
-/// What a part's program is made of.
+/// The contents of a part's program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LaidOut {
     pub(super) blocks: Vec<Block>,
-    /// What stands behind the program's end.
+    /// The lines behind the end of the program.
     pub(super) routines: Vec<String>,
 }
 
-/// All lines of a part that measures so many steps, the first so many of them nothing.
+/// All lines of a part with this many steps, of which the first `empty` measure an empty scan.
 pub(super) fn lines(
     language: Language,
     laid: &LaidOut,
@@ -78,7 +77,7 @@ pub fn text(lines: &[String]) -> Vec<u8> {
     (lines.join("\n") + "\n").into_bytes()
 }
 
-/// The file of a part, as programming software takes it.
+/// The file of a part, in the format of the programming software.
 #[must_use]
 pub fn file(language: Language, cpu: &str, lines: &[String]) -> Vec<u8> {
     match language {
@@ -88,7 +87,7 @@ pub fn file(language: Language, cpu: &str, lines: &[String]) -> Vec<u8> {
     }
 }
 
-/// The series as GX Works2 and 3 name it.
+/// The name of the series in GX Works2 and 3.
 fn series(cpu: &str) -> &'static str {
     match cpu {
         _ if cpu.starts_with("FX5") => "FX5CPU",
@@ -98,7 +97,7 @@ fn series(cpu: &str) -> &'static str {
     }
 }
 
-/// The CSV of GX Works2: UTF-16 with a mark of its order, fields apart by tabs and quoted; an operand more, a row more.
+/// The CSV of GX Works2: UTF-16 with a byte order mark, fields quoted and separated by tabs, one row for each operand.
 fn exported(language: Language, series: &str, cpu: &str, lines: &[String]) -> Vec<u8> {
     let row = |fields: &[&str]| {
         let quoted: Vec<String> =

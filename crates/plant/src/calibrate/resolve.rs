@@ -1,23 +1,23 @@
-//! Takes off what copies bring along besides the instruction that is measured.
+//! Subtracts the times of the other instructions that copies need besides the measured one.
 
 use super::plan::{Measure, State};
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// Where a time lies.
+/// An interval that contains a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// It takes at least this.
+    /// The smallest possible time.
     pub low: Picos,
-    /// It takes at most this.
+    /// The largest possible time.
     pub high: Picos,
 }
 
-/// Instructions and whether they fire.
+/// The known times of instructions, by whether they fire.
 type Known = BTreeMap<(String, bool), Interval>;
 
-/// What was measured of copies, as what the instructions alone take. What is brought along and was not measured by itself
-/// may take no time, or all of it.
+/// Converts measured times of whole copies to times of the instructions alone. Another instruction in the copy that was
+/// not measured itself may take anything from no time to all of it.
 pub(super) fn resolved(mut measured: Vec<(&Measure, Interval)>) -> Vec<(&Measure, Interval)> {
     let mut known = Known::new();
     let mut done = vec![false; measured.len()];
@@ -25,7 +25,7 @@ pub(super) fn resolved(mut measured: Vec<(&Measure, Interval)>) -> Vec<(&Measure
     let mut open: std::collections::BTreeSet<(String, bool)> =
         measured.iter().map(|(one, _)| (one.own.clone(), fires(one))).collect();
     loop {
-        // Those of which all that they bring along is settled; if none is, those that bring each other along.
+        // Those whose other instructions are all known. If there are none: those that need each other.
         let settled = |(one, _): &(&Measure, Interval)| {
             one.besides.iter().all(|beside| !open.contains(&(beside.line.clone(), beside.on)))
         };
@@ -62,7 +62,7 @@ pub(super) fn resolved(mut measured: Vec<(&Measure, Interval)>) -> Vec<(&Measure
     }
 }
 
-/// What the instruction takes of a whole copy.
+/// The part of a whole copy's time that the instruction takes.
 fn alone(one: &Measure, whole: Interval, known: &Known) -> Interval {
     let (mut low, mut high) = (whole.low.0, whole.high.0);
     for beside in &one.besides {

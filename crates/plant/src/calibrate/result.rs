@@ -1,19 +1,18 @@
-//! Readings as they come back from the CPU: words of data registers, from programming software or from a connection.
+//! Readings from the CPU: values of data registers, from programming software or from a connection.
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
-/// What data registers hold.
+/// Values of data registers.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Words(pub BTreeMap<u32, u16>);
 
-/// Reads a file of rows that begin with a register (`D1100`), with its value and those of the registers behind it in the
-/// further cells: what [`write()`] writes, and device memory as programming software exports it. Other rows are passed
-/// over.
+/// Reads a file of rows that begin with a register (`D1100`) and contain the values of it and the following registers:
+/// the format that [`write()`] writes and in which programming software exports device memory. Other rows are ignored.
 ///
 /// # Errors
-/// There is no such row, or a value is no number of sixteen bits.
+/// There is no such row, or a value is not a 16-bit number.
 pub fn read(name: &str, bytes: &[u8]) -> Result<Words, Vec<Diagnostic>> {
     let text = text(bytes);
     let mut words = BTreeMap::new();
@@ -26,7 +25,7 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Words, Vec<Diagnostic>> {
             match value(cell) {
                 Some(word) => drop(words.insert(at, word)),
                 None => {
-                    let message = format!("D{at} is `{cell}`, which is no number of 16 bits");
+                    let message = format!("D{at} is `{cell}`, which is not a 16-bit number");
                     let help = "export the registers as decimal numbers of 16 bits";
                     faults.push(Diagnostic::line(Code::Capture, name, number, line, message, help));
                     break;
@@ -61,7 +60,7 @@ fn value(cell: &str) -> Option<u16> {
     u16::try_from(number).ok().or_else(|| i16::try_from(number).ok().map(i16::cast_unsigned))
 }
 
-/// The rows of registers, ten each.
+/// The rows for these registers, ten values each.
 #[must_use]
 pub fn write(first: u32, words: &[u16]) -> String {
     let row = |(row, words): (u32, &[u16])| {

@@ -1,10 +1,10 @@
-//! How copies of an instruction stand in rungs.
+//! How copies of an instruction are placed in rungs.
 
 use super::{Language, Spare};
 
-/// What a label of a copy's own is written as.
+/// A placeholder for a label that each copy needs for itself.
 pub const LABEL: &str = "?";
-/// What the label of the routine is written as.
+/// A placeholder for the label of the routine.
 pub const ROUTINE: &str = "!";
 
 /// Rungs with copies of an instruction.
@@ -12,15 +12,16 @@ pub const ROUTINE: &str = "!";
 pub struct Rung {
     /// How a rung begins.
     pub open: Vec<String>,
-    /// What stands before each copy.
+    /// The lines before each copy.
     pub before: Vec<String>,
-    /// What stands behind each copy.
+    /// The lines behind each copy.
     pub after: Vec<String>,
     /// How a rung ends.
     pub close: Vec<String>,
-    /// A routine behind the program's end that copies call.
+    /// A routine behind the end of the program that copies call.
     pub routine: Vec<String>,
-    /// Whether the instruction acts on an edge: then its relay changes each time round, while the step's state is on.
+    /// Whether the instruction acts on an edge. Then its relay changes in each iteration, while the state of the step
+    /// is on.
     pub changes: bool,
 }
 
@@ -48,12 +49,12 @@ impl Rung {
         Rung { after: vec![coil(language)], ..Rung::default() }
     }
 
-    /// The three of them.
+    /// The three kinds of plain rungs.
     pub(super) fn plain(language: Language) -> [Rung; 3] {
         [Rung::action(language), Rung::series(language), Rung::start(language)]
     }
 
-    /// The same on a relay that changes each time round.
+    /// The same rungs with a relay that changes in each iteration.
     #[must_use]
     pub(super) fn on_edges(self, language: Language) -> Rung {
         let relay = |line: String| match line == format!("LD {}", language.state()) {
@@ -64,13 +65,13 @@ impl Rung {
         Rung { open, changes: true, ..self }
     }
 
-    /// Whether copies stand behind the contact of the step's state, and nothing else in their rungs.
+    /// Whether a rung contains only the contact of the step's state and copies.
     #[must_use]
     pub(super) fn is_action(&self, language: Language) -> bool {
         *self == Rung::action(language)
     }
 
-    /// What is executed with each copy of a line, but for the instruction that is measured, and labels.
+    /// The instructions that are executed with each copy of a line, except the measured one and labels.
     pub(super) fn besides(&self, line: &str, own: &str) -> Vec<String> {
         let copy = self.before.iter().map(String::as_str).chain([line]);
         let all = copy.chain(self.after.iter().chain(&self.routine).map(String::as_str));
@@ -78,14 +79,14 @@ impl Rung {
         all.filter(|one| *one != own && !is_label(one)).map(str::to_owned).collect()
     }
 
-    /// Whether each copy has a label of its own.
+    /// Whether each copy needs its own label.
     #[must_use]
     pub(super) fn labels(&self) -> bool {
         self.before.iter().chain(&self.after).any(|line| line.contains(LABEL))
     }
 
-    /// So many rungs with so many copies of a line each. `label` gives a label that is not used yet, `routine` that of the
-    /// routine.
+    /// This many rungs with this many copies of a line each. `label` returns an unused label; `routine` is the label of
+    /// the routine.
     pub(super) fn lines(
         &self,
         line: &str,
@@ -114,12 +115,12 @@ fn coil(language: Language) -> String {
     format!("OUT {}", language.coil())
 }
 
-/// An instruction that needs rungs of its own.
+/// An instruction that needs special rungs.
 #[derive(Debug, Clone)]
 pub(super) struct Special {
-    /// The instruction as it stands there, by which it is found.
+    /// The instruction in the rungs, by which it is found.
     pub(super) own: String,
-    /// The line of which there are copies; the same, but for what stands in a routine.
+    /// The line that is copied. It differs from the instruction only if that is in a routine.
     pub(super) line: String,
     /// The rungs.
     pub(super) rung: Rung,
@@ -131,10 +132,10 @@ fn one(line: &str, rung: Rung) -> Vec<Special> {
     vec![Special { own: line.to_owned(), line: line.to_owned(), rung, runs: 1 }]
 }
 
-/// How often a loop that measures `NEXT` goes round.
+/// The number of iterations of a loop that measures `NEXT`.
 const TURNS: u32 = 64;
 
-/// The instructions with rungs of their own.
+/// The instructions with special rungs.
 #[must_use]
 pub(super) fn special_names(language: Language) -> &'static [&'static str] {
     match language {
@@ -148,8 +149,8 @@ pub(super) fn special_names(language: Language) -> &'static [&'static str] {
     }
 }
 
-/// The rungs of an instruction that stands only together with others, or that acts on an edge; none where plain rungs
-/// do. `variant` tells coils of timers and counters from others.
+/// The rungs of an instruction that occurs only together with others, or that acts on an edge. Empty if plain rungs
+/// suffice. `variant` distinguishes coils of timers and counters from others.
 #[must_use]
 pub(super) fn special(
     name: &str,
@@ -184,7 +185,7 @@ fn melsec(name: &str, variant: Option<&str>, language: Language, spare: &Spare) 
     let changing = language.changing();
     let mc = "MC N0 M993".to_owned();
     match (name, variant) {
-        // A block of one contact would become a plain contact when it is converted.
+        // A block of one contact would become a plain contact in a conversion.
         ("ANB", _) => one(name, Rung { before: vec![ld, or], ..series }),
         ("ORB", _) => one(name, Rung { before: vec![ld, and], ..series }),
         ("MPS", _) => {
@@ -214,12 +215,12 @@ fn melsec(name: &str, variant: Option<&str>, language: Language, spare: &Spare) 
             let (own, line) = (name.to_owned(), "CALL P!".to_owned());
             vec![Special { own, line, rung: Rung { routine, ..action }, runs: 1 }]
         }
-        // Running all the time, and over as soon as a tenth of a second has passed.
+        // One that is always running, and one that is over after a tenth of a second.
         ("OUT", Some("T")) => ["OUT T0 K32767", "OUT T0 K1"]
             .iter()
             .flat_map(|line| one(line, action.clone()))
             .collect(),
-        // Counting at each edge, and standing at its end.
+        // One that counts at each edge, and one that has reached its end.
         ("OUT", Some("C")) => {
             let edges = action.clone().on_edges(language);
             let [counting, ended] = ["OUT C0 K32767", "OUT C0 K1"];
@@ -238,7 +239,7 @@ fn melsec(name: &str, variant: Option<&str>, language: Language, spare: &Spare) 
                 Language::Fx => format!("K{unit}"),
                 _ => format!("H{unit:X}"),
             };
-            // What is written is what was read there just before.
+            // It writes back what was just read from the same place.
             let first = match name {
                 "TO" => Some(format!("FROM {head} K{address} D0 K32")),
                 "DTO" => Some(format!("FROM {head} K{address} D0 K64")),

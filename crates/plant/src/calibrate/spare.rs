@@ -1,14 +1,14 @@
-//! Devices that a calibration may write besides its own, since nothing hangs on them.
+//! Unused devices that a calibration may write in addition to its own.
 
-/// Devices that nothing hangs on.
+/// Unused devices, as the user names them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Spare(Vec<String>);
 
 impl Spare {
-    /// These devices: `Y1F0`, `L100`, `U4\\G100`.
+    /// Checks the devices: `Y1F0`, `L100`, `U4\\G100`.
     ///
     /// # Errors
-    /// The first that is no device.
+    /// The first name that is not a device.
     pub fn new(devices: &[String]) -> Result<Spare, String> {
         let devices: Vec<String> =
             devices.iter().map(|device| device.trim().to_ascii_uppercase()).collect();
@@ -51,7 +51,7 @@ impl Spare {
 
 fn letters(device: &str) -> &str {
     let end = device.find(|one: char| !one.is_ascii_alphabetic()).unwrap_or(device.len());
-    // A number in hexadecimal may begin with a letter: these areas have names of one letter.
+    // A hexadecimal number may begin with a letter: these areas have one-letter names.
     let short = ["X", "Y", "B", "W"].iter().find(|one| device.starts_with(**one));
     short.map_or(&device[..end], |one| &device[..one.len()])
 }

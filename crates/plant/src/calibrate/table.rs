@@ -1,4 +1,4 @@
-//! The timing table that a calibration gives.
+//! Writes the timing table of a calibration.
 
 use super::fit::{Fit, Found, Interval, MARGIN};
 use super::forms::ENDS;
@@ -6,7 +6,7 @@ use super::plan::Plan;
 use scanbound_base::time::Picos;
 use scanbound_timing::table::Table;
 
-/// What a table says of its origin.
+/// The origin of the times, for the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Origin {
     /// The day, as `2026-11-21`.
@@ -26,15 +26,15 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-/// The table as a file: the upper ends of what was found, over the built-in table. `fitted` is whether the refresh of
-/// inputs and outputs is in the scan that was measured, since the modules stay as they were.
+/// The table as a file: the upper ends of the measured intervals, as an amendment of the built-in table. `fitted` says
+/// whether the measured scan contains the refresh of inputs and outputs, because the modules are unchanged.
 #[must_use]
 pub fn write(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
     let mut text = "instruction,on_us,off_us,per_unit_us,unit,evidence,source\n".to_owned();
     text += &format!("@base,{},,,,,\n", plan.table);
     text += &format!("@title,{},,,,,\n", quoted(&format!("{}, measured", plan.cpu)));
     text += &format!("@date,{},,,,,\n", origin.date);
-    text += "@note,\"measured is not proved: the table holds the upper ends of what was measured\",,,,,\n";
+    text += "@note,\"measured is not proved: the table contains the upper ends of the measured intervals\",,,,,\n";
     text += &scan_rows(plan, fit, origin, fitted);
     for found in &fit.rows {
         text += &row(plan, found, origin);
@@ -42,7 +42,7 @@ pub fn write(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
     text
 }
 
-/// The rows of what each scan takes besides its instructions: all of it is in the scan that does nothing.
+/// The rows for the overhead of a scan: all of it is contained in the empty scan.
 fn scan_rows(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
     let (Some(base), Some(empty)) = (Table::builtin(&plan.table), fit.empty) else {
         return String::new();
@@ -56,7 +56,7 @@ fn scan_rows(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
     );
     let mut text = format!("@end,{high},,,,measured,{}\n", quoted(&measured));
     let contained = |name: &str| format!("{name},0,,,,measured,contained in @end\n");
-    // Each further program ends, too.
+    // Each further program also has an END.
     let further = Picos(on("@program") + on("END").max(on("FEND"))).us_text();
     text += &contained("@program");
     text += &format!(
@@ -73,7 +73,7 @@ fn scan_rows(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
         }
     }
     if fitted {
-        text += "@note,\"@end holds the refresh of the modules that were fitted when it was measured: with others, measure again\",,,,,\n";
+        text += "@note,\"@end contains the refresh of the modules present during the measurement: if they change, measure again\",,,,,\n";
     }
     text
 }

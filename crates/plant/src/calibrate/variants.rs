@@ -1,21 +1,21 @@
-//! Lines with other kinds of operands: with an index, as digits of bits, in a module, in devices that are spare.
+//! Lines with other kinds of operands: with an index, as digits of bits, in a module, in spare devices.
 
 use super::{Language, Spare};
 
-/// What is done to a line's operands.
+/// A change of a line's operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Change {
     /// Nothing.
     Plain,
     /// Each word gets an index.
     Indexed,
-    /// Such a device takes the place of the first word, or of the last.
+    /// This device replaces the first word, or the last.
     Word { device: String, last: bool },
-    /// Such a device takes the place of the coil's.
+    /// This device replaces that of the coil.
     Coil(String),
 }
 
-/// The changes that lead to a variant; none where no device is named for it.
+/// The changes that give a variant. Empty if no spare device is named for it.
 pub(super) fn of(variant: Option<&str>, language: Language, spare: &Spare) -> Vec<Change> {
     let both = |device: &str| {
         [false, true].map(|last| Change::Word { device: device.to_owned(), last }).to_vec()
@@ -33,7 +33,7 @@ pub(super) fn of(variant: Option<&str>, language: Language, spare: &Spare) -> Ve
 }
 
 impl Change {
-    /// The line with it; none where it has no operand of that kind.
+    /// The changed line. `None` if it has no operand of that kind.
     pub(super) fn apply(&self, line: &str, language: Language) -> Option<String> {
         let is_word = |operand: &str| {
             operand

@@ -1,4 +1,4 @@
-//! The emulated CPU's memory as those see it who ask over a connection.
+//! The emulated CPU's memory as seen over a connection.
 
 use super::Cpu;
 use scanbound_ir::{AreaId, AreaKind, Cell, WordSource};
@@ -7,7 +7,7 @@ use scanbound_link::{Coil, Memory, Setting, State};
 /// No area of any CPU has more devices.
 const MOST: u32 = 1_000_000;
 
-/// What protocols call areas, and what programs do.
+/// The names of areas in protocols, and in programs.
 const NAMES: &[(&str, &str)] = &[
     ("R", "ZR"),
     ("TS", "T"),
@@ -18,20 +18,20 @@ const NAMES: &[(&str, &str)] = &[
     ("CN", "C value "),
 ];
 
-/// Relays that a CPU keeps on, by area and number: always, and while it runs.
+/// Relays that the CPU keeps on, by area and number: the always-on relay, and those that are on in RUN.
 const ON: &[(&str, u32)] = &[("SM", 400), ("SM", 403), ("M", 8000)];
 
-/// The operating state in a register, and what says STOP there.
+/// The register with the operating state, and its value for STOP.
 const OPERATING: (&str, u32, u16) = ("SD", 203, 2);
 
-/// Where registers begin that the CPU keeps by itself, among devices that are the program's.
+/// The first special register or relay of each area.
 const SPECIAL: &[(&str, u32)] = &[("SD", 0), ("SM", 0), ("D", 8000), ("M", 8000)];
 
-/// The areas in which words with set values may stand.
+/// The areas in which words with set values may be.
 const SETTINGS: [&str; 5] = ["IR", "LR", "HR", "AR", "DM"];
 
 impl Cpu<'_> {
-    /// The area and its kind by what protocols call it; none for what the CPU keeps by itself alone.
+    /// The area and its kind for a protocol's name. `None` if it contains only registers that the CPU itself maintains.
     fn known(&self, name: &str) -> Option<(Option<AreaId>, AreaKind)> {
         let own = NAMES.iter().find(|(one, _)| *one == name).map_or(name, |(_, own)| *own);
         if let Some(area) = self.area(own).or_else(|| self.area(name)) {
@@ -121,7 +121,7 @@ impl Memory for Cpu<'_> {
     fn scan_times(&mut self) -> [u32; 3] {
         const TENTH: u64 = 100_000_000;
         let [current, least, most] = self.measured.unwrap_or_default();
-        // The mean of the last scans is not kept: the last one stands for it.
+        // The mean is not kept, so the last scan time stands for it.
         [current, most, least].map(|time| u32::try_from(time.0 / TENTH).unwrap_or(u32::MAX))
     }
 }

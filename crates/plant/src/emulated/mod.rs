@@ -15,14 +15,14 @@ use scanbound_link::registers::{Register, Registers};
 use scanbound_replay::StopReason;
 use scanbound_replay::emulated::{Emulated, Scan};
 
-/// What disturbs the scans.
+/// Disturbances that make scans longer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Disturbance {
-    /// Each scan takes longer by up to this.
+    /// The longest random extension of each scan.
     pub jitter: Picos,
-    /// Something interrupts the program: how long it takes, and how often it comes.
+    /// Something that interrupts the program: its duration and its interval.
     pub interrupt: Option<(Picos, Picos)>,
-    /// What the drawn numbers follow from.
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 
@@ -32,9 +32,9 @@ const MOST: u64 = 200_000_000;
 /// Why the CPU went to STOP by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Halt {
-    /// What the program does next depends on what this instruction gives, which is not known.
+    /// The program's path depends on the result of this instruction, which is unknown.
     Unknown(usize),
-    /// The scan does not end: it goes round at this instruction, or executes very many.
+    /// The scan does not end: it stays in a loop at this instruction, or executes too many instructions.
     Endless(usize),
 }
 
@@ -43,23 +43,24 @@ pub struct Cpu<'p> {
     program: &'p Program,
     model: String,
     registers: Option<&'static Registers>,
-    /// What each scan takes besides its instructions.
+    /// The overhead of a scan.
     overhead: Picos,
     disturbance: Disturbance,
     random: Pcg64Mcg,
     cpu: Emulated<'p>,
     state: State,
     halted: Option<Halt>,
-    /// How long it has been running.
+    /// Time since power-up.
     clock: Picos,
-    /// How many scans it has made.
+    /// The number of scans so far.
     scans: u64,
-    /// The last scan, the shortest and the longest as the CPU measured them.
+    /// The last scan time, the shortest and the longest, as the CPU measured them.
     measured: Option<[Picos; 3]>,
 }
 
 impl<'p> Cpu<'p> {
-    /// Power-up. `times` is parallel to the program's instructions; `registers` say where it keeps its scan times.
+    /// A CPU at power-up. `times` is parallel to the program's instructions. `registers` says where it keeps its scan
+    /// times.
     #[must_use]
     pub fn new(
         program: &'p Program,
@@ -84,14 +85,14 @@ impl<'p> Cpu<'p> {
         }
     }
 
-    /// Has it go by this name where the program names none.
+    /// Sets the CPU's name, if the program does not name it.
     pub fn call(&mut self, model: &str) {
         if self.program.cpu.is_none() {
             self.model = model.to_owned();
         }
     }
 
-    /// Whether it runs.
+    /// Whether it is in RUN.
     #[must_use]
     pub fn running(&self) -> bool {
         self.state == State::Run
@@ -108,25 +109,25 @@ impl<'p> Cpu<'p> {
         self.halted
     }
 
-    /// How long it has been running.
+    /// Time since power-up.
     #[must_use]
     pub fn clock(&self) -> Picos {
         self.clock
     }
 
-    /// How many scans it has made.
+    /// The number of scans so far.
     #[must_use]
     pub fn scans(&self) -> u64 {
         self.scans
     }
 
-    /// The last scan, the shortest and the longest since the second, as its registers have them.
+    /// The last scan time, and the shortest and longest since the second scan, as in its registers.
     #[must_use]
     pub fn measured(&self) -> Option<[Picos; 3]> {
         self.measured
     }
 
-    /// Makes a scan, and gives what it takes; none if it is, or goes to, STOP.
+    /// Runs a scan and returns its time. `None` if the CPU is in STOP, or goes to STOP.
     pub fn scan(&mut self) -> Option<Picos> {
         if self.state == State::Stop {
             return None;
@@ -154,7 +155,7 @@ impl<'p> Cpu<'p> {
         Some(time)
     }
 
-    /// By how much a scan is longer than its own time.
+    /// By how much disturbances make a scan longer.
     fn disturbed(&mut self, time: Picos) -> Picos {
         let jitter = match self.disturbance.jitter.0 {
             0 => 0,
@@ -164,7 +165,7 @@ impl<'p> Cpu<'p> {
         if let Some((takes, every)) = self.disturbance.interrupt
             && every > takes
         {
-            // What comes while an earlier one runs makes the scan longer still.
+            // An interrupt during an earlier one makes the scan longer still.
             let mut come = 0;
             loop {
                 let end = self.clock + time + longer;
@@ -179,12 +180,12 @@ impl<'p> Cpu<'p> {
         longer
     }
 
-    /// Puts the scan's time where the CPU keeps it: the difference of a clock that goes in steps.
+    /// Writes the scan's time into the CPU's registers: the difference of two readings of a clock with steps.
     fn keep(&mut self, begin: Picos, end: Picos) {
         let Some(registers) = self.registers else { return };
         let step = registers.step.0.max(1);
         let current = Picos((end.0 / step - begin.0 / step) * step);
-        // The first scan sets up, and is no scan like the others.
+        // The first scan initialises, so it does not count.
         let [_, least, most] = self.measured.unwrap_or([current; 3]);
         let (least, most) = match self.scans {
             0..=2 => (current, current),
@@ -203,7 +204,7 @@ impl<'p> Cpu<'p> {
         let cell = self.area(register.area).map(|area| Cell { area, index: register.first });
         for (word, at) in register.form.write(time).into_iter().zip(0..) {
             self.cpu.set_register(register.area, register.first + at, word);
-            // Where a program reads it as a cell.
+            // The program reads the register as a cell.
             if let Some(cell) = cell {
                 self.cpu.set(cell.plus(at), word);
             }
@@ -216,7 +217,7 @@ impl<'p> Cpu<'p> {
         u16::try_from(found).ok().map(AreaId)
     }
 
-    /// The cell of a device as users write it (`X1F`, `D100`); none if there is none of this name.
+    /// The cell of a device as users write it (`X1F`, `D100`). `None` if there is no such device.
     #[must_use]
     pub fn named(&self, name: &str) -> Option<Cell> {
         let name = name.trim().to_ascii_uppercase();
@@ -237,7 +238,8 @@ impl<'p> Cpu<'p> {
         found.by_ref().max_by_key(|(length, _)| *length).map(|(_, cell)| cell)
     }
 
-    /// Sets a device as users write it, or a bit of a word (`00001`, `HR0107`, `IR0.01`); false if there is none.
+    /// Sets a device as users write it, or a bit of a word (`00001`, `HR0107`, `IR0.01`). Returns false if there is
+    /// none.
     pub fn set_named(&mut self, name: &str, value: u16) -> bool {
         if let Some((word, bit)) = self.bit_of_word(name) {
             let rest = self.value(word) & !(1 << bit);
@@ -251,7 +253,7 @@ impl<'p> Cpu<'p> {
         cell.is_some()
     }
 
-    /// What a device as users write it holds, or a bit of a word.
+    /// The value of a device as users write it, or of a bit of a word.
     #[must_use]
     pub fn value_named(&self, name: &str) -> Option<u16> {
         match self.bit_of_word(name) {
@@ -260,7 +262,7 @@ impl<'p> Cpu<'p> {
         }
     }
 
-    /// A bit of a word, written behind a point or as the last two of four or five digits.
+    /// A bit of a word, written after a point or as the last two of four or five digits.
     fn bit_of_word(&self, name: &str) -> Option<(Cell, u8)> {
         let name = name.trim().to_ascii_uppercase();
         let (word, bit) = match name.split_once('.') {
@@ -268,7 +270,7 @@ impl<'p> Cpu<'p> {
             None => {
                 let digits =
                     name.len() - name.trim_start_matches(|c: char| !c.is_ascii_digit()).len();
-                // Only where words are so few that their numbers leave two digits.
+                // Only if the numbers of words are short enough to leave two digits.
                 let few = self.area("IR").is_some()
                     && matches!(&name[..digits], "" | "IR" | "SR" | "HR" | "AR" | "LR");
                 let is_bit = few && matches!(name.len() - digits, 4 | 5);
@@ -295,7 +297,7 @@ impl<'p> Cpu<'p> {
         self.cpu.set(cell, if bit { value & 1 } else { value });
     }
 
-    /// What a cell holds.
+    /// The value of a cell.
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
         self.cpu.value(cell)

@@ -25,7 +25,7 @@ fn registers_hold_the_scan_time_in_steps() {
     let program = program("LD SM400\nMOV SD520 D0\nMOV SD521 D1\nEND\n", "q");
     let times = times(&program, Picos(250_000_000));
     let quiet = Disturbance::default();
-    // Four instructions of 0.25 ms and 2.44 ms besides.
+    // Four instructions with 0.25 ms in all, and 2.44 ms of overhead.
     let mut cpu = Cpu::new(&program, &times, Picos(2_440_000_000), registers::of("q"), quiet);
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..100 {
@@ -34,10 +34,10 @@ fn registers_hold_the_scan_time_in_steps() {
         assert_eq!(words[0], 3);
         seen.insert(words[1]);
     }
-    // A clock in steps shows the step below, or the one above.
+    // A clock with steps shows the step below, or the one above.
     assert_eq!(seen, [400, 500].into());
     assert_eq!(cpu.words("SD", 524, 4), Some(vec![3, 400, 3, 500]));
-    // The program saw the scan before the last.
+    // The program reads the time of the scan before the last.
     assert_eq!(cpu.words("D", 0, 1), Some(vec![3]));
     assert_eq!(cpu.scans(), 100);
     assert_eq!(cpu.clock(), Picos(344_000_000_000));
@@ -53,7 +53,7 @@ fn what_disturbs_makes_scans_longer_and_never_shorter() {
     let seen: Vec<Picos> = (0..200).filter_map(|_| cpu.scan()).collect();
     assert!(seen.iter().all(|time| (own..=own + Picos(TENTH)).contains(time)));
     assert!(seen.iter().max() > seen.iter().min());
-    // A tenth of a millisecond each millisecond: nine parts of ten are the program's.
+    // A tenth of a millisecond every millisecond: the program gets nine tenths of the time.
     let interrupt = Some((Picos(TENTH), Picos(10 * TENTH)));
     let interrupted = Disturbance { interrupt, ..Disturbance::default() };
     let mut cpu = Cpu::new(&program, &times, Picos::ZERO, registers::of("q"), interrupted);
@@ -83,7 +83,7 @@ fn a_cpu_in_stop_makes_no_scan_and_says_so() {
 
 #[test]
 fn a_scan_that_nobody_can_follow_ends_in_stop() {
-    // What RND gives is not known.
+    // The result of RND is unknown.
     let program = program("LD SM400\nRND D0\nLD> D0 K5\nCJ P0\nINC D1\nP0\nEND\n", "q");
     let times = times(&program, Picos(TENTH));
     let quiet = Disturbance::default();

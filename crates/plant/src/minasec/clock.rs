@@ -1,4 +1,4 @@
-//! The oscillator: its nominal period, how far a board's may lie from it, and how it trembles.
+//! The oscillator: its nominal period, the tolerance of a board's period, and its jitter.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -9,12 +9,12 @@ use std::str::FromStr;
 /// By how much SLOW divides the clock: 14 stages of the 74HC4060 and one flip-flop.
 pub const SLOW: u64 = 32_768;
 
-/// A part of a whole, in millionths; written in percent.
+/// A share in millionths, written in percent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Fraction(pub u32);
 
 impl Fraction {
-    /// This part of a time, rounded down.
+    /// This share of a time, rounded down.
     #[must_use]
     pub fn of(self, time: Picos) -> Picos {
         let part = u128::from(time.0) * u128::from(self.0) / 1_000_000;
@@ -25,7 +25,7 @@ impl Fraction {
 impl FromStr for Fraction {
     type Err = String;
     fn from_str(text: &str) -> Result<Fraction, String> {
-        let fault = || format!("'{text}' is no part: give percent, such as 5% or 0.02%");
+        let fault = || format!("'{text}' is not a share: give percent, such as 5% or 0.02%");
         let number = text.trim().strip_suffix('%').ok_or_else(fault)?.trim();
         let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
         let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
@@ -46,15 +46,15 @@ impl fmt::Display for Fraction {
 /// The oscillator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Clock {
-    /// The period of FAST, in which one word is run. The same for all words unless the clock trembles.
+    /// The period of FAST, in which one word is executed. All periods are equal unless there is jitter.
     pub period: Picos,
-    /// Whether the switch stands on SLOW.
+    /// Whether the switch is on SLOW.
     pub slow: bool,
-    /// How far the period of a board may lie from that: drawn once, evenly, with the seed.
+    /// How far the period of a board may differ from the nominal one: drawn once, uniformly, with the seed.
     pub tolerance: Fraction,
-    /// How far each period may lie from the board's: drawn for each, evenly, with the seed.
+    /// How far each period may differ from the board's: drawn for each, uniformly, with the seed.
     pub jitter: Fraction,
-    /// What the drawn numbers follow from.
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 
@@ -72,7 +72,7 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// What of it no oscillator has, in words.
+    /// The settings that no oscillator can have, as messages.
     #[must_use]
     pub(super) fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
@@ -84,7 +84,7 @@ impl Clock {
         }
         for (name, part) in [("tolerance", self.tolerance), ("jitter", self.jitter)] {
             if part > Fraction(500_000) {
-                faults.push(format!("a {name} of {part} is too large: give 50 % at most"));
+                faults.push(format!("a {name} of {part} is too large: give at most 50 %"));
             }
         }
         faults
@@ -103,12 +103,12 @@ impl Clock {
     }
 }
 
-/// The oscillator as it runs on one board.
+/// The oscillator of one board.
 #[derive(Debug, Clone)]
 pub(super) struct Oscillator {
     /// The board's period.
     pub(super) period: u64,
-    /// How far a period may lie from it.
+    /// The largest difference of a period from it.
     jitter: u64,
     random: Pcg64Mcg,
 }
@@ -124,12 +124,12 @@ impl Oscillator {
         Oscillator { period, jitter, random }
     }
 
-    /// Whether all periods are the same.
+    /// Whether all periods are equal.
     pub(super) fn is_steady(&self) -> bool {
         self.jitter == 0
     }
 
-    /// The next periods, each one of 65,536 values that lie evenly around the board's.
+    /// The next periods. Each is one of 65,536 values, evenly spaced around the board's period.
     pub(super) fn periods(&mut self, periods: &mut [u64]) {
         let span = 2 * u128::from(self.jitter) + 1;
         let least = self.period - self.jitter;

@@ -1,4 +1,5 @@
-//! The counter: two BCD digits that count rising edges until they equal the setting, and keep without power.
+//! The counter: two BCD digits that count rising edges until they equal the setting, and keep their value without
+//! power.
 
 /// The counter with its gates.
 #[derive(Debug, Clone)]
@@ -13,7 +14,7 @@ pub(super) struct Counter {
     pub(super) clear: bool,
     /// The board's clear button.
     button: bool,
-    /// The clock behind the gate that equality closes.
+    /// The clock behind the gate, which closes when the count equals the setting.
     gated: bool,
 }
 
@@ -27,31 +28,31 @@ impl Counter {
         self.count == self.setting
     }
 
-    /// A word writes to the clock input.
+    /// Sets the clock input, as a word of the program does.
     pub(super) fn set_clock(&mut self, on: bool) {
         self.clock = on;
         self.settle();
     }
 
-    /// A word writes to the clear input.
+    /// Sets the clear input, as a word of the program does.
     pub(super) fn set_clear(&mut self, on: bool) {
         self.clear = on;
         self.settle();
     }
 
-    /// The button is pressed or released. It works without power as well.
+    /// Presses or releases the button. It works without power, too.
     pub(super) fn press(&mut self, on: bool) {
         self.button = on;
         self.settle();
     }
 
-    /// Reset: the latches are cleared, the count stays.
+    /// Reset: the latches are cleared, the count is kept.
     pub(super) fn reset(&mut self) {
         (self.clock, self.clear) = (false, false);
         self.settle();
     }
 
-    /// Works out what follows from a change of one input.
+    /// Updates the state after one input changed.
     fn settle(&mut self) {
         let clearing = self.clear || self.button;
         if clearing {

@@ -3,15 +3,15 @@
 /// The filters of the eight inputs.
 #[derive(Debug, Clone)]
 pub(super) struct Filter {
-    /// How long the level takes from one end to the other.
+    /// The time in which the level moves from one end to the other.
     time: u64,
     /// Each input's level, 0 to `time`.
     levels: [u64; 8],
-    /// When the levels were worked out.
+    /// The time for which the levels are valid.
     at: u64,
-    /// What the plant applies, a bit an input.
+    /// The levels at the terminals, one bit per input.
     applied: u8,
-    /// What comes out, a bit an input.
+    /// The filtered inputs, one bit per input.
     passed: u8,
 }
 
@@ -20,15 +20,15 @@ impl Filter {
         Filter { time, levels: [0; 8], at: 0, applied: 0, passed: 0 }
     }
 
-    /// The plant applies a level to an input.
+    /// Changes the level at a terminal.
     pub(super) fn apply(&mut self, at: u64, input: u8, on: bool) {
         self.pass(at);
         self.applied = self.applied & !(1 << input) | u8::from(on) << input;
     }
 
-    /// What comes out at a time that is not before the last.
+    /// The filtered inputs at a time that is not before the last one.
     pub(super) fn pass(&mut self, at: u64) -> u8 {
-        // Inputs that have been passed have their levels at an end.
+        // Inputs whose filter has switched have their levels at one end.
         if self.applied != self.passed
             || self.levels.iter().any(|&level| level != 0 && level != self.time)
         {

@@ -1,4 +1,4 @@
-//! The machine: program counter, accumulator, devices, and what happens between its words.
+//! The machine: program counter, accumulator, devices, and the events between its words.
 
 use super::Settings;
 use super::clock::{Clock, Oscillator};
@@ -8,20 +8,20 @@ use super::stimulus::{Change, Stimulus, What};
 use scanbound_base::time::Picos;
 use scanbound_front_minasec::{Device, WORDS, Word};
 
-/// The addresses that no store changes.
+/// The addresses of inputs, which no store changes.
 const INPUTS: u32 = 0xFF;
-/// The first address that is more than a latch: T0.
+/// The first address that is not just a latch: T0.
 const SPECIAL: u32 = 28;
-/// No event is to come.
+/// The time of an event that never occurs.
 const NEVER: u64 = u64::MAX;
 
-/// What can be seen of the machine at one moment.
+/// The visible state of the machine at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct View {
-    /// What each device reads as, by its address: inputs as latched, outputs as their latches, relays, timers'
-    /// contacts, whether the count equals the setting.
+    /// The value of each device by its address: latched inputs, output latches, relays, timer contacts, whether the
+    /// count equals the setting.
     pub devices: u32,
-    /// What the program wrote to T0 (bit 0), T1, C0 and its clear.
+    /// The values written to T0 (bit 0), T1, C0 and C0's clear input.
     pub coils: u8,
     /// The output terminals.
     pub outputs: u8,
@@ -32,7 +32,7 @@ pub struct View {
 }
 
 impl View {
-    /// What a device reads as.
+    /// The value of a device.
     #[must_use]
     pub fn device(&self, device: Device) -> bool {
         self.devices >> device.address() & 1 == 1
@@ -45,7 +45,7 @@ impl View {
     }
 }
 
-/// One scan as it was emulated.
+/// One emulated scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scan {
     /// When it began.
@@ -54,24 +54,24 @@ pub struct Scan {
     pub time: Picos,
     /// The machine at its end.
     pub view: View,
-    /// Whether the clock stood still within it: then its time is no scan time.
+    /// Whether the clock stood still during it. Then its time is not a scan time.
     pub held: bool,
 }
 
-/// What events did to the clock and to the scan.
+/// What events did to the clock and the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Went {
-    /// The clock runs on.
+    /// The clock continues.
     On,
-    /// The scan is cut off.
+    /// The scan was aborted.
     Off,
-    /// At that moment the clock stopped, or went over to another speed.
+    /// The clock stopped or changed its speed at that moment.
     Over(u64),
 }
 
-/// Someone who observes the machine, shown its state in the order of time.
+/// An observer of the machine. It is called in the order of time.
 pub trait Observer {
-    /// A scan begins; its inputs are latched.
+    /// A scan begins, and its inputs are latched.
     fn scan(&mut self, at: Picos, view: View);
     /// Something may have changed.
     fn change(&mut self, at: Picos, view: View);
@@ -88,11 +88,11 @@ impl Observer for () {
 struct Timer {
     delay: u64,
     coil: bool,
-    /// When the contact closes; `NEVER` while the coil is off, and once it has.
+    /// When the contact closes. `NEVER` while the coil is off, and after the contact has closed.
     closes: u64,
 }
 
-/// The machine with its plant.
+/// The machine, with the changes that the plant makes.
 #[derive(Debug, Clone)]
 pub struct Machine {
     words: [Word; WORDS],
@@ -104,7 +104,7 @@ pub struct Machine {
     devices: u32,
     outputs: u8,
     accumulator: u32,
-    /// Changes to inputs and to the board that are still to come, each in order of time.
+    /// Future changes of inputs and of the board, each in the order of time.
     inputs: std::vec::IntoIter<Change>,
     board: std::vec::IntoIter<Change>,
     power: bool,
@@ -113,14 +113,14 @@ pub struct Machine {
     /// The clock's button.
     button: bool,
     clock: Clock,
-    /// Whether the clock stood still in this scan.
+    /// Whether the clock stood still during this scan.
     held: bool,
     /// Now, in picoseconds.
     now: u64,
 }
 
 impl Machine {
-    /// A machine that holds a program, with power from the beginning unless the stimulus says otherwise.
+    /// A machine with this program. Power is on from the beginning unless the stimulus says otherwise.
     #[must_use]
     pub fn new(words: [Word; WORDS], settings: &Settings, stimulus: &Stimulus) -> Machine {
         let oscillator = Oscillator::new(&settings.clock);
@@ -157,13 +157,13 @@ impl Machine {
         Picos(self.now)
     }
 
-    /// The board's period: that of each word, or around which the periods tremble.
+    /// The board's period: that of each word, or their mean if there is jitter.
     #[must_use]
     pub fn period(&self) -> Picos {
         Picos(self.oscillator.period)
     }
 
-    /// What can be seen of it.
+    /// Its visible state.
     #[must_use]
     pub fn view(&self) -> View {
         View {
@@ -178,8 +178,8 @@ impl Machine {
         }
     }
 
-    /// Runs to the end of the next scan that is not cut off. `None` if the machine stays without power, in reset
-    /// or halted.
+    /// Runs to the end of the next scan that is not aborted. `None` if the machine stays without power, in reset or
+    /// halted.
     pub fn scan(&mut self, observer: &mut impl Observer) -> Option<Scan> {
         loop {
             self.board_until(self.now, observer);
@@ -197,7 +197,7 @@ impl Machine {
         }
     }
 
-    /// One scan from now on, unless it is cut off.
+    /// Runs one scan. `None` if it is aborted.
     fn run(&mut self, observer: &mut impl Observer) -> Option<Scan> {
         let start = self.now;
         while let Some(&Change { at, what: What::Input(input), on }) =
@@ -225,7 +225,7 @@ impl Machine {
                     Went::On => {}
                     Went::Off => return None,
                     Went::Over(at) => {
-                        // The word under way begins anew when the clock does.
+                        // The current word starts again when the clock does.
                         (index, begun) = self.hold(index, at, observer)?;
                         event = self.next_event();
                         continue;
@@ -243,7 +243,7 @@ impl Machine {
             match self.events_until(begun, observer) {
                 Went::On => {}
                 Went::Off => return None,
-                // The last word is run: the scan ends with the clock.
+                // The last word is done: the scan ends with this clock cycle.
                 Went::Over(at) => begun = at,
             }
         }
@@ -254,8 +254,8 @@ impl Machine {
         Some(Scan { start: Picos(start), time, view, held })
     }
 
-    /// Waits while the clock stands still, from a word on; the button runs a word when it is pressed, and goes on
-    /// to the next when it is released. The word and the time with which the clock goes on; `None` if it does not.
+    /// Waits while the clock stands still. Pressing the button executes a word, releasing it moves on to the next.
+    /// Returns the word and the time at which the clock continues, or `None` if it does not.
     fn hold(
         &mut self,
         mut index: usize,
@@ -281,14 +281,15 @@ impl Machine {
         Some((index, at))
     }
 
-    /// Runs a word at its clock's edge. Whether it was a store that may move what is to come.
+    /// Executes a word at the edge of its clock. Returns whether it was a store that may change the time of future
+    /// events.
     fn execute(&mut self, index: usize, edge: u64, observer: &mut impl Observer) -> bool {
         let word = self.words[index];
         let mut moved = false;
         let bits = u32::from(word.0);
         let address = bits & 0x1F;
         if bits < 0xC0 {
-            // The logic unit as the description's formula has it, less the case of a store.
+            // The formula of the logic unit in the machine's description, except for stores.
             let input = (self.devices >> address ^ bits >> 5) & 1;
             let (is_or, is_and) = (bits >> 7, bits >> 6 & 1);
             let accumulator = self.accumulator;
@@ -337,13 +338,13 @@ impl Machine {
         self.power && !self.reset
     }
 
-    /// When something next happens that no word does.
+    /// The time of the next event that is not caused by a word.
     fn next_event(&self) -> u64 {
         let board = self.board.as_slice().first().map_or(NEVER, |change| change.at.0);
         board.min(self.timers[0].closes).min(self.timers[1].closes)
     }
 
-    /// What happens until then, in order, or until the clock changes.
+    /// Processes events in order up to this time, or until the clock changes.
     fn events_until(&mut self, until: u64, observer: &mut impl Observer) -> Went {
         loop {
             let at = self.next_event();
@@ -369,7 +370,7 @@ impl Machine {
         }
     }
 
-    /// What happens to the board until then.
+    /// Processes changes of the board up to this time.
     fn board_until(&mut self, until: u64, observer: &mut impl Observer) {
         while let Some(&change) =
             self.board.as_slice().first().filter(|change| change.at.0 <= until)
@@ -392,7 +393,7 @@ impl Machine {
         }
     }
 
-    /// The clock's switch; a board's clock keeps its tolerance.
+    /// Switches the clock's speed. The board's clock keeps its tolerance.
     fn run_slow(&mut self, slow: bool) {
         if self.clock.slow != slow {
             self.clock.slow = slow;
@@ -404,7 +405,7 @@ impl Machine {
         }
     }
 
-    /// Everything but the count begins at 0 again.
+    /// Stops the machine: everything but the count is set to 0.
     fn stop(&mut self) {
         self.devices = 0;
         self.outputs = 0;

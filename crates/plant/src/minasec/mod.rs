@@ -39,7 +39,7 @@ pub const T1_RANGE: RangeInclusive<Picos> = Picos(1_000_000_000_000)..=Picos(11_
 /// The input filter's time constant: 10 kΩ at 1 µF.
 pub const FILTER: Picos = Picos(10_000_000_000);
 
-/// How the board is set.
+/// The settings of the board.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// The oscillator.
@@ -50,9 +50,9 @@ pub struct Settings {
     pub t1: Picos,
     /// The count at which the counter stops, 0 to 99: the two rotary switches.
     pub setting: u8,
-    /// The count that the counter kept from before, 0 to 99.
+    /// The count at power-up, 0 to 99, which the counter kept without power.
     pub count: u8,
-    /// How long an input's edge takes through the filter.
+    /// The delay of the input filter.
     pub filter: Picos,
 }
 
@@ -71,7 +71,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What of the settings the board cannot be set to, in words.
+    /// The settings that the board cannot have, as messages.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();

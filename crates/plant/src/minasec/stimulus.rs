@@ -1,4 +1,4 @@
-//! Reads what the plant does: a CSV of times and of the inputs and switches that change then.
+//! Reads a stimulus: a CSV of times, and of the inputs and switches that change then.
 
 use scanbound_base::code::Code;
 use scanbound_base::column::{Unit, cell, line_of};
@@ -7,20 +7,20 @@ use scanbound_base::time::Picos;
 use scanbound_front::Faults;
 use scanbound_front_minasec::{Device, Kind};
 
-/// What a change is about.
+/// The input or switch that changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// An input terminal, 0 to 7.
     Input(u8),
-    /// The power supply. On from the beginning.
+    /// The power supply. It is on at the beginning.
     Power,
     /// The switch in its position RESET.
     Reset,
     /// The same switch in its position HALT: the clock stands still.
     Halt,
-    /// The button that gives a clock by hand while it does.
+    /// The button that gives a clock pulse by hand while the clock stands still.
     Step,
-    /// The clock's switch on SLOW.
+    /// The clock's switch in its position SLOW.
     Slow,
     /// The button that clears the count.
     ClearCount,
@@ -29,26 +29,26 @@ pub enum What {
 /// A change of an input or a switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Change {
-    /// When.
+    /// The time of the change.
     pub at: Picos,
-    /// Of what.
+    /// What changes.
     pub what: What,
-    /// To what.
+    /// The new state.
     pub on: bool,
 }
 
-/// What the plant does. Inputs and switches are off, and power is on, until the first change.
+/// The stimulus: all changes. Until the first change, power is on and everything else is off.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Stimulus {
     /// The changes, in order of time.
     pub changes: Vec<Change>,
 }
 
-/// What a stimulus looks like.
+/// The form of a stimulus, for messages.
 const FORM: &str = "the first row names the columns: the time with its unit (time_ms), X00 to X07, POWER, RESET, HALT, CLOCK, SLOW, CNTCLR; the others hold times, and 0 or 1 where something changes";
 
 impl Stimulus {
-    /// Reads a stimulus. A cell that is empty, or beyond the end of its row, changes nothing.
+    /// Reads a stimulus. An empty or missing cell changes nothing.
     ///
     /// # Errors
     /// All faults, each with its line.
