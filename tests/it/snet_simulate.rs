@@ -87,7 +87,7 @@ fn faults_are_told_with_their_line() {
     let (code, _, stderr) = snet(at, &["simulate", "a.snet", "--for", "1s", "--stimulus", "s.csv"]);
     assert_eq!(code, Some(2));
     assert!(
-        stderr.contains("'NO' is no outer gate of the net") && stderr.contains("s.csv:1"),
+        stderr.contains("'NO' is not an outer gate of the net") && stderr.contains("s.csv:1"),
         "{stderr}"
     );
     let (code, _, stderr) = snet(at, &["simulate", "a.snet"]);

@@ -1,31 +1,31 @@
-//! The states in which a pass can begin, as formulas over the bits that say where routines stand and what is on.
+//! The states in which a pass can begin, as formulas over the bits for routine positions, timers and outputs.
 
 use scanbound_ir::{Cell, Logic};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The bits that say where a routine stands.
+/// The bits for the position of one routine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Stands {
-    /// Whether it runs; the main routine always does.
+    /// Whether the group runs; `None` for the main routine, which always runs.
     pub(super) runs: Option<Cell>,
-    /// A bit a place; the main routine stands at its head where none is on.
+    /// One bit for each position. If none is on, the main routine is at its head.
     pub(super) places: Vec<Cell>,
 }
 
 /// A state in which a pass can begin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Beginning {
-    /// Where each routine stands; none: a group is stopped, or the main routine stands at its head.
+    /// The position bit of each routine; `None`: the group is stopped, or the main routine is at its head.
     pub(super) places: Vec<Option<Cell>>,
-    /// What else is on.
+    /// The other bits that are on.
     pub(super) on: BTreeSet<Cell>,
 }
 
-/// What holds in every such state and in no other; of bits beside `cells` and those of the routines nothing is said.
+/// Formulas that are true exactly in these states. They say nothing about bits outside of `cells` and `routines`.
 pub(super) fn invariants(routines: &[Stands], states: &[Beginning], cells: &[Cell]) -> Vec<Logic> {
     let mut all: Vec<Logic> =
         routines.iter().map(|routine| Logic::All(at_most_one(&routine.places))).collect();
-    // A group stands somewhere if it runs, and nowhere else.
+    // A group that runs is at exactly one position.
     all.extend(routines.iter().filter_map(|routine| {
         let (runs, stands) = (Logic::cell(routine.runs?), any(&routine.places));
         Some(Logic::Any(vec![
@@ -42,7 +42,7 @@ fn any(cells: &[Cell]) -> Logic {
     Logic::Any(cells.iter().copied().map(Logic::cell).collect())
 }
 
-/// That no two of the cells are on, said of halves and halves of halves.
+/// Says that at most one cell is on, by halves and halves of halves.
 fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
     if cells.len() < 2 {
         return Vec::new();
@@ -54,14 +54,14 @@ fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
     all
 }
 
-/// Whether the routines from this one on stand, and the cells are on, as in one of the states.
+/// Whether the routines from `at` on, and the cells, are as in one of the states.
 fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell]) -> Logic {
     let Some(routine) = routines.get(at) else { return on(states, cells) };
     let mut by_place: BTreeMap<Option<Cell>, Vec<&Beginning>> = BTreeMap::new();
     for &state in states {
         by_place.entry(state.places[at]).or_default().push(state);
     }
-    // Places after which the same holds of the other routines are one alternative.
+    // Positions with the same condition on the other routines are combined.
     let mut told: Vec<(Logic, Vec<Logic>)> = Vec::new();
     for (place, states) in by_place {
         let stands = match (place, routine.runs) {
@@ -79,7 +79,7 @@ fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell])
     Logic::Any(told.collect())
 }
 
-/// Whether the cells' values are those of one of the states.
+/// Whether the cells have the values of one of the states.
 fn on(states: &[&Beginning], cells: &[Cell]) -> Logic {
     let Some((&cell, rest)) = cells.split_first() else {
         return Logic::Const(!states.is_empty());

@@ -1,15 +1,14 @@
-//! Says what a flowchart program means to the analysis: one pass as a scan of jumps forward and calls.
+//! Lowers a flowchart program: one pass becomes a scan with forward jumps and calls.
 //!
-//! Where a routine stands when the pass begins is a bit a place, and whether a group runs is a bit too: the main
-//! routine and every group begin with jumps to where they stand. A group leaves its place with the jump, and takes
-//! its next where its turn ends. A jump back in the main routine ends the pass. A group is laid out once for each
-//! jump back that its turn can make, one layout behind the other, so that all its jumps go forward; a turn that
-//! makes more of them goes round for ever ([`Step::Unbounded`]).
+//! Each position of a routine at the start of a pass is a bit, and so is whether a group runs. Each routine begins with jumps
+//! to its position. A group clears its position when it jumps there, and sets the next one when its turn ends. A jump back in
+//! the main routine ends the pass. A group is unrolled: it has one copy for each jump back that its turn can make, so that all
+//! its jumps lead forward. A turn with more jumps back repeats without end ([`Step::Unbounded`]).
 //!
-//! An input is any value wherever it is tested, unless the user states an image of the inputs: then it has one
-//! value through the pass. A timer is one bit: whether it was started in an earlier pass. Only then may it have run out.
-//! CNR TIM may reset it, or stop it and leave it the rest of its time, as the document has it of a timer that is used again
-//! before it was over (3.2.1 (1)): either may be, so after it the timer may still be over in the pass that starts it again.
+//! An input may have any value at each test, unless the user states an input image: then it has one value during the pass. A
+//! timer is one bit: it was started in an earlier pass, so it may have timed out. CNR TIM may reset it, or stop it and keep its
+//! remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)). Both are possible, so
+//! afterwards the timer may time out even in the pass that restarts it.
 
 use super::beginning::{Beginning, Stands, invariants};
 use super::pass_starts::{Reset, pass_starts};
@@ -32,17 +31,17 @@ const TIMERS: AreaId = AreaId(2);
 const HEADS: AreaId = AreaId(3);
 const BACK: AreaId = AreaId(4);
 const RUNS: AreaId = AreaId(5);
-/// Timers that this pass has started.
+/// The timers that were started in this pass.
 const STARTED: AreaId = AreaId(6);
-/// The first of the areas of WAITs, one a routine.
+/// The first of the areas for WAITs; each routine has one.
 const WAITS: u16 = 7;
-/// No group is laid out with more instructions than this, unless a single copy of it has more.
+/// The largest number of instructions to which a group is unrolled, unless a single copy has more.
 const MOST_LAID: usize = 100_000;
 
-/// A tenth of a second.
+/// A tenth of a second, in picoseconds.
 const TENTH: u64 = 100_000_000_000;
 
-/// The program of a source: one scan is one pass. `latched`: inputs are read once a pass, not at each test.
+/// Lowers a source: one scan is one pass. `latched`: inputs are read once in a pass, not at each test.
 #[must_use]
 pub fn decode(source: &Source, latched: bool) -> Program {
     let area = |name: String| Area::new(name, AreaKind::Bit, Radix::Decimal);
@@ -85,7 +84,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     layout.finish()
 }
 
-/// The input, output or timer that an instruction names: the number in its text.
+/// The input, output or timer in an instruction's text.
 fn operands(one: &source::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]> {
     let (area, index) = match one.op {
         Op::And { bit, .. } if !outputs.contains(&bit) => (INPUTS, bit),
@@ -109,7 +108,7 @@ fn name(routine: &Routine) -> String {
     routine.group.map_or("Main".to_owned(), |group| format!("GN{group}"))
 }
 
-/// The timers, as long as all of them together with all ends of passes are few enough to be carried from pass to pass.
+/// The timers, unless timers and ends of passes together are too many to be kept from pass to pass.
 fn timers(source: &Source) -> BTreeSet<u32> {
     const MOST: usize = 20_000;
     let all: BTreeSet<u32> = source
@@ -124,7 +123,7 @@ fn timers(source: &Source) -> BTreeSet<u32> {
     if all.len().saturating_mul(ends) <= MOST { all } else { BTreeSet::new() }
 }
 
-/// The flowchart's boxes, numbered from 1: for each instruction the box in which it stands.
+/// The boxes of the flowchart, numbered from 1: for each instruction the box that contains it.
 fn blocks(source: &Source) -> Vec<u32> {
     let mut block = 0;
     let mut ended = true;
@@ -133,7 +132,7 @@ fn blocks(source: &Source) -> Vec<u32> {
     for one in &source.instructions {
         let begins = matches!(one.op, Op::Label(_) | Op::Head(_));
         let condition = one.op.is_test() || one.op.asks();
-        // A label stands at the box behind it.
+        // A label belongs to the box after it.
         if begins || ended || condition != tests {
             block += 1;
         }
@@ -144,45 +143,45 @@ fn blocks(source: &Source) -> Vec<u32> {
     blocks
 }
 
-/// Whether what stands behind a label is a condition.
+/// Whether a condition follows a label.
 fn blocks_begin_with_test(source: &Source, label: usize) -> bool {
     source.instructions.get(label + 1).is_some_and(|next| next.op.is_test())
 }
 
-/// A place in the layout of a routine: which copy, and the source's instruction.
+/// A position in an unrolled routine: the number of the copy, and the instruction in the source.
 type Spot = (usize, usize);
 
-/// The program as it is being laid out.
+/// The program under construction.
 struct Layout<'s> {
     source: &'s Source,
-    /// Whether inputs have one value through a pass.
+    /// Whether an input has one value during a pass.
     latched: bool,
     outputs: BTreeSet<u32>,
     blocks: Vec<u32>,
-    /// The timers whose state is carried from pass to pass.
+    /// The timers whose state is kept from pass to pass.
     timers: BTreeSet<u32>,
     program: Program,
-    /// Calls of groups whose place is not yet known: the instruction and the group.
+    /// Calls of groups that are not resolved yet: the instruction and the group.
     calls: Vec<(usize, u32)>,
-    /// Instructions whose approximation is listed.
+    /// Instructions whose over-approximation is already listed.
     told: BTreeSet<usize>,
 }
 
-/// One routine while it is laid out.
+/// The routine that is being lowered.
 struct Open {
     routine: usize,
     is_main: bool,
     copies: usize,
-    /// Where each spot begins.
+    /// The first instruction of each position.
     laid: BTreeMap<Spot, usize>,
-    /// Jumps whose spot is laid out later.
+    /// Jumps to positions that are lowered later.
     jumps: Vec<(usize, Spot)>,
-    /// Jumps back from the last copy: the jump and its target in the source.
+    /// Jumps back from the last copy: the jump, and its target in the source.
     rounds: Vec<(usize, usize, usize)>,
 }
 
 impl Layout<'_> {
-    /// The bit that says that a routine stands at a place; `None` for the main routine's head.
+    /// The bit for a routine's position; `None` for the head of the main routine.
     fn stands(&self, routine: usize, place: usize) -> Option<Cell> {
         let body = &self.source.routines[routine];
         if place == body.body.start {
@@ -222,7 +221,7 @@ impl Layout<'_> {
         for &(place, cell) in &places {
             let step = Step::Jump { fires: Logic::cell(cell), target: 0 };
             let head = place == routine.body.start;
-            // At its head a group also clears the places where it stood when it was stopped.
+            // At its head, a group also clears the position at which it was stopped.
             let left = places.iter().filter(|other| (!is_main && head) || other.0 == place);
             let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
             let effects = left.collect();
@@ -257,7 +256,7 @@ impl Layout<'_> {
         }
     }
 
-    /// The spots that control can come to.
+    /// The positions that control can reach.
     fn reached(&self, routine: &Routine, copies: usize) -> BTreeSet<Spot> {
         let mut reached = BTreeSet::new();
         let mut open: Vec<Spot> =
@@ -292,7 +291,7 @@ impl Layout<'_> {
                 self.put(at, Some(("contact", false)), step, vec![]);
             }
             Op::Timer { timer, tenths } => {
-                self.tell(at, "a timer of an earlier pass may or may not have run out");
+                self.tell(at, "a timer from an earlier pass may or may not have timed out");
                 let cell = Cell { area: TIMERS, index: timer };
                 let elapsed = self.elapsed(cell, tenths);
                 let value = match tenths {
@@ -310,7 +309,7 @@ impl Layout<'_> {
                 self.put(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
             }
             Op::ResetTimer(timer) => {
-                self.tell(at, "CNR TIM may reset a timer or leave it the rest of its time");
+                self.tell(at, "CNR TIM may reset the timer or keep its remaining time");
                 let rest = self.unknown();
                 let effects = [TIMERS, STARTED].map(|area| {
                     let cell = Cell { area, index: timer };
@@ -360,10 +359,10 @@ impl Layout<'_> {
         }
     }
 
-    /// GS: a group that is stopped begins at its head; one that runs may begin again or not.
+    /// GS: a stopped group starts at its head; a running one may or may not restart.
     fn start(&mut self, at: usize, group: u32) {
-        self.tell(at, "GS on a group that runs may start it again or leave it as it is");
-        // Which of both a PLC does is not documented: no lower bound may rest on it.
+        self.tell(at, "GS on a running group may or may not restart it");
+        // The documents do not say which, so no lower bound may depend on it.
         let again = self.unknown();
         let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);
         let head = Cell { area: HEADS, index: group };
@@ -388,7 +387,7 @@ impl Layout<'_> {
         }
     }
 
-    /// What the end of a pass leaves: where the main routine goes on, and the timers that the pass has started.
+    /// What the end of a pass stores: the position of the main routine, and the timers that the pass has started.
     fn ends(&self, routine: usize, place: usize) -> Vec<Effect> {
         let fired = |write| Effect { when: When::Fired, write };
         let place = self.stands(routine, place).map(|cell| fired(set(cell, true)));
@@ -400,7 +399,7 @@ impl Layout<'_> {
         place.into_iter().chain(timers).collect()
     }
 
-    /// Whether a timer that was started in an earlier pass is over, which the outside decides.
+    /// Whether a timer from an earlier pass has timed out, an external choice.
     fn elapsed(&mut self, memory: Cell, tenths: u32) -> Logic {
         let over = ChoiceId(self.program.choices);
         let words = [tenths as u16, (tenths >> 16) as u16].map(WordSource::Const);
@@ -412,7 +411,7 @@ impl Layout<'_> {
         self.any()
     }
 
-    /// How a test joins the condition: the first begins a new one.
+    /// How a test is connected: the first one begins a new condition.
     fn join(&self, at: usize) -> Join {
         let follows =
             at.checked_sub(1).is_some_and(|before| self.source.instructions[before].op.is_test());
@@ -424,7 +423,7 @@ impl Layout<'_> {
         Cell { area, index: bit }
     }
 
-    /// What a test finds.
+    /// The value that a test reads.
     fn test(&mut self, bit: u32) -> Logic {
         if self.latched || self.outputs.contains(&bit) {
             Logic::cell(self.bit(bit))
@@ -433,19 +432,19 @@ impl Layout<'_> {
         }
     }
 
-    /// A value that is not known.
+    /// An unknown value.
     fn unknown(&mut self) -> Logic {
         self.program.choices += 1;
         Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
     }
 
-    /// A value that the outside decides.
+    /// A value that something outside determines.
     fn any(&mut self) -> Logic {
         self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::External);
         self.unknown()
     }
 
-    /// Lists an over-approximation at the instruction that comes next.
+    /// Lists an over-approximation at the instruction to be added next.
     fn tell(&mut self, at: usize, what: &str) {
         if self.told.insert(at) {
             let instruction = self.program.instructions.len();
@@ -453,8 +452,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Adds an instruction of the program for one of the source. `class` names the timing class and whether both
-    /// times are the dearer; without it the instruction costs nothing.
+    /// Adds an instruction for one of the source. `class` is the timing class, and whether the larger of the two times always
+    /// applies; without it the instruction takes no time.
     fn put(
         &mut self,
         at: usize,
@@ -492,8 +491,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Holds the start of a pass to the states in which one can begin. A real pass begins where one can whatever CNR TIM
-    /// leaves.
+    /// Constrains the start of a pass to the reachable states. They cover both meanings of CNR TIM.
     fn invariant(&mut self) {
         self.program.invariants = self.starts(Reset::Either);
         let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
@@ -503,7 +501,7 @@ impl Layout<'_> {
         }
     }
 
-    /// What holds in the states in which a pass can begin; nothing if these are too many.
+    /// Formulas for the states in which a pass can begin; empty if these are too many.
     fn starts(&self, reset: Reset) -> Vec<Logic> {
         let Some(begun) = pass_starts(self.source, self.latched, reset) else { return Vec::new() };
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {
@@ -538,7 +536,7 @@ impl Layout<'_> {
     }
 }
 
-/// The bit that says that a group runs.
+/// The bit for whether a group runs.
 fn runs(group: u32) -> Cell {
     Cell { area: RUNS, index: group }
 }
@@ -551,7 +549,7 @@ fn set(cell: Cell, to: bool) -> Write {
     Write::Bit(BitTarget::Cell(cell), Logic::Const(to))
 }
 
-/// The name of an instruction's row in a timing table.
+/// The name of an instruction's row in timing tables.
 #[must_use]
 pub fn mnemonic(op: Op) -> &'static str {
     match op {

@@ -1,23 +1,22 @@
-//! Runs a flowchart program pass by pass from its source: tests hold its translation to a program against this.
+//! Executes a flowchart program pass by pass from its source. Tests compare its lowering with this interpreter.
 
 use super::{Op, Routine, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the program does not decide. Each question is asked once at most while its answer holds: an input anew at each
-/// test, or once a pass where there is an image of the inputs.
+/// What the program does not determine. A question is not repeated while its answer holds. An input is asked for at each test,
+/// or once in a pass if there is an input image.
 pub trait Plant {
-    /// An input's or an output's state when the pass starts, where nothing has set it before.
+    /// The state of an input or output when the pass starts, if nothing has set it before.
     fn bit(&mut self, bit: u32) -> bool;
-    /// Whether a timer that nothing has touched before runs or has run out already.
+    /// Whether a timer that was not used before is running or has timed out.
     fn started(&mut self, timer: u32) -> bool;
-    /// Whether a timer that was started in an earlier pass has run out by now.
+    /// Whether a timer that was started in an earlier pass has timed out.
     fn elapsed(&mut self, timer: u32) -> bool;
-    /// Whether CNR TIM leaves a timer the rest of its time, so that it goes on when it is asked again.
+    /// Whether CNR TIM keeps the timer's remaining time, so that the next TIM continues it.
     fn keeps_rest(&mut self, timer: u32) -> bool;
-    /// Which of so many places the routine stands at when nothing has moved it before. For a group the
-    /// first means that it is stopped.
+    /// The initial position of a routine, from 0 to `places` - 1. For a group, 0 means that it is stopped.
     fn stands(&mut self, group: Option<u32>, places: usize) -> usize;
-    /// Whether GS starts a group again that runs already.
+    /// Whether GS restarts a group that already runs.
     fn restarts(&mut self, group: u32) -> bool;
 }
 
@@ -26,63 +25,63 @@ pub trait Plant {
 pub enum Ended {
     /// At a jump back or a WAIT of the main routine.
     Pass,
-    /// It did not end: so many instructions ran that it goes round for ever.
+    /// It did not end within the instruction limit, so it repeats without end.
     Never,
 }
 
-/// One pass.
+/// The result of one pass.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pass {
-    /// The instructions that ran, as indices into [`Source::instructions`], and whether each held: a test,
-    /// a jump that was taken, a WAIT that let pass; true for all others.
+    /// The executed instructions (indices into [`Source::instructions`]), and whether each was true: a test, a jump that was
+    /// taken, a WAIT that passed; true for all others.
     pub ran: Vec<(usize, bool)>,
     /// How it ended.
     pub ended: Ended,
 }
 
-/// More instructions than this in one pass are taken to be endless.
+/// A pass with more instructions is treated as endless.
 const ENDLESS: usize = 20_000;
 
-/// What a timer does.
+/// The state of a timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Timer {
     /// Nothing.
     Idle,
     /// It was started in this pass.
     Fresh,
-    /// It was started in an earlier pass, and runs or has run out.
+    /// It was started in an earlier pass; it runs or has timed out.
     Old,
 }
 
-/// The program's state from pass to pass, as far as it is known.
+/// The known part of the state between passes.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct State {
     bits: BTreeMap<u32, bool>,
     timers: BTreeMap<u32, Timer>,
-    /// Where each group stands; `None` if it is stopped.
+    /// The position of each group; `None` if it is stopped.
     groups: BTreeMap<u32, Option<usize>>,
     main: Option<usize>,
 }
 
-/// The PLC with a program.
+/// A PLC that executes a program.
 #[derive(Debug, Clone)]
 pub struct Machine<'s> {
     source: &'s Source,
-    /// Whether inputs are read once a pass.
+    /// Whether inputs are read once in a pass.
     latched: bool,
     outputs: BTreeSet<u32>,
     state: State,
 }
 
 impl<'s> Machine<'s> {
-    /// A machine of whose state nothing is known: the plant is asked.
+    /// A machine with unknown state; the plant answers for it.
     #[must_use]
     pub fn anywhere(source: &'s Source, latched: bool) -> Machine<'s> {
         Machine { source, latched, outputs: source.outputs(), state: State::default() }
     }
 
-    /// A machine that was just switched on: timers idle, groups stopped, the main routine at its beginning;
-    /// the plant is asked for the outputs.
+    /// A machine after power-up: timers are idle, groups are stopped, the main routine is at its beginning. The plant is asked for
+    /// the outputs.
     #[must_use]
     pub fn switched_on(source: &'s Source, latched: bool) -> Machine<'s> {
         let mut machine = Machine::anywhere(source, latched);
@@ -102,19 +101,19 @@ impl<'s> Machine<'s> {
         &self.state
     }
 
-    /// An output's state, as far as it is known.
+    /// The state of an output, if known.
     #[must_use]
     pub fn output(&self, bit: u32) -> Option<bool> {
         self.state.bits.get(&bit).copied()
     }
 
-    /// Whether a group runs, as far as it is known.
+    /// Whether a group runs, if known.
     #[must_use]
     pub fn runs(&self, group: u32) -> Option<bool> {
         self.state.groups.get(&group).map(Option::is_some)
     }
 
-    /// Runs one pass.
+    /// Executes one pass.
     pub fn pass(&mut self, plant: &mut impl Plant) -> Pass {
         let source = self.source;
         let main = &source.routines[0];
@@ -137,7 +136,7 @@ impl<'s> Machine<'s> {
         pass
     }
 
-    /// Runs a routine from a place on until its turn ends; where it stands then.
+    /// Executes a routine from a position until its turn ends; returns its new position.
     fn turn(
         &mut self,
         routine: &Routine,
@@ -212,7 +211,7 @@ impl<'s> Machine<'s> {
         }
     }
 
-    /// What a test finds: what was set or read before holds, but for an input that has no image.
+    /// The value that a test reads: the last one written or read, except for an input without image.
     fn bit(&mut self, bit: u32, plant: &mut impl Plant) -> bool {
         if !self.latched && !self.outputs.contains(&bit) {
             return plant.bit(bit);
@@ -234,14 +233,14 @@ impl<'s> Machine<'s> {
         Ended::Pass
     }
 
-    /// Whether the timer has run out; then it is idle again. An idle one is started.
+    /// Whether the timer has timed out, which makes it idle again. An idle timer is started.
     fn timer(&mut self, timer: u32, tenths: u32, plant: &mut impl Plant) -> bool {
         let unknown = || if plant.started(timer) { Timer::Old } else { Timer::Idle };
         let state = self.state.timers.entry(timer).or_insert_with(unknown);
         if *state == Timer::Idle {
             *state = Timer::Fresh;
         }
-        // A time of nothing may be over at once.
+        // A timer with time 0 may time out at once.
         let out = (*state == Timer::Old || tenths == 0) && plant.elapsed(timer);
         if out {
             *state = Timer::Idle;
@@ -254,7 +253,7 @@ impl<'s> Machine<'s> {
         found.map_or(0, |(_, routine)| routine.body.start)
     }
 
-    /// Where a group stands.
+    /// The position of a group.
     fn place(&mut self, group: u32, plant: &mut impl Plant) -> Option<usize> {
         if let Some(place) = self.state.groups.get(&group) {
             return *place;

@@ -1,8 +1,8 @@
 //! Flowchart PC: a main routine and up to 32 groups, written as flowcharts with tests, jumps and waits.
 //!
-//! Facts are from a Japanese teaching report that programs such a PC: its table of instructions, what it says of
-//! WAIT and of timers, and its cases (docs/flowchart.md). There is no scan that runs every instruction once;
-//! what one pass is stands in docs/flowchart.md too.
+//! The source is a Japanese teaching report about programming such a PC: its instruction table, its descriptions of WAIT and
+//! timers, and its examples (docs/flowchart.md). There is no scan that runs every instruction once; docs/flowchart.md defines
+//! what one pass is.
 
 mod beginning;
 pub mod decode;
@@ -30,10 +30,10 @@ static DIALECTS: [Dialect; 1] = [Dialect {
     sniff: Sniff::Text(parse::sniff),
 }];
 
-/// Flowchart PCs.
+/// The front for flowchart PCs.
 pub struct Flowchart;
 
-/// The registry's entry.
+/// The entry for the list of fronts.
 pub const FRONT: Flowchart = Flowchart;
 
 impl Front for Flowchart {
@@ -73,17 +73,17 @@ impl Project for Source {
 /// The CPU that the built-in table is for.
 pub const CPU: &str = "FLOWCHART-PC";
 
-/// Reads the program of the one file in it.
+/// Reads the only file.
 ///
 /// # Errors
-/// The faults of the file, or of the files if there are more than one.
+/// The errors of the file, or that there is more than one file.
 fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
             Code::TwoPrograms,
             &second.name,
-            format!("a flowchart PC runs one program, and {} is one already", input.name),
+            format!("a flowchart PC runs one program, but {} is a program too", input.name),
             "give one file",
         )]);
     }
@@ -94,17 +94,17 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
 /// Reads a program from text.
 ///
 /// # Errors
-/// All faults at once.
+/// All errors.
 pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = scanbound_front::Faults::new(name);
     let list = parse::read(text, &mut faults);
-    // In front of a group addresses may be left free.
+    // Before a group, addresses may be skipped.
     numbering::check(numbered(&list), &mut faults);
     let source = structure::source(name, text, list, &mut faults);
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// The instructions of a list with their addresses: each takes one, and a timer's time another.
+/// The instructions with their addresses: each occupies one, and a timer's time another.
 fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = NumberedLine<'_>> {
     list.iter().enumerate().map(|(at, one)| {
         let is_head = one.word == parse::Word::Head;
@@ -113,7 +113,7 @@ fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = NumberedLine<'_>> {
             line: one.line,
             address: one.step,
             takes: match one.word {
-                // In some lists the instruction behind a label has the label's address.
+                // In some lists a label has the address of the instruction after it.
                 parse::Word::Label => None,
                 _ => Some(if one.time.is_some() { 2 } else { 1 }),
             },

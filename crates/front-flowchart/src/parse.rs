@@ -1,4 +1,4 @@
-//! Reads the instruction list: addresses, labels, spellings of the mnemonics, operands and comments.
+//! Parses the instruction list: addresses, labels, mnemonics in several notations, operands and comments.
 
 use scanbound_base::code::Code;
 use std::ops::Range;
@@ -6,11 +6,11 @@ use std::ops::Range;
 use scanbound_front::Faults;
 use scanbound_front::slice_range;
 
-/// How many lines are looked at to tell what a file is.
+/// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 60;
-/// No number is larger: operands have four digits.
+/// The largest number: operands have four digits.
 const LARGEST: u32 = 9999;
-/// What an instruction looks like.
+/// The help text with all instructions.
 const FORM: &str = "the instructions are AND n, AND NOT n, OUT n, OUT NOT n, TIM n #t, CNR TIM n, JMP LBLn, CJP LBLn, WAIT, LBL n, GJ, GS n, GOFF n, GN n and GE n; comments begin with ;";
 
 /// A mnemonic.
@@ -33,7 +33,7 @@ pub enum Word {
     End,
 }
 
-/// Every mnemonic with its parts.
+/// All mnemonics with their parts.
 const WORDS: [(&[&str], Word); 17] = [
     (&["AND", "NOT"], Word::AndNot),
     (&["AND"], Word::And),
@@ -55,7 +55,7 @@ const WORDS: [(&[&str], Word); 17] = [
 ];
 
 impl Word {
-    /// Whether other makers' lists do not have it.
+    /// Whether no other vendor's list has it.
     fn is_own(self) -> bool {
         !matches!(
             self,
@@ -72,7 +72,7 @@ impl Word {
     }
 }
 
-/// One instruction, its names not yet looked up.
+/// One instruction with unresolved references.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listed {
     /// What it is.
@@ -85,15 +85,15 @@ pub struct Listed {
     pub line: u32,
     /// Its address, if one is given.
     pub step: Option<u32>,
-    /// As written.
+    /// The source text.
     pub text: String,
-    /// The bytes of the file's text that its operand is, or its mnemonic if it has none.
+    /// The byte range of its operand in the file, or of its mnemonic if it has none.
     pub at: Range<u32>,
     /// The comment of its line.
     pub comment: String,
 }
 
-/// A word in capital letters, and the bytes of its line that it is.
+/// A word in capital letters, with its byte range in the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Token {
     word: String,
@@ -106,8 +106,8 @@ impl PartialEq<str> for Token {
     }
 }
 
-/// A line taken apart: words and the comment. Dots between words are blanks (`OUT·NOT`), and what sticks to
-/// a number is apart from it (`LBL0:` is `LBL`, `0`, `:`).
+/// Splits a line into words and the comment. Dots between words count as blanks (`OUT·NOT`), and signs are separated from
+/// numbers (`LBL0:` becomes `LBL`, `0`, `:`).
 fn split(line: &str) -> (Vec<Token>, String) {
     let (code, comment) = line.split_once([';', '；']).unwrap_or((line, ""));
     let mut words: Vec<Token> = Vec::new();
@@ -145,7 +145,7 @@ fn split(line: &str) -> (Vec<Token>, String) {
     (words, inner.unwrap_or(comment).trim().to_owned())
 }
 
-/// The mnemonic at the beginning of the words and how many of them it takes.
+/// The mnemonic at the start of the words, and the number of words it takes.
 fn mnemonic(words: &[Token]) -> Option<(Word, usize)> {
     let begins = |parts: &&(&[&str], Word)| {
         parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| word == *part)
@@ -153,7 +153,7 @@ fn mnemonic(words: &[Token]) -> Option<(Word, usize)> {
     WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
 }
 
-/// Whether the beginning of a file is such a list: mostly its mnemonics with bare numbers, and no LD.
+/// Whether a file begins like such a list: mostly these mnemonics with bare numbers, and no LD.
 pub fn sniff(beginning: &str) -> bool {
     let (mut seen, mut known, mut own, mut loads) = (0_usize, 0_usize, 0_usize, 0_usize);
     for line in beginning.lines().take(LOOKED_AT) {
@@ -174,7 +174,7 @@ pub fn sniff(beginning: &str) -> bool {
             let bare =
                 rest.get(taken).is_none_or(|operand| number(&operand.word).is_some()) || label;
             known += usize::from(bare);
-            // FX has a CJP too, but its operand is a pointer: a label or a bare number is a flowchart's.
+            // FX also has CJP, but with a pointer operand; a label or bare number shows a flowchart PC.
             own += usize::from(bare && (word.is_own() || label));
         }
     }
@@ -186,7 +186,7 @@ fn number(word: &str) -> Option<u32> {
     if digits { word.parse().ok() } else { None }
 }
 
-/// Whether the words are the head of a printed list.
+/// Whether the words are the heading of a printed list.
 fn is_head(words: &[Token]) -> bool {
     words.first().is_some_and(|one| one == "ADR" || one == "ADDRESS" || one == "LABEL")
 }
@@ -222,10 +222,10 @@ pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
     list
 }
 
-/// A line being read.
+/// A line while it is parsed.
 struct Line<'a> {
     line: u32,
-    /// The byte of the text at which it begins.
+    /// The byte offset of the line in the file.
     begin: u32,
     written: &'a str,
     comment: String,
@@ -245,7 +245,7 @@ impl Line<'_> {
         }
         let mut first = true;
         while !rest.is_empty() {
-            // A timer's time may stand on a line of its own.
+            // A timer's time may be on a line of its own.
             if let [mark, time, behind @ ..] = rest
                 && mark == "#"
             {
@@ -262,7 +262,7 @@ impl Line<'_> {
                             faults,
                             mark.at.start..time.at.end,
                             Code::TimeAlone,
-                            "a time without a timer in front of it",
+                            "a time without a timer before it",
                             "write TIM n #t, t in tenths of a second",
                         );
                     }
@@ -313,7 +313,7 @@ impl Line<'_> {
                 comment: self.comment.clone(),
             });
             first = false;
-            // Only a label has another instruction behind it, only a timer a time.
+            // Only after a label may another instruction follow, and only after a timer a time.
             let more =
                 word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
             if !more {
@@ -341,11 +341,11 @@ impl Line<'_> {
     }
 
     fn bad_number(&self, faults: &mut Faults<'_>, written: &Token) {
-        let message = format!("'{}' is no number from 0 to {LARGEST}", written.word);
+        let message = format!("'{}' is not a number from 0 to {LARGEST}", written.word);
         self.fault(faults, written.at.clone(), Code::BadOperand, &message, FORM);
     }
 
-    /// Notes a fault at these bytes of the line.
+    /// Reports an error at these bytes of the line.
     fn fault(
         &self,
         faults: &mut Faults<'_>,
@@ -358,12 +358,12 @@ impl Line<'_> {
     }
 }
 
-/// What words come to without blanks.
+/// The words without blanks between them.
 fn concat(words: &[Token]) -> String {
     words.iter().map(|one| one.word.as_str()).collect()
 }
 
-/// From the first word's beginning to the last one's end.
+/// The range from the first word to the last one.
 fn reach(words: &[Token]) -> Range<usize> {
     match words {
         [first, .., last] => first.at.start..last.at.end,

@@ -1,59 +1,58 @@
-//! Which states a pass can begin in: where all routines stand together, with which timers started and outputs on.
+//! Finds the states in which a pass can begin: positions of all routines, started timers, and outputs.
 //!
-//! All passes are followed from power-up, whatever inputs and timers do. Where that takes too much, outputs and then
-//! timers are left out of the states, so that each may be in either state: that only lets more states in.
+//! The search follows all passes from power-up, for any inputs and times. If there are too many states, outputs and then timers
+//! are left out of them and may have any value, so that no possible state is missing.
 
 use super::source::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The search ends after so many steps, each counted by the size of its state.
+/// The search limit: the total size of the states of all steps.
 const MOST_STEPS: usize = 2_000_000;
-/// With more timers than this, states say nothing of timers.
+/// With more timers than this, states do not contain timers.
 const MOST_TIMERS: usize = 250;
-/// With more outputs than this, states say nothing of outputs: at power-up each may be on or off, so these multiply.
+/// With more outputs than this, states do not contain outputs: each may be on or off at power-up.
 const MOST_OUTPUTS: usize = 6;
 
 /// A state at the beginning of a pass.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Start {
-    /// Where the main routine stands.
+    /// The position of the main routine.
     pub main: usize,
-    /// Where the groups stand, those that run.
+    /// The positions of the running groups.
     pub groups: BTreeMap<u32, usize>,
     /// The timers that were started and not reset.
     pub timers: BTreeSet<u32>,
-    /// The outputs that are on, of those in [`PassStarts::outputs`].
+    /// The outputs that are on, among those in [`PassStarts::outputs`].
     pub outputs: BTreeSet<u32>,
 }
 
-/// All states in which a pass can begin, and which timers and outputs are part of them.
+/// All states in which a pass can begin, and the timers and outputs that they contain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PassStarts {
     /// The states.
     pub starts: BTreeSet<Start>,
-    /// The timers that are part of the states; others may be in any state.
+    /// The timers in the states; others may be in any state.
     pub timers: BTreeSet<u32>,
-    /// The outputs that are part of the states.
+    /// The outputs in the states; others may be on or off.
     pub outputs: BTreeSet<u32>,
-    /// The inputs that are read anew at each test.
+    /// The inputs that are read again at each test.
     direct: BTreeSet<u32>,
-    /// What CNR TIM leaves.
+    /// The assumed effect of CNR TIM.
     reset: Reset,
 }
 
-/// What CNR TIM leaves of a timer.
+/// The effect of CNR TIM on a timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reset {
-    /// Nothing: it begins anew.
+    /// It resets the timer.
     Nothing,
-    /// The rest of its time.
+    /// It keeps the remaining time.
     Rest,
-    /// Either.
+    /// Either effect is possible.
     Either,
 }
 
-/// The states in which a pass can begin; `None` if there are too many to follow. `latched`: an input has one value
-/// through a pass.
+/// The states in which a pass can begin; `None` if there are too many. `latched`: an input has one value during a pass.
 #[must_use]
 pub fn pass_starts(source: &Source, latched: bool, reset: Reset) -> Option<PassStarts> {
     let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
@@ -124,19 +123,19 @@ fn follow(source: &Source, mut view: PassStarts) -> Option<PassStarts> {
     Some(view)
 }
 
-/// A pass as far as it has come.
+/// An unfinished pass.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Walk {
     state: Start,
-    /// The instruction that is next.
+    /// The next instruction.
     at: usize,
-    /// The condition so far.
+    /// The current condition.
     holds: bool,
-    /// The group whose turn it is, and where the main routine goes on.
+    /// The group whose turn it is, and where the main routine continues afterwards.
     turn: Option<(u32, usize)>,
-    /// What this pass has read or written of inputs that have an image and of outputs that are not part of states.
+    /// Values known in this pass, of inputs with an image and of outputs that the states do not contain.
     known: BTreeMap<u32, bool>,
-    /// Timers that this pass has started.
+    /// The timers that this pass has started.
     fresh: BTreeSet<u32>,
 }
 
@@ -158,7 +157,7 @@ impl Walk {
             Op::And { bit, negated } => self.test(bit, negated, view),
             Op::Timer { timer, tenths } => self.timer(timer, tenths, view),
             Op::Start(group) => self.start(source, group),
-            // A timer that is reset may keep the rest of its time.
+            // A timer that is reset may keep its remaining time.
             Op::ResetTimer(timer) => {
                 let mut reset = self.clone().step();
                 reset.state.timers.remove(&timer);
@@ -173,7 +172,7 @@ impl Walk {
         }
     }
 
-    /// How much it remembers.
+    /// The size of the state.
     fn size(&self) -> usize {
         let Start { groups, timers, outputs, .. } = &self.state;
         10 + groups.len() + timers.len() + outputs.len() + self.known.len() + self.fresh.len()
@@ -219,7 +218,7 @@ impl Walk {
         all
     }
 
-    /// A group that runs may be left as it is or begin again.
+    /// GS on a running group may or may not restart it.
     fn start(self, source: &Source, group: u32) -> Vec<Next> {
         let head = source.groups().find(|(number, _)| *number == group);
         let head = head.map_or(0, |(_, routine)| routine.body.start);
@@ -279,7 +278,7 @@ impl Walk {
         Next::On(self)
     }
 
-    /// The next group that runs takes its turn, from this number on; else the main routine goes on.
+    /// The next running group from this number on has its turn; if there is none, the main routine continues.
     fn groups(mut self, from: u32, back: usize) -> Next {
         let next = self.state.groups.range(from..).next().map(|(&group, &place)| (group, place));
         self.turn = next.map(|(group, _)| (group, back));

@@ -8,31 +8,31 @@ use std::ops::Range;
 /// The dialect's name.
 pub const NAME: &str = "flowchart";
 
-/// Most groups that a program may have.
+/// The largest number of groups of a program.
 pub const MOST_GROUPS: usize = 32;
 
-/// What an instruction does. Jumps name their target by its index into [`Source::instructions`].
+/// What an instruction does. A jump target is an index into [`Source::instructions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Op {
-    /// `AND n`, `AND NOT n`: joins the condition that the next CJP or WAIT asks for.
+    /// `AND n`, `AND NOT n`: part of the condition for the next CJP or WAIT.
     And {
         /// The input or output.
         bit: u32,
-        /// Whether it has to be off.
+        /// Whether it must be off.
         negated: bool,
     },
-    /// `TIM n #t`: starts the timer unless it runs; the condition is whether it has run out.
+    /// `TIM n #t`: starts the timer if it is idle; the condition is whether it has timed out.
     Timer {
-        /// Its number.
+        /// The timer number.
         timer: u32,
-        /// Its time in tenths of a second; 0 where any TIM of this timer has none.
+        /// The time in tenths of a second; 0 if any TIM of this timer has time 0.
         tenths: u32,
     },
     /// `OUT n`, `OUT NOT n`: turns an output on or off.
     Out {
         /// The output.
         bit: u32,
-        /// To what.
+        /// Whether it is turned on.
         on: bool,
     },
     /// `CNR TIM n`: resets the timer.
@@ -41,19 +41,19 @@ pub enum Op {
     Jump(usize),
     /// `CJP L`: jumps if the condition holds.
     JumpIf(usize),
-    /// `WAIT`: goes on if the condition holds, else the routine's turn ends and its next begins here.
+    /// `WAIT`: continues if the condition is true. Otherwise the routine's turn ends, and its next one begins here.
     Wait,
     /// `LBL n`.
     Label(u32),
-    /// `GJ`: every started group takes its turn.
+    /// `GJ`: each started group has its turn.
     Groups,
     /// `GS n`: starts a group.
     Start(u32),
     /// `GOFF n`: stops a group.
     Stop(u32),
-    /// `GN n`: a group's head.
+    /// `GN n`: the head of a group.
     Head(u32),
-    /// `GE n`: a group's end.
+    /// `GE n`: the end of a group.
     End(u32),
 }
 
@@ -64,13 +64,13 @@ impl Op {
         matches!(self, Op::And { .. } | Op::Timer { .. })
     }
 
-    /// Whether it asks for the condition.
+    /// Whether it uses the condition.
     #[must_use]
     pub fn asks(self) -> bool {
         matches!(self, Op::JumpIf(_) | Op::Wait)
     }
 
-    /// Whether control never goes on behind it.
+    /// Whether the next instruction is never reached from it.
     #[must_use]
     pub fn leaves(self) -> bool {
         matches!(self, Op::Jump(_) | Op::End(_))
@@ -84,9 +84,9 @@ pub struct Instruction {
     pub op: Op,
     /// Its line, from 1.
     pub line: u32,
-    /// Its address, where the list gives it.
+    /// Its address, if the list has one.
     pub step: Option<u32>,
-    /// As the list has it, blanks made one.
+    /// The source text with single blanks.
     pub text: String,
 }
 
@@ -99,7 +99,7 @@ pub struct Routine {
     pub body: Range<usize>,
 }
 
-/// A program as read from a file, with all that it names found.
+/// A parsed program, with all references resolved.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// The file's name as the user gave it.
@@ -108,21 +108,20 @@ pub struct Source {
     pub instructions: Vec<Instruction>,
     /// The main routine, then the groups by number.
     pub routines: Vec<Routine>,
-    /// What the list says of inputs and outputs behind a semicolon, by their number.
+    /// The comments after semicolons, by the number of the input or output.
     pub comments: BTreeMap<u32, String>,
 }
 
 impl Source {
-    /// Where the condition of a CJP or WAIT begins: its first test, or itself.
+    /// The first instruction of the condition of a CJP or WAIT: its first test, or the instruction itself.
     #[must_use]
     pub fn condition(&self, asks: usize) -> usize {
         let tests = self.instructions[..asks].iter().rev();
         asks - tests.take_while(|one| one.op.is_test()).count()
     }
 
-    /// Where a routine can stand between passes: its head; behind it, in order, the beginnings of the
-    /// conditions of its WAITs and, in the main routine, what jumps back go to. All are indices of
-    /// instructions; a jump's target in the main routine may be the head.
+    /// The positions of a routine between passes, as instruction indices: its head, then the conditions of its WAITs, and in the
+    /// main routine the targets of jumps back (which may be the head again).
     #[must_use]
     pub fn stands(&self, routine: &Routine) -> Vec<usize> {
         let mut places = vec![routine.body.start];
@@ -145,7 +144,7 @@ impl Source {
         self.routines.iter().filter_map(|routine| routine.group.map(|group| (group, routine)))
     }
 
-    /// The outputs: what an OUT sets.
+    /// The outputs: all that an OUT sets.
     #[must_use]
     pub fn outputs(&self) -> BTreeSet<u32> {
         let outputs = self.instructions.iter().filter_map(|one| match one.op {
@@ -155,7 +154,7 @@ impl Source {
         outputs.collect()
     }
 
-    /// The inputs: what is tested and no OUT sets.
+    /// The inputs: all that is tested, but not set by an OUT.
     #[must_use]
     pub fn inputs(&self) -> BTreeSet<u32> {
         let outputs = self.outputs();
@@ -166,7 +165,7 @@ impl Source {
         tested.collect()
     }
 
-    /// The shortest time that a timer is set to, in tenths of a second; none of 0.
+    /// The shortest timer setting above 0, in tenths of a second.
     #[must_use]
     pub fn shortest_timer(&self) -> Option<u32> {
         let times = self.instructions.iter().filter_map(|one| match one.op {
@@ -176,8 +175,7 @@ impl Source {
         times.min()
     }
 
-    /// The inner loops of the main routine: jumps back to another place than its head, as indices of the
-    /// target and the jump.
+    /// The inner loops of the main routine: jumps back to a place other than its head, as indices of target and jump.
     #[must_use]
     pub fn inner_loops(&self) -> Vec<(usize, usize)> {
         let Some(main) = self.routines.first() else { return Vec::new() };
@@ -190,15 +188,15 @@ impl Source {
 }
 
 impl Source {
-    /// What is worth knowing of the program although it can be taken.
+    /// Warnings about the program.
     #[must_use]
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let loops = self.inner_loops().into_iter().map(|(to, at)| {
             let (from, jump) = (&self.instructions[to], &self.instructions[at]);
             let (line, text) = (jump.line, jump.text.clone());
             let message =
-                format!("the main routine can stay in the loop from line {} to here", from.line);
-            let help = "each iteration of it counts as a pass of its own";
+                format!("the main routine can repeat the loop from line {} to here", from.line);
+            let help = "each iteration counts as one pass";
             Diagnostic::line(Code::InnerLoop, &self.name, line, text, message, help).warning()
         });
         loops.collect()

@@ -1,4 +1,4 @@
-//! Finds routines, labels and groups in a list, and refuses what the documents give no meaning.
+//! Resolves routines, labels and groups of a list, and refuses constructs that the documents do not define.
 
 use super::parse::{Listed, Word};
 use super::source::{Instruction, MOST_GROUPS, Op, Routine, Source};
@@ -6,13 +6,13 @@ use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The program of a list. What is faulty is reported and replaced by something harmless.
+/// Resolves a list. Errors are reported, and the faulty parts are replaced by neutral ones.
 pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
     let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);
     let mut instructions = Vec::with_capacity(list.len());
     for (at, one) in list.iter().enumerate() {
-        // They follow each other.
+        // The routines are in source order.
         let routine = routines.get(routines.partition_point(|routine| routine.body.end <= at));
         let op = reader.op(at, one, routine);
         let (line, step, text) = (one.line, one.step, one.text.clone());
@@ -32,7 +32,7 @@ pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>
     source
 }
 
-/// A timer that some instruction starts with time 0 may have run out at once, so all of its instructions get time 0.
+/// Gives time 0 to all instructions of a timer that some instruction starts with time 0, since it may time out at once.
 fn without_delay(instructions: &mut [Instruction]) {
     let zero: BTreeSet<u32> = instructions
         .iter()
@@ -51,29 +51,31 @@ fn without_delay(instructions: &mut [Instruction]) {
 }
 
 struct Reader<'a, 'f> {
-    /// The file's text.
+    /// The text of the file.
     text: &'a str,
-    /// Label to its instruction.
+    /// The instruction of each label.
     labels: BTreeMap<u32, usize>,
-    /// Group to its head.
+    /// The head of each group.
     groups: BTreeMap<u32, usize>,
     faults: &'a mut Faults<'f>,
 }
 
 impl Reader<'_, '_> {
-    /// The main routine reaches to the first GN, each group to the next.
+    /// Splits the list into routines: the main routine ends at the first GN, each group at the next GN.
     fn routines(&mut self, list: &[Listed]) -> Vec<Routine> {
         let mut routines = vec![Routine { group: None, body: 0..0 }];
         for (at, one) in list.iter().enumerate() {
             if one.word == Word::Label {
                 if let Some(&first) = self.labels.get(&one.operand) {
-                    let message =
-                        format!("LBL{} stands in line {} too", one.operand, list[first].line);
+                    let message = format!(
+                        "LBL{} is already defined in line {}",
+                        one.operand, list[first].line
+                    );
                     self.fault(
                         Code::LabelTwice,
                         one,
                         &message,
-                        "give each label a number of its own",
+                        "give each label a different number",
                     );
                 } else {
                     self.labels.insert(one.operand, at);
@@ -81,20 +83,22 @@ impl Reader<'_, '_> {
             }
             if one.word == Word::Head {
                 if let Some(&first) = self.groups.get(&one.operand) {
-                    let message =
-                        format!("group {} begins in line {} too", one.operand, list[first].line);
+                    let message = format!(
+                        "group {} already begins in line {}",
+                        one.operand, list[first].line
+                    );
                     self.fault(
                         Code::GroupTwice,
                         one,
                         &message,
-                        "give each group a number of its own",
+                        "give each group a different number",
                     );
                 } else {
                     self.groups.insert(one.operand, at);
                 }
                 if one.operand as usize > MOST_GROUPS {
-                    let message = format!("there is no group {}", one.operand);
-                    self.fault(Code::GroupNumber, one, &message, "groups have numbers up to 32");
+                    let message = format!("group {} does not exist", one.operand);
+                    self.fault(Code::GroupNumber, one, &message, "use group numbers up to 32");
                 }
                 routines.push(Routine { group: Some(one.operand), body: at..at });
             }
@@ -103,23 +107,13 @@ impl Reader<'_, '_> {
         if routines.len() > MOST_GROUPS + 1
             && let Some(one) = list.get(routines[MOST_GROUPS + 1].body.start)
         {
-            self.fault(
-                Code::TooManyGroups,
-                one,
-                "this is the 33rd group",
-                "a program has at most 32",
-            );
+            self.fault(Code::TooManyGroups, one, "this is the 33rd group", "use at most 32 groups");
         }
         if routines[0].body.is_empty()
             && let Some(one) = list.first()
         {
-            let help = "the main routine comes first and ends with a JMP back to its label";
-            self.fault(
-                Code::NoMain,
-                one,
-                "there is no main routine in front of the first group",
-                help,
-            );
+            let help = "write the main routine first, and end it with a JMP back to its label";
+            self.fault(Code::NoMain, one, "there is no main routine before the first group", help);
         }
         routines
     }
@@ -136,7 +130,7 @@ impl Reader<'_, '_> {
                         Code::NoTime,
                         one,
                         "the timer has no time",
-                        "write TIM n #t, t in tenths of a second; #t may stand in the next line",
+                        "write TIM n #t, t in tenths of a second; #t may be on the next line",
                     );
                 }
                 Op::Timer { timer: n, tenths: one.time.unwrap_or(1) }
@@ -150,27 +144,22 @@ impl Reader<'_, '_> {
             Word::Label => Op::Label(n),
             Word::Groups => {
                 if group.is_some() {
-                    let help = "GJ stands in the main routine";
-                    self.fault(
-                        Code::JumpInGroup,
-                        one,
-                        "GJ within a group has no known meaning",
-                        help,
-                    );
+                    let help = "use GJ only in the main routine";
+                    self.fault(Code::JumpInGroup, one, "GJ is not defined within a group", help);
                 }
                 Op::Groups
             }
             Word::Start | Word::Stop => {
                 if group == Some(n) {
                     let message = format!("group {n} can neither start nor stop itself");
-                    self.fault(Code::OwnGroup, one, &message, "a group ends with GE");
+                    self.fault(Code::OwnGroup, one, &message, "end the group with GE");
                 } else if !self.groups.contains_key(&n) {
-                    let message = format!("there is no group {n}");
+                    let message = format!("group {n} does not exist");
                     self.fault(
                         Code::NoGroup,
                         one,
                         &message,
-                        "a group begins with GN and its number",
+                        "begin a group with GN and its number",
                     );
                 }
                 if one.word == Word::Start { Op::Start(n) } else { Op::Stop(n) }
@@ -179,14 +168,14 @@ impl Reader<'_, '_> {
             Word::End => {
                 if group != Some(n) {
                     let message = match group {
-                        Some(own) => format!("GE {n} stands in group {own}"),
-                        None => "GE stands outside of any group".to_owned(),
+                        Some(own) => format!("GE {n} is in group {own}"),
+                        None => "GE is not in a group".to_owned(),
                     };
                     self.fault(
                         Code::WrongEnd,
                         one,
                         &message,
-                        "a group ends with GE and its own number",
+                        "end each group with GE and its own number",
                     );
                 }
                 Op::End(n)
@@ -194,29 +183,29 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Where a jump goes to.
+    /// The instruction that a jump leads to.
     fn target(&mut self, one: &Listed, routine: Option<&Routine>) -> Option<usize> {
         let n = one.operand;
         let Some(&target) = self.labels.get(&n) else {
-            let message = format!("there is no LBL{n}");
+            let message = format!("LBL{n} does not exist");
             self.fault(
                 Code::NoLabel,
                 one,
                 &message,
-                "write the label in front of where the jump goes",
+                "write the label before the target of the jump",
             );
             return None;
         };
         if routine.is_some_and(|routine| routine.body.contains(&target)) {
             return Some(target);
         }
-        let message = format!("LBL{n} stands in another routine");
-        let help = "jump within the main routine or within one group; GS, GOFF and GE start, stop and end groups";
+        let message = format!("LBL{n} is in another routine");
+        let help = "jump within the main routine or within one group; use GS, GOFF and GE to start, stop and end groups";
         self.fault(Code::JumpOut, one, &message, help);
         None
     }
 
-    /// A condition is tests, or one timer, directly in front of the CJP or WAIT that asks for it.
+    /// Checks conditions: tests, or one timer, directly before the CJP or WAIT that uses them.
     fn conditions(&mut self, source: &Source) {
         let list = &source.instructions;
         let mut found = Vec::new();
@@ -226,16 +215,16 @@ impl Reader<'_, '_> {
                 found.push((
                     Code::NoCondition,
                     one,
-                    "nothing is asked for here",
-                    "put AND, AND NOT or TIM in front of it; JMP jumps without a condition",
+                    "this instruction has no condition",
+                    "put AND, AND NOT or TIM before it, or use JMP to jump without a condition",
                 ));
             }
             if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.asks()) {
                 found.push((
                     Code::UnusedCondition,
                     one,
-                    "no CJP or WAIT follows that asks for this condition",
-                    "what a condition means to other instructions is not known: put CJP or WAIT behind it",
+                    "no CJP or WAIT uses this condition",
+                    "put CJP or WAIT directly after it: other instructions do not use conditions",
                 ));
             }
             let timer = |op: Op| matches!(op, Op::Timer { .. });
@@ -245,8 +234,8 @@ impl Reader<'_, '_> {
                 found.push((
                     Code::MixedCondition,
                     one,
-                    "what a timer means together with other tests is not known",
-                    "ask for the timer and for the other tests each with a CJP or WAIT of its own",
+                    "a timer combined with other tests is not defined",
+                    "use one CJP or WAIT for the timer and another one for the other tests",
                 ));
             }
         }
@@ -255,17 +244,20 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// No routine runs on into the next.
+    /// Checks that no routine continues into the next one.
     fn ends(&mut self, source: &Source) {
         for routine in source.routines.iter().filter(|routine| !routine.body.is_empty()) {
             let last = &source.instructions[routine.body.end - 1];
             if !last.op.leaves() {
                 let (message, help) = match routine.group {
                     None => (
-                        "the main routine runs on behind its end",
+                        "the main routine continues after its last instruction",
                         "end it with a JMP back to its label",
                     ),
-                    Some(_) => ("the group runs on behind its end", "end it with GE or with a JMP"),
+                    Some(_) => (
+                        "the group continues after its last instruction",
+                        "end it with GE or with a JMP",
+                    ),
                 };
                 self.faults.at(Code::NoEnd, last.line, &last.text, message, help);
             }

@@ -1,4 +1,4 @@
-//! Reading flowchart programs: spellings, faults, detection.
+//! Tests of the reading of flowchart programs: notations, errors, recognition.
 
 use super::*;
 

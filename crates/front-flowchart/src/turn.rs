@@ -1,4 +1,4 @@
-//! How often control can jump back within one turn of a group, found by following what the turn comes to know.
+//! The number of times that control can jump back within one turn of a group, found by a search over the turn's states.
 
 use super::source::{Op, Routine, Source};
 use petgraph::algo::condensation;
@@ -6,25 +6,25 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The search ends after so many states, each counted by its size.
+/// The search limit: the total size of all states.
 const MOST_STATES: usize = 500_000;
-/// No turn is laid out with more jumps back than this.
+/// The largest number of jumps back that is unrolled.
 const MOST_BACK: usize = 64;
 
-/// What a turn knows at an instruction. A bit of which it knows nothing may be on or off; once it was tested it is known.
+/// What is known at an instruction. An unknown bit may be on or off; after a test its value is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,
-    /// The condition so far.
+    /// The current condition.
     holds: bool,
-    /// Outputs that were tested or set, and inputs that have an image.
+    /// Known outputs, and known inputs that have an image.
     bits: BTreeMap<u32, bool>,
-    /// Timers that were asked or reset: whether they were started in an earlier pass.
+    /// Known timers: whether each was started in an earlier pass.
     timers: BTreeMap<u32, bool>,
 }
 
-/// The most jumps back that a turn makes before it ends or comes to a state that it had before. A turn that
-/// makes more goes round for ever. `latched`: an input has one value through a turn, else any at each test.
+/// The largest number of jumps back in a turn before it ends or repeats an earlier state. A turn with more jumps repeats
+/// without end. `latched`: an input has one value during a turn, otherwise any value at each test.
 #[must_use]
 pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     let is_back =
@@ -73,7 +73,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     longest(graph).min(MOST_BACK)
 }
 
-/// The most jumps back on a path through the graph that goes round each circle once at most.
+/// The largest number of jumps back on a path that uses each cycle of the graph at most once.
 fn longest(graph: DiGraph<(), usize>) -> usize {
     let member: BTreeMap<NodeIndex, usize> = petgraph::algo::kosaraju_scc(&graph)
         .into_iter()
@@ -104,7 +104,7 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
     longest
 }
 
-/// The states that can follow.
+/// The possible next states.
 fn nexts(
     source: &Source,
     tested: &BTreeSet<u32>,
@@ -153,7 +153,7 @@ fn nexts(
             vec![next]
         }
         Op::ResetTimer(timer) => {
-            // It may keep the rest of its time.
+            // The timer may keep its remaining time.
             let mut reset = step(state.clone());
             reset.timers.insert(timer, false);
             vec![reset, step(state.clone())]

@@ -1,4 +1,4 @@
-//! Reads and writes MINASEC-U assembly: an instruction a line, an address in front where one is wanted.
+//! Reads and writes MINASEC-U assembly: one instruction a line, with an optional address before it.
 
 use super::source::{ASSEMBLY, Source};
 use super::word::{Device, Opcode, WORDS, Word};
@@ -10,17 +10,16 @@ use scanbound_front::slice_range;
 use scanbound_front::text;
 use std::fmt::Write as _;
 
-/// How many instruction lines are looked at to tell what a file is.
+/// The number of instruction lines that are examined to recognise a file.
 const LOOKED_AT: usize = 40;
-/// What an instruction looks like.
-const FORM: &str = "an instruction is LD, LDI, AND, ANDI, OR, ORI, ST or STI and a device, such as LD X00; comments begin with ; or //";
-/// What devices there are.
+/// The help text about instructions.
+const FORM: &str = "write LD, LDI, AND, ANDI, OR, ORI, ST or STI and a device, such as LD X00; comments begin with ; or //";
+/// The help text about devices.
 const DEVICES: &str =
     "the devices are X00-X07, Y00-Y07, M00-M07, M10-M13, T0, T1, C0 and its clear C0CLR";
 
-/// Whether the beginning of a file is MINASEC-U assembly: all of its instructions are the machine's, or it
-/// has a store, which no other dialect has, and most are. A list without a store may as well be another
-/// dialect's, and then the devices must all be the machine's.
+/// Whether a file begins like MINASEC-U assembly: all instructions are valid, or most are and there is a store, which no other
+/// dialect has. A list without a store could also be in another dialect, so then all its devices must be valid too.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -50,7 +49,7 @@ pub(super) fn sniff(beginning: &str) -> bool {
 /// Reads a program.
 ///
 /// # Errors
-/// All faults, each with its line.
+/// All errors with their lines.
 pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, ASSEMBLY);
@@ -88,10 +87,10 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                     number,
                     line,
                     "the program has more than 256 words",
-                    "the addresses are 0 to 255: the program counter has eight bits",
+                    "use addresses 0 to 255: the program counter has eight bits",
                 );
                 if address == next - 1 {
-                    // One message stands for all that follows.
+                    // One message is enough for all further words.
                     break;
                 }
             }
@@ -101,8 +100,8 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                         Code::WordTwice,
                         number,
                         line,
-                        &format!("address {address} is taken by line {first}"),
-                        "give each word an address of its own, or leave the addresses out",
+                        &format!("line {first} already has address {address}"),
+                        "give each word a different address, or omit all addresses",
                     );
                 }
                 source.words[address] = word;
@@ -123,7 +122,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// The word of a line without its address.
+/// Parses an instruction without its address.
 fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Word, Diagnostic> {
     let fault = |code, message: String, help: &str, part: &str| {
         let mut found = Diagnostic::line(code, name, number, line.trim_end(), message, help);
@@ -147,7 +146,12 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
             return fault(Code::NoDevice, format!("{mnemonic} has no device"), FORM, mnemonic);
         }
         [_] => {
-            return fault(Code::NotAnInstruction, "this line is no instruction".into(), FORM, "");
+            return fault(
+                Code::NotAnInstruction,
+                "this line is not an instruction".into(),
+                FORM,
+                "",
+            );
         }
         [_, _, extra, ..] => {
             return fault(
@@ -179,22 +183,26 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
         return fault(
             Code::StoreToInput,
             format!("{} writes to the input {device}", opcode.mnemonic()),
-            "an input has nothing to write to: store to an output (Y00-Y07) or a relay (M00-M07, M10-M13)",
+            "store to an output (Y00-Y07) or a relay (M00-M07, M10-M13): an input cannot be written",
             words[1],
         );
     }
     match pattern {
         Some(other) if other != word => fault(
             Code::OtherPattern,
-            format!("{word} is {}, the line has {}", pattern_of(word), pattern_of(other)),
-            "correct the instruction or the bits, or leave the bits out",
+            format!(
+                "{word} has the bits {}, but the line has {}",
+                pattern_of(word),
+                pattern_of(other)
+            ),
+            "correct the instruction or the bits, or omit the bits",
             words[0],
         ),
         _ => Ok(word),
     }
 }
 
-/// Takes the bit pattern behind off the words, if there is one: opcode and operand apart or together
+/// Removes a bit pattern at the end of the words, and returns its word. Opcode and operand may be separate
 /// (`100 01000`, `10001000`).
 fn take_pattern<'w, 't>(words: &'w [&'t str]) -> (&'w [&'t str], Option<Word>) {
     let bits = |text: &str, count: usize| {
@@ -214,12 +222,12 @@ fn take_pattern<'w, 't>(words: &'w [&'t str]) -> (&'w [&'t str], Option<Word>) {
     (words, None)
 }
 
-/// A word's bits, opcode and operand apart.
+/// The bits of a word, with opcode and operand separate.
 fn pattern_of(word: Word) -> String {
     format!("{:03b} {:05b}", word.0 >> 5, word.0 & 0x1F)
 }
 
-/// Whether a line is the head of the printed listing.
+/// Whether a line is the heading of a printed listing.
 fn is_head(words: &[&str]) -> bool {
     let head = ["addr", "opcode", "operand", "binary"];
     words.len() > 1
@@ -238,7 +246,7 @@ enum Address {
     TooLarge,
 }
 
-/// Takes the address in front off the words, if there is one (`12`, `12:`, `0x0C`).
+/// Removes an address at the start of the words, and returns it (`12`, `12:`, `0x0C`).
 fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     let first = words.first()?;
     let digits = first.strip_suffix(':').unwrap_or(first);
@@ -256,7 +264,7 @@ fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     Some(number.map_or(Address::TooLarge, Address::Number))
 }
 
-/// Writes the listing that the description prints: address, mnemonic, device, and the bits to set the switches by.
+/// Writes a listing as in the description: address, mnemonic, device, and the bits for the programming switches.
 #[must_use]
 pub fn write_listing(words: &[Word; WORDS]) -> String {
     let mut out = "Addr  OPCODE  OPERAND  Binary\n".to_owned();
@@ -267,12 +275,12 @@ pub fn write_listing(words: &[Word; WORDS]) -> String {
     out
 }
 
-/// How many words there are up to the last that is not empty, at least one.
+/// The number of words up to the last one that is not empty, at least one.
 fn used(words: &[Word; WORDS]) -> usize {
     words.iter().rposition(|&word| word != Word::default()).map_or(1, |last| last + 1)
 }
 
-/// Writes a program: a line for each word up to the last that is not empty, with its address.
+/// Writes a program: one line with its address for each word up to the last one that is not empty.
 #[must_use]
 pub fn write(words: &[Word; WORDS]) -> String {
     let mut out = String::new();

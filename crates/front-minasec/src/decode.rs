@@ -1,7 +1,7 @@
-//! Says what each of the 256 words means to the analysis.
+//! Lowers the 256 words of a MINASEC-U program.
 //!
-//! The accumulator is the top of the stack. What it holds when the scan begins is a cell of its own, since it
-//! keeps its value from the scan before; a part without a price reads it in front of a first word that needs it.
+//! The accumulator is the top of the logic stack. It keeps its value from the last scan in a cell of its own; a part without a
+//! time reads this cell before the first word if that word needs it.
 
 use super::source::Source;
 use super::word::{Kind, Opcode, WORDS, Word};
@@ -13,9 +13,9 @@ use scanbound_ir::{
 };
 use std::sync::Arc;
 
-/// The one CPU.
+/// The name of the only CPU.
 pub(super) const CPU: &str = "MINASEC-U";
-/// The areas, named so that a cell's name reads as the machine's: `X0` and 3 is X03.
+/// The areas, named so that cell names match the machine's device names: `X0` and 3 make X03.
 const AREAS: [(&str, Role); 7] = [
     ("X0", Role::Input),
     ("Y0", Role::Output),
@@ -29,7 +29,7 @@ const TIMERS: u16 = 4;
 const COUNTER: u16 = 5;
 const ACCUMULATOR: u16 = 6;
 
-/// The program of a source. Every scan runs all of its 256 words.
+/// Lowers a source. Each scan executes all 256 words.
 #[must_use]
 pub fn decode(source: &Source) -> Program {
     let mut program = Program {
@@ -60,14 +60,14 @@ pub fn decode(source: &Source) -> Program {
     let mut stored = true;
     for (address, &word) in source.words.iter().enumerate() {
         let starts = matches!(word.opcode(), Opcode::Ld | Opcode::Ldi);
-        // A rung ends with its stores; the empty words behind the program are one more.
+        // A rung ends with its stores; the unused words at the end are one more rung.
         if (stored && starts && address <= used) || program.blocks == 0 {
             program.blocks += 1;
         }
         stored = word.opcode().is_store() || address + 1 == used;
         let mut instruction = instruction(source, address, word, &mut program);
         if address >= used {
-            // The machine runs through all its words; nobody wrote this one.
+            // The machine executes all words; this one is not in the file.
             instruction.text = format!("unused word ({word})").into();
         }
         program.instructions.push(instruction);
@@ -78,7 +78,7 @@ pub fn decode(source: &Source) -> Program {
     program
 }
 
-/// Where a word stands: its line, or that of the last word in front of it that has one.
+/// The source line of a word, or that of the last word before it that has one.
 fn place(source: &Source, address: usize) -> Location {
     let line = source.lines.range(..=address as u8).next_back().map_or(1, |(_, &line)| line);
     Location { file: 0, line, step: Some(address as u32) }
@@ -117,14 +117,14 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
     }
 }
 
-/// The device, behind the mnemonic and a blank.
+/// The device after the mnemonic and a blank.
 fn operand(word: Word) -> Option<Operand> {
     let device = Device { cell: cell(word)?, bit: None };
     let start = word.opcode().mnemonic().len() + 1;
     Some(Operand { start: start as u32, end: word.to_string().len() as u32, device })
 }
 
-/// The cell of a device that holds its value.
+/// The cell that holds the device's value.
 fn cell(word: Word) -> Option<Cell> {
     let (high, low) = (word.device().address() >> 3, u32::from(word.device().address() & 7));
     match word.device().kind() {
@@ -137,7 +137,7 @@ fn cell(word: Word) -> Option<Cell> {
     }
 }
 
-/// What a word reads.
+/// The value that a word reads.
 fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
         let choice = ChoiceId(program.choices);
@@ -148,20 +148,22 @@ fn read(word: Word, program: &mut Program) -> Logic {
     };
     let device = word.device();
     match (device.kind(), cell(word)) {
-        // The delay runs on its own: the contact may close at any moment while the coil is on.
+        // The delay is independent of the scan: the contact may close at any time while the coil is on.
         (Kind::Timer, Some(coil)) => {
             let elapsed =
-                free(format!("{device} may or may not have run out while its coil is on"));
+                free(format!("{device} may or may not have timed out while its coil is on"));
             Logic::All(vec![Logic::cell(coil), elapsed])
         }
-        // The count is kept from scans before, and the board has a button that clears it at any moment.
-        (Kind::Counter, _) => free(format!("{device} may or may not equal its setting")),
+        // The count remains from earlier scans, and a button on the board clears it at any time.
+        (Kind::Counter, _) => {
+            free(format!("the count of {device} may or may not equal its set value"))
+        }
         (Kind::Clear, _) | (_, None) => Logic::Const(false),
         (_, Some(cell)) => Logic::cell(cell),
     }
 }
 
-/// What a store changes. The counter's clock and clear change nothing that a word reads but the count.
+/// The effects of a store. Writes to the counter's clock and clear only change the count.
 fn store(word: Word, value: Logic) -> Vec<Effect> {
     match word.device().kind() {
         Kind::Input | Kind::Clear => Vec::new(),

@@ -1,9 +1,9 @@
-//! MINASEC-U, a PLC of 74HC logic: eight instructions over 32 one-bit devices, 256 words, all run in each scan.
+//! The MINASEC-U, a PLC made of 74HC logic ICs: eight instructions, 32 one-bit devices, 256 words that all run in each scan.
 //!
-//! Facts are from the machine's description, 「PLCのつくりかた」 (Minagi Yū, first edition, August 2025): the
-//! encoding from its chapter on the instruction set, the devices from its table of element names and the
-//! counter's circuit. Where that table swaps the words input and output for X and Y, the text, the terminals
-//! and the machine code of the test program do not; they are followed here.
+//! The source is the machine's description, 「PLCのつくりかた」 (Minagi Yū, first edition, August 2025): the encoding from its
+//! chapter on the instruction set, the devices from its table of element names and the counter circuit. That table exchanges
+//! the words input and output for X and Y; the text, the terminals and the machine code of the test program do not, and this
+//! crate follows them.
 
 pub mod assembly;
 pub mod decode;
@@ -40,10 +40,10 @@ static DIALECTS: [Dialect; 3] = [
     },
 ];
 
-/// The MINASEC-U.
+/// The front for the MINASEC-U.
 pub struct Minasec;
 
-/// The registry's entry.
+/// The entry for the list of fronts.
 pub const FRONT: Minasec = Minasec;
 
 impl Front for Minasec {
@@ -76,17 +76,17 @@ impl Project for Source {
     }
 }
 
-/// Reads the program of the one file in it.
+/// Reads the only file.
 ///
 /// # Errors
-/// The faults of the file, or of the files if there are more than one.
+/// The errors of the file, or that there is more than one file.
 fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     let Some((input, rest)) = files.split_first() else { return Err(Vec::new()) };
     if let Some(second) = rest.first() {
         return Err(vec![Diagnostic::file(
             Code::TwoPrograms,
             &second.name,
-            format!("a MINASEC-U runs one program, and {} is one already", input.name),
+            format!("a MINASEC-U runs one program, but {} is a program too", input.name),
             "give one file",
         )]);
     }

@@ -1,4 +1,4 @@
-//! Reads and writes MINASEC-U machine code: the 256 bytes of the program memory, plain or as Intel HEX.
+//! Reads and writes MINASEC-U machine code: the 256 bytes of program memory, as bytes or Intel HEX.
 
 use super::source::{BINARY, HEX, Source};
 use super::word::{WORDS, Word};
@@ -7,15 +7,15 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
 
-/// How many bytes a written record holds.
+/// The number of bytes in a written record.
 const RECORD: usize = 16;
 
-/// What the memory ICs hold that the board takes (HM6116, HM6264, HM62256). The board grounds their addresses from
-/// A8 on, so the first 256 bytes are the program.
+/// The sizes of the memory ICs that fit the board (HM6116, HM6264, HM62256). The board connects address lines from A8 on to
+/// ground, so only the first 256 bytes are the program.
 const CHIPS: [usize; 3] = [2048, 8192, 32_768];
 
-/// Whether a file's bytes are the program memory, or a whole memory IC: of that length, with bytes that no text has;
-/// what the board cannot reach is empty, or repeats what it can.
+/// Whether a file is the program memory or a whole memory IC: it has one of these lengths and bytes that no text has, and the
+/// part that the board cannot reach is empty or repeats the reachable part.
 #[must_use]
 pub fn is_image(bytes: &[u8]) -> bool {
     if CHIPS.contains(&bytes.len()) {
@@ -29,7 +29,7 @@ pub fn is_image(bytes: &[u8]) -> bool {
             .any(|&byte| byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
 }
 
-/// The first byte of a memory IC that the board cannot reach and that holds something of its own.
+/// The first byte of a memory IC that the board cannot reach and that has other content.
 fn unreachable(bytes: &[u8]) -> Option<usize> {
     let uniform = |value: u8| bytes[WORDS..].iter().all(|&byte| byte == value);
     if uniform(0) || uniform(0xFF) {
@@ -38,7 +38,7 @@ fn unreachable(bytes: &[u8]) -> Option<usize> {
     (WORDS..bytes.len()).find(|&at| bytes[at] != bytes[at % WORDS])
 }
 
-/// Whether the beginning of a file is Intel HEX.
+/// Whether a file begins like Intel HEX.
 pub(super) fn sniff_hex(beginning: &str) -> bool {
     let mut lines = beginning.lines().map(str::trim).filter(|line| !line.is_empty()).peekable();
     lines.peek().is_some()
@@ -48,10 +48,10 @@ pub(super) fn sniff_hex(beginning: &str) -> bool {
         })
 }
 
-/// Reads the program memory's bytes, at most 256; the rest is empty.
+/// Reads the bytes of program memory, at most 256; missing ones are empty.
 ///
 /// # Errors
-/// If there are more, none, or one is a store to an input.
+/// There are more bytes or none, or one is a store to an input.
 pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, BINARY);
@@ -68,14 +68,14 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
         faults.push(Diagnostic::file(
             Code::Unreachable,
             name,
-            format!("the byte at {at} is one that the board cannot reach, and is not empty"),
-            "the program counter has eight bits: give the memory's first 256 bytes alone",
+            format!("the board cannot reach the byte at {at}, but it is not empty"),
+            "give only the first 256 bytes of the memory: the program counter has eight bits",
         ));
     } else if bytes.len() > WORDS && rest.is_none() {
         faults.push(Diagnostic::file(
             Code::TooLong,
             name,
-            format!("the file has {} bytes, the program memory 256 words", bytes.len()),
+            format!("the file has {} bytes, but the program memory has 256 words", bytes.len()),
             "give the memory's first 256 bytes, or a whole memory IC of 2048, 8192 or 32768",
         ));
     }
@@ -85,15 +85,15 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// Reads Intel HEX: data records within the 256 addresses, and an end-of-file record.
+/// Reads Intel HEX: data records with addresses below 256, and an end-of-file record.
 ///
 /// # Errors
-/// All faults, each with its line.
+/// All errors with their lines.
 pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, HEX);
     let mut ended = false;
-    // The first byte that the board cannot reach, before all one that is not empty; and where the memory ends.
+    // The first unreachable byte, preferably one that is not empty; and the end of the memory.
     let mut outside: Option<(u32, &str, usize, bool)> = None;
     let mut end = 0;
     let mut number = 0_u32;
@@ -108,7 +108,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 Code::BehindTheEnd,
                 number,
                 line,
-                "this record stands behind the end-of-file record",
+                "this record comes after the end-of-file record",
                 "write one file for one program",
             );
             break;
@@ -129,7 +129,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 }
             }
             Ok(Record::EndOfFile) => ended = true,
-            // An upper address of 0 is what tools write in front of a small image.
+            // Some tools write an upper address of 0 before a small image.
             Ok(Record::ExtendedLinearAddress(0) | Record::ExtendedSegmentAddress(0)) => {}
             Ok(_) => faults.at(
                 Code::HexRecord,
@@ -143,7 +143,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 number,
                 line,
                 &format!("not an Intel HEX record: {error}"),
-                "the file was changed by hand or cut off: write it again",
+                "the file was changed by hand or is truncated: write it again",
             ),
         }
     }
@@ -155,7 +155,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             number,
             line,
             &format!("address {address} is outside the program memory"),
-            "the addresses are 0 to 255: the program counter has eight bits",
+            "use addresses 0 to 255: the program counter has eight bits",
         );
     }
     if !ended && !faults.any_error() {
@@ -163,7 +163,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Code::NoEnd,
             name,
             "the end-of-file record is missing",
-            "the file was cut off: write it again",
+            "the file is truncated: write it again",
         ));
     }
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
@@ -177,7 +177,7 @@ fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Fa
             line,
             &word.to_string(),
             &format!("word {address} writes to the input {}", word.device()),
-            "an input has nothing to write to: was the program memory cleared before the program was written?",
+            "an input cannot be written: clear the program memory before you write the program",
         );
     }
     if let Some(first) = source.lines.insert(address as u8, line) {
@@ -185,7 +185,7 @@ fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Fa
             Code::WordTwice,
             line,
             &word.to_string(),
-            &format!("address {address} is given by line {first} already"),
+            &format!("line {first} already has address {address}"),
             "give each address once",
         );
     }
@@ -237,7 +237,7 @@ mod tests {
         assert_eq!(read_binary("a.bin", &odd).expect_err("refused")[0].code.name(), "too-long");
     }
 
-    /// A program with every word that is not a store to an input.
+    /// A program with every word except stores to an input.
     fn image() -> [u8; WORDS] {
         let mut bytes = [0; WORDS];
         for (at, byte) in bytes.iter_mut().enumerate() {

@@ -3,23 +3,23 @@
 use super::word::{WORDS, Word};
 use std::collections::BTreeMap;
 
-/// Assembly.
+/// The dialect name of assembly.
 pub const ASSEMBLY: &str = "minasec-asm";
-/// Machine code as Intel HEX.
+/// The dialect name of Intel HEX.
 pub const HEX: &str = "minasec-hex";
-/// Machine code as bytes.
+/// The dialect name of binary machine code.
 pub const BINARY: &str = "minasec-bin";
 
-/// A program as read from a file.
+/// A parsed program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// The file's name as the user gave it.
     pub name: String,
     /// The dialect's name.
     pub dialect: &'static str,
-    /// The program memory. Words that the file does not give are 0, `LD X00`, as the description clears them.
+    /// The program memory. Words that are not in the file are 0 (`LD X00`), as in a cleared memory.
     pub words: [Word; WORDS],
-    /// The line of each word that the file gives, by address; for machine code without lines, the address + 1.
+    /// The line of each word in the file, by address; for binary machine code the address + 1.
     pub lines: BTreeMap<u8, u32>,
 }
 
@@ -35,13 +35,13 @@ impl Source {
         }
     }
 
-    /// The memory's bytes.
+    /// The memory as bytes.
     #[must_use]
     pub fn bytes(&self) -> [u8; WORDS] {
         self.words.map(|word| word.0)
     }
 
-    /// How many words there are up to the last that is not empty.
+    /// The number of words up to the last one that is not empty.
     #[must_use]
     pub fn used(&self) -> usize {
         self.words.iter().rposition(|&word| word != Word::default()).map_or(0, |last| last + 1)

@@ -2,32 +2,32 @@
 
 use std::fmt;
 
-/// How many words the program counter of eight bits reaches. Each scan runs all of them.
+/// The number of words that the eight-bit program counter can address. Each scan executes all of them.
 pub const WORDS: usize = 256;
 
-/// What a word does.
+/// The operation of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Opcode {
-    /// The accumulator takes the device's value.
+    /// Loads the device's value into the accumulator.
     Ld,
-    /// The accumulator takes the inverse of the device's value.
+    /// Loads the inverted value.
     Ldi,
-    /// The accumulator and the device's value.
+    /// ANDs the device's value to the accumulator.
     And,
-    /// The accumulator and the inverse of the device's value.
+    /// ANDs the inverted value.
     Andi,
-    /// The accumulator or the device's value.
+    /// ORs the device's value to the accumulator.
     Or,
-    /// The accumulator or the inverse of the device's value.
+    /// ORs the inverted value.
     Ori,
-    /// The device takes the accumulator's value; the accumulator keeps it.
+    /// Stores the accumulator in the device.
     St,
     /// The device takes the inverse of the accumulator's value; the accumulator keeps its own.
     Sti,
 }
 
 impl Opcode {
-    /// All, by their three bits.
+    /// All opcodes in the order of their three bits.
     pub const ALL: [Opcode; 8] = [
         Opcode::Ld,
         Opcode::Ldi,
@@ -45,7 +45,7 @@ impl Opcode {
         ["LD", "LDI", "AND", "ANDI", "OR", "ORI", "ST", "STI"][self as usize]
     }
 
-    /// The opcode of a mnemonic, in capitals or not.
+    /// The opcode of a mnemonic, in upper or lower case.
     #[must_use]
     pub fn from_mnemonic(text: &str) -> Option<Opcode> {
         Opcode::ALL.into_iter().find(|opcode| opcode.mnemonic().eq_ignore_ascii_case(text))
@@ -57,31 +57,31 @@ impl Opcode {
         matches!(self, Opcode::St | Opcode::Sti)
     }
 
-    /// Whether it inverts what it reads or writes.
+    /// Whether it inverts the value that it reads or writes.
     #[must_use]
     pub fn inverts(self) -> bool {
         self as u8 & 1 == 1
     }
 }
 
-/// What kind of device an address selects.
+/// The type of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
-    /// Input: the value latched when the scan began. Cannot be written.
+    /// Input: the value latched at the start of the scan. It cannot be written.
     Input,
-    /// Output: a latch of its own, shown outside from the end of the scan.
+    /// Output: a latch, whose value appears at the terminals at the end of the scan.
     Output,
     /// Internal relay.
     Relay,
-    /// On-delay timer: written, its coil; read, its delayed contact.
+    /// On-delay timer: a write sets its coil, a read gives its delayed contact.
     Timer,
-    /// Counter: written, its clock; read, whether the count equals the setting.
+    /// Counter: a write sets its clock, a read tells whether the count equals the set value.
     Counter,
-    /// Written, the counter's clear; read, always 0.
+    /// Clear input of the counter: it can be written, and always reads 0.
     Clear,
 }
 
-/// The address of one of the 32 devices.
+/// The address of one of the 32 devices, 0 to 31.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Device(u8);
 
@@ -92,16 +92,16 @@ impl Device {
     pub const T1: Device = Device(0b11101);
     /// The counter.
     pub const C0: Device = Device(0b11110);
-    /// The counter's clear.
+    /// The clear input of the counter.
     pub const CLEAR: Device = Device(0b11111);
 
-    /// The device of the low five bits.
+    /// The device with this address; only the low five bits count.
     #[must_use]
     pub fn at(address: u8) -> Device {
         Device(address & 0b11111)
     }
 
-    /// All devices, by address.
+    /// All devices in the order of their addresses.
     pub fn all() -> impl Iterator<Item = Device> {
         (0..32).map(Device)
     }
@@ -112,7 +112,7 @@ impl Device {
         self.0
     }
 
-    /// What it is.
+    /// The type of the device.
     #[must_use]
     pub fn kind(self) -> Kind {
         match self.0 {
@@ -125,9 +125,8 @@ impl Device {
         }
     }
 
-    /// The device of a name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0`
-    /// and the counter's clear `C0CLR`; timers and counter also with two digits (`T00`), as the description
-    /// has them in places. In capitals or not.
+    /// Parses a device name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0` and the counter's
+    /// clear `C0CLR`. Timers and the counter may have two digits (`T00`), as in places of the description. Upper or lower case.
     #[must_use]
     pub fn from_name(text: &str) -> Option<Device> {
         let name = text.to_ascii_uppercase();
@@ -168,19 +167,19 @@ impl Word {
         Word((opcode as u8) << 5 | device.0)
     }
 
-    /// What it does.
+    /// Its operation.
     #[must_use]
     pub fn opcode(self) -> Opcode {
         Opcode::ALL[usize::from(self.0 >> 5)]
     }
 
-    /// With which device.
+    /// Its device.
     #[must_use]
     pub fn device(self) -> Device {
         Device::at(self.0)
     }
 
-    /// Whether it writes to an input, which has nothing to write to.
+    /// Whether it writes to an input, which is not possible.
     #[must_use]
     pub fn stores_to_input(self) -> bool {
         self.opcode().is_store() && self.device().kind() == Kind::Input
@@ -205,7 +204,7 @@ mod tests {
             assert_eq!(word.opcode().mnemonic(), name);
             assert_eq!(Opcode::from_mnemonic(name), Some(word.opcode()));
         }
-        // The one word that the description spells out in bits.
+        // The description writes this word in bits.
         assert_eq!(
             Word::new(Opcode::Or, Device::from_name("Y00").expect("a device")).0,
             0b100_01000

@@ -1,4 +1,4 @@
-//! Addresses of single bits in the C200H's memory, and which of them a program may write.
+//! Addresses of bits in the memory of the C200H, and which of them a program may write.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,20 +6,20 @@ use std::str::FromStr;
 /// An area of relays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Area {
-    /// Inputs, outputs and internal relays, with the special relays behind them: written without letters.
+    /// Inputs, outputs, internal and special relays (IR, SR); written without letters.
     Internal,
-    /// Holding relays: they keep their state without power.
+    /// Holding relays (HR), which keep their state at power-off.
     Holding,
-    /// Auxiliary relays, which the CPU itself writes.
+    /// Auxiliary relays (AR), which the CPU itself writes.
     Auxiliary,
-    /// Link relays.
+    /// Link relays (LR).
     Link,
 }
 
 impl Area {
     const ALL: [Area; 4] = [Area::Internal, Area::Holding, Area::Auxiliary, Area::Link];
 
-    /// The letters in front of an address.
+    /// The letters of the area in an address.
     #[must_use]
     pub const fn letters(self) -> &'static str {
         match self {
@@ -30,7 +30,7 @@ impl Area {
         }
     }
 
-    /// The last word that the area has.
+    /// The last word of the area.
     const fn last_word(self) -> u16 {
         match self {
             Area::Internal => 255,
@@ -48,13 +48,13 @@ impl Area {
     }
 }
 
-/// The words of input and output points end before this one.
+/// The first word after those of input and output points.
 const POINTS: u16 = 30;
 
-/// The words from which on internal relays are special ones.
+/// The first word of the special relays.
 const SPECIAL: u16 = 236;
 
-/// Timers and counters have numbers below this, one set for both.
+/// The number of timers and counters, which share one set of numbers.
 pub const TIMERS: u16 = 512;
 
 /// A bit of the C200H's memory.
@@ -75,7 +75,7 @@ impl Address {
         Address { area: Area::Internal, word, bit }
     }
 
-    /// Whether a program may write it by OUT: neither a special relay nor one that the CPU writes.
+    /// Whether a program may write it with OUT: it is not a special relay or one that the CPU writes.
     #[must_use]
     pub fn is_writable(self) -> bool {
         match self.area {
@@ -85,19 +85,19 @@ impl Address {
         }
     }
 
-    /// Whether it lies in a word that may serve input or output points: words 000 to 029.
+    /// Whether its word can belong to input or output points (words 000 to 029).
     #[must_use]
     pub fn is_point(self) -> bool {
         self.area == Area::Internal && self.word < POINTS
     }
 
-    /// Whether it keeps its state without power.
+    /// Whether it keeps its state at power-off.
     #[must_use]
     pub fn is_held(self) -> bool {
         self.area == Area::Holding
     }
 
-    /// The bit behind this one, if its area has one.
+    /// The next bit, if the area has one.
     #[must_use]
     pub fn next(self) -> Option<Address> {
         if self.bit < 15 {
@@ -108,7 +108,7 @@ impl Address {
 }
 
 impl fmt::Display for Address {
-    /// As it is written: `00305`, `HR0107`.
+    /// Writes it in the usual notation: `00305`, `HR0107`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.area.digits() - 2;
         write!(f, "{}{:0width$}{:02}", self.area.letters(), self.word, self.bit)
@@ -118,7 +118,7 @@ impl fmt::Display for Address {
 impl FromStr for Address {
     type Err = String;
 
-    /// Reads `00305`, `HR0107` or `hr107`; the error says what is wrong with it.
+    /// Parses `00305`, `HR0107` or `hr107`; the error says what is wrong.
     fn from_str(text: &str) -> Result<Address, String> {
         let upper = text.to_ascii_uppercase();
         let at = upper.find(|c: char| c.is_ascii_digit()).unwrap_or(upper.len());
@@ -126,13 +126,13 @@ impl FromStr for Address {
         let letters = if letters == "IR" || letters == "SR" { "" } else { letters };
         let Some(area) = Area::ALL.into_iter().find(|area| area.letters() == letters) else {
             return Err(format!(
-                "the C200H has no relays `{letters}`; there are IR and SR (written without letters), HR, AR and LR"
+                "the C200H has no area `{letters}`; use IR and SR (written without letters), HR, AR or LR"
             ));
         };
         let count = digits.len();
         if !digits.bytes().all(|b| b.is_ascii_digit()) || !(3..=area.digits()).contains(&count) {
             return Err(format!(
-                "a relay of this area is written with {} digits, word and bit: {}",
+                "write a relay of this area with {} digits, word and bit: {}",
                 area.digits(),
                 Address { area, word: 3, bit: 5 }
             ));
@@ -141,11 +141,11 @@ impl FromStr for Address {
         let (word, bit): (u16, u8) =
             (word.parse().unwrap_or(u16::MAX), bit.parse().unwrap_or(u8::MAX));
         if bit > 15 {
-            return Err(format!("a word has the bits 00 to 15, and this names {bit:02}"));
+            return Err(format!("a word has bits 00 to 15, not {bit:02}"));
         }
         if word > area.last_word() {
             let last = Address { area, word: area.last_word(), bit: 15 };
-            return Err(format!("the C200H's area ends at {last}"));
+            return Err(format!("this area of the C200H ends at {last}"));
         }
         Ok(Address { area, word, bit })
     }

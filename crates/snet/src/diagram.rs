@@ -1,13 +1,13 @@
-//! A net as it is drawn: its elements on their pages, each with its line in the source.
+//! A net as it is drawn: elements on pages, each with its source line.
 
 use super::address::Address;
 
-/// Where an element's middle is drawn on its page, in units of the drawing's grid, to the right and down.
+/// The centre of an element on its page, in units of the drawing grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Point {
-    /// To the right.
+    /// Distance to the right.
     pub x: i32,
-    /// Down.
+    /// Distance down.
     pub y: i32,
 }
 
@@ -16,38 +16,38 @@ pub struct Point {
 pub struct Page {
     /// Its name.
     pub name: String,
-    /// Where it stands in the source, from 1.
+    /// Its source line, from 1.
     pub line: u32,
 }
 
-/// What places, transitions and gates have alike.
+/// What places, transitions and outer gates have in common.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Head {
-    /// The name, unlike all others of its page (of all outer gates).
+    /// The name; it is unique on its page (for outer gates, among all outer gates).
     pub name: String,
     /// Its page, an index into [`Diagram::pages`].
     pub page: usize,
-    /// Where it stands in the source, from 1.
+    /// The source line, from 1.
     pub line: u32,
-    /// The relay that the code writes for it; of an outer gate, that it reads.
+    /// The relay that the code writes for the element; for an outer gate, the relay that the code reads.
     pub address: Option<Address>,
-    /// Where it is drawn, if the source says so.
+    /// The drawing position, if the source has one.
     pub at: Option<Point>,
 }
 
-/// What a place is.
+/// The type of a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A box.
     Box,
-    /// A timer module: a box (b) and the timer (P) that runs while it is marked.
+    /// A timer module: a box (b), and a timer (P) that runs while the box is marked.
     Timer {
         /// The timer's number.
         number: Option<u16>,
         /// Its set value, in tenths of a second.
         tenths: u16,
     },
-    /// A counter module: it counts (c) up to its set value and is marked then (bc).
+    /// A counter module: it counts (c) up to its set value, and is then marked (bc).
     Counter {
         /// The counter's number.
         number: Option<u16>,
@@ -56,14 +56,14 @@ pub enum Kind {
     },
 }
 
-/// A box, a timer module or a counter module: what arcs join with transitions.
+/// A box, timer module or counter module. Arcs connect places with transitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// Name, page, line, address: the relay of a box, of a timer's box (b), of a counter's c.
+    /// Name, page, line and address. The address is the relay of the box, of the timer's box (b), or of the counter's c.
     pub head: Head,
-    /// What it is.
+    /// Its type.
     pub kind: Kind,
-    /// Whether it is marked at first.
+    /// Whether it has an initial mark.
     pub is_marked: bool,
 }
 
@@ -72,16 +72,16 @@ pub struct Place {
 pub struct Transition {
     /// Name, page, line and address.
     pub head: Head,
-    /// Whether it is an emergency-stop transition: it fires when any of its places is marked, and takes all their marks.
+    /// Whether it is an emergency-stop transition: it fires if any of its places is marked, and removes all their marks.
     pub is_stop: bool,
 }
 
-/// Which way an arc leads.
+/// The direction of an arc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Direction {
-    /// From a place to a transition, which takes the mark.
+    /// From a place to a transition, which removes the mark.
     Into,
-    /// From a transition to a place, which gets a mark.
+    /// From a transition to a place, which receives a mark.
     OutOf,
     /// From a place to an emergency-stop transition (drawn with `*`).
     Stop,
@@ -94,17 +94,17 @@ pub struct Arc {
     pub place: usize,
     /// An index into [`Diagram::transitions`].
     pub transition: usize,
-    /// Which way it leads.
+    /// Its direction.
     pub direction: Direction,
-    /// Where it stands in the source.
+    /// Its source line.
     pub line: u32,
 }
 
-/// What a gate looks at.
+/// The signal that a gate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Signal {
-    /// An inner gate: of a box whether it is marked, of a timer whether its time is over (P), of a counter whether it has
-    /// counted up (bc). An index into [`Diagram::places`].
+    /// An inner gate, an index into [`Diagram::places`]: of a box whether it is marked, of a timer whether it has timed out (P),
+    /// of a counter whether it has counted up (bc).
     Place(usize),
     /// An outer gate: an index into [`Diagram::outers`].
     Outer(usize),
@@ -115,55 +115,55 @@ pub enum Signal {
 pub struct Gate {
     /// An index into [`Diagram::transitions`].
     pub transition: usize,
-    /// What it looks at.
+    /// The signal that it reads.
     pub signal: Signal,
-    /// Whether it holds the transition back while it is 1 (inhibiting); else while it is 0 (permissive).
+    /// Whether it blocks the transition while the signal is 1 (inhibiting); otherwise it blocks while the signal is 0 (permissive).
     pub is_inhibiting: bool,
-    /// Where it stands in the source.
+    /// Its source line.
     pub line: u32,
 }
 
-/// A signal from outside the net, one for all pages.
+/// A signal from outside the net. It belongs to all pages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outer {
     /// Name, page, line and address.
     pub head: Head,
 }
 
-/// An arbiter: of these transitions, in this order, only the first that can fire does.
+/// An arbiter: only the first of these transitions that can fire does so.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Arbiter {
     /// Name, page and line; it has no address.
     pub head: Head,
-    /// Indices into [`Diagram::transitions`], the one that goes first in front.
+    /// Indices into [`Diagram::transitions`], highest priority first.
     pub transitions: Vec<usize>,
 }
 
 /// A net as it is drawn.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Diagram {
-    /// The file it was read from, as messages name it.
+    /// The name of the source file.
     pub file: String,
     /// The net's name; may be empty.
     pub name: String,
-    /// Pages; there is one at least.
+    /// The pages, at least one.
     pub pages: Vec<Page>,
     /// Signals from outside.
     pub outers: Vec<Outer>,
     /// Boxes, timers and counters.
     pub places: Vec<Place>,
-    /// Transitions, emergency-stop transitions among them.
+    /// Transitions, including emergency stops.
     pub transitions: Vec<Transition>,
-    /// Arcs. Those of one transition stand in the order in which the source has them.
+    /// Arcs; those of one transition are in source order.
     pub arcs: Vec<Arc>,
-    /// Gates. Those of one transition stand in the order in which the source has them.
+    /// Gates; those of one transition are in source order.
     pub gates: Vec<Gate>,
     /// Arbiters.
     pub arbiters: Vec<Arbiter>,
 }
 
 impl Diagram {
-    /// The places at the other ends of a transition's arcs of one direction.
+    /// The places that are connected to a transition by arcs of this direction.
     pub fn places_of(
         &self,
         transition: usize,
@@ -173,7 +173,7 @@ impl Diagram {
         self.arcs.iter().filter(own).map(|arc| arc.place)
     }
 
-    /// The transitions at the other ends of a place's arcs of one direction.
+    /// The transitions that are connected to a place by arcs of this direction.
     pub fn transitions_of(
         &self,
         place: usize,
@@ -188,19 +188,19 @@ impl Diagram {
         self.gates.iter().filter(move |gate| gate.transition == transition)
     }
 
-    /// A place's name, with its page in front where there are several.
+    /// The name of a place, with its page if there are several pages.
     #[must_use]
     pub fn place_name(&self, place: usize) -> String {
         self.full_name(&self.places[place].head)
     }
 
-    /// A transition's name, with its page in front where there are several.
+    /// The name of a transition, with its page if there are several pages.
     #[must_use]
     pub fn transition_name(&self, transition: usize) -> String {
         self.full_name(&self.transitions[transition].head)
     }
 
-    /// A signal's name; that of an outer gate never has a page.
+    /// The name of a signal; an outer gate never has a page.
     #[must_use]
     pub fn signal_name(&self, signal: Signal) -> String {
         match signal {
@@ -216,7 +216,7 @@ impl Diagram {
         format!("{}.{}", self.pages[head.page].name, head.name)
     }
 
-    /// The same without files and lines: what two texts of one net have in common.
+    /// The net without file name and lines, to compare two sources.
     #[must_use]
     pub fn without_lines(&self) -> Diagram {
         let mut bare = self.clone();

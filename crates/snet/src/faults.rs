@@ -1,4 +1,4 @@
-//! What of a net cannot be: elements without arcs or with too many, addresses that are given twice or of a wrong kind.
+//! Checks the structure of a net: elements with a wrong number of arcs, addresses that are used twice or cannot be used.
 
 use super::address::Address;
 use super::{Diagram, Direction, Head, Kind};
@@ -6,7 +6,7 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
-/// All faults of a net's structure and of its addresses, in the order of their lines.
+/// All errors in a net's structure and addresses, in the order of their lines.
 #[must_use]
 pub fn faults(diagram: &Diagram) -> Vec<Diagnostic> {
     let mut found = structure(diagram);
@@ -32,24 +32,24 @@ fn structure(diagram: &Diagram) -> Vec<Diagnostic> {
         match place.kind {
             Kind::Box if inputs + outputs == 0 => tell(
                 format!("the box {name} has no arc from or to a transition"),
-                "join it with a transition, or leave it out",
+                "connect it with a transition, or remove it",
             ),
             Kind::Timer { .. } if outputs != 1 => tell(
-                format!("the timer {name} has {outputs} arcs to transitions, and must have one"),
-                "put a box behind the timer where several ways lead on",
+                format!("the timer {name} has {outputs} arcs to transitions, but must have one"),
+                "put a box after the timer, and branch from the box",
             ),
             Kind::Counter { .. } if inputs != 1 || outputs != 1 => tell(
                 format!(
-                    "the counter {name} has {inputs} arcs from and {outputs} to transitions, and must have one of each"
+                    "the counter {name} has {inputs} arcs from transitions and {outputs} to transitions, but must have one of each"
                 ),
-                "lead what is counted through one transition, and what follows through another",
+                "use one transition before the counter and one after it",
             ),
             _ => {}
         }
         if stops > 1 {
             tell(
-                format!("{name} has {stops} arcs to emergency stops, and may have one"),
-                "let one emergency-stop transition look at all the gates that stop it",
+                format!("{name} has {stops} arcs to emergency stops, but may have only one"),
+                "use one emergency-stop transition with all gates that stop it",
             );
         }
     }
@@ -59,12 +59,12 @@ fn structure(diagram: &Diagram) -> Vec<Diagnostic> {
             let (message, help) = if transition.is_stop {
                 (
                     format!("the emergency stop {name} has no arc: it stops nothing"),
-                    "name what it stops: stop T00 : B01 B02 *-> if E09",
+                    "write the places that it stops: stop T00 : B01 B02 *-> if E09",
                 )
             } else {
                 (
                     format!("the transition {name} has no arc"),
-                    "join it with a box, or leave it out: transition T01 : B01 -> B02",
+                    "connect it with a box (transition T01 : B01 -> B02), or remove it",
                 )
             };
             found.push(fault(diagram, Code::NetElement, transition.head.line, message, help));
@@ -74,7 +74,7 @@ fn structure(diagram: &Diagram) -> Vec<Diagnostic> {
     found
 }
 
-/// Two arcs of one kind between the same two elements.
+/// Two arcs of one direction between the same two elements.
 fn doubled(diagram: &Diagram) -> Vec<Diagnostic> {
     let mut seen = BTreeMap::new();
     let mut found = Vec::new();
@@ -83,10 +83,9 @@ fn doubled(diagram: &Diagram) -> Vec<Diagnostic> {
         if let Some(line) = seen.insert(key, arc.line) {
             let (place, transition) =
                 (diagram.place_name(arc.place), diagram.transition_name(arc.transition));
-            let message = format!(
-                "{place} and {transition} are joined twice the same way, as in line {line}"
-            );
-            let help = "a box holds one mark, so one arc is all there can be: leave this one out";
+            let message =
+                format!("{place} and {transition} already have the same arc in line {line}");
+            let help = "remove this arc";
             found.push(fault(diagram, Code::NetArc, arc.line, message, help));
         }
     }
@@ -123,7 +122,7 @@ fn addresses(diagram: &Diagram) -> Vec<Diagnostic> {
                     "{name} = {address}: word {:03} is an input word, which the CPU overwrites when it reads the inputs ({} in line {})",
                     address.word, outer.name, outer.line
                 ),
-                "give it a relay in a word in which no outer gate lies",
+                "give it a relay in a word without outer gates",
             );
         }
         if is_written && !address.is_writable() {
@@ -134,8 +133,8 @@ fn addresses(diagram: &Diagram) -> Vec<Diagnostic> {
         }
         match relays.get(&address) {
             Some((other, line)) => tell(
-                format!("{name} = {address}: the relay is that of {other}, in line {line}"),
-                "give each element a relay of its own",
+                format!("{name} = {address}: {other} in line {line} already has this relay"),
+                "give each element a different relay",
             ),
             None => drop(relays.insert(address, (name, head.line))),
         }
@@ -144,7 +143,7 @@ fn addresses(diagram: &Diagram) -> Vec<Diagnostic> {
     found
 }
 
-/// Numbers of timers and counters: one set for both.
+/// Checks the numbers of timers and counters, which share one set.
 fn numbers(diagram: &Diagram) -> Vec<Diagnostic> {
     let mut seen: BTreeMap<u16, (String, u32)> = BTreeMap::new();
     let mut found = Vec::new();
@@ -156,9 +155,9 @@ fn numbers(diagram: &Diagram) -> Vec<Diagnostic> {
         };
         let name = diagram.place_name(at);
         if let Some((other, line)) = seen.get(&number) {
-            let message = format!("{name} has the number {number:03} of {other}, in line {line}");
-            let help =
-                "timers and counters share one set of numbers: give each its own, 000 to 511";
+            let message =
+                format!("{name} has number {number:03}, but {other} in line {line} has it too");
+            let help = "give each timer and counter a different number, 000 to 511";
             found.push(fault(diagram, Code::NetAddress, place.head.line, message, help));
         } else {
             seen.insert(number, (name, place.head.line));

@@ -1,6 +1,6 @@
-//! What a net knows of its code's relays: sets of boxes and transitions that are never all on when a scan ends.
+//! Finds sets of a net's boxes and transitions whose relays are never all on at the end of a scan.
 //!
-//! Nothing rests on it: these are candidates, and what an audit uses of them it proves on the code itself.
+//! These are only candidates: an audit that uses one proves it on the code itself.
 
 use super::check::{sets, structure};
 use super::rules::Rules;
@@ -11,26 +11,26 @@ use scanbound_nets::relays::{self, Element, Relays};
 use scanbound_nets::search::search;
 use std::collections::BTreeSet;
 
-/// How many states of the code are looked at, and how many scans.
+/// The largest number of states and scans of the code that are explored.
 const STATES: usize = 20_000;
 const SCANS: usize = 200_000;
-/// Sets of three are looked for among so many places.
+/// The largest number of places for which sets of three are searched.
 const MOST_PLACES: usize = 40;
-/// How many sets are told, those of places first.
+/// The largest number of sets in the result; those of places come first.
 const MOST: usize = 20_000;
 
-/// What a net knows.
+/// What the net suggests about its code's relays.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Knowledge {
     /// Sets of places and transitions whose relays are never all on; those of places first.
     pub apart: Vec<Vec<Operand>>,
     /// Places and transitions whose relays never come on.
     pub never: Vec<Operand>,
-    /// Whether all states of the code were looked at.
+    /// Whether all states of the code were explored.
     pub complete: bool,
 }
 
-/// What a net without faults knows. Its code is followed from the initial marks, by whomever they are put in.
+/// Explores the code of a net without structural errors, from its initial marks.
 #[must_use]
 pub fn knowledge(diagram: &Diagram) -> Knowledge {
     let rules = Rules::new(diagram);
@@ -70,7 +70,7 @@ pub fn knowledge(diagram: &Diagram) -> Knowledge {
         let others = ever[at + 1..].iter().filter(|&&other| !seen.together[one].contains(other));
         apart.extend(others.map(|&other| vec![one, other]));
     }
-    // Of these not all may have been seen marked, where the search ended too soon.
+    // These sets also cover states that an incomplete search did not reach.
     for set in structure::at_most_one(diagram) {
         for (at, &one) in set.iter().enumerate() {
             apart.extend(set[at + 1..].iter().map(|&other| vec![one.min(other), one.max(other)]));
@@ -119,7 +119,7 @@ pub fn relays(diagram: &Diagram) -> Relays {
     }
 }
 
-/// The places whose relays are on: of counters those that have begun to count.
+/// The places whose relays are on; of counters those that have started.
 fn marks(diagram: &Diagram, rules: &Rules, state: &[u64], width: usize) -> Bits {
     let mut on = Bits::new(width);
     for (at, place) in diagram.places.iter().enumerate() {
@@ -134,11 +134,11 @@ fn marks(diagram: &Diagram, rules: &Rules, state: &[u64], width: usize) -> Bits 
     on
 }
 
-/// What was seen when scans ended.
+/// What was on at the ends of scans.
 struct Seen {
-    /// By place, and behind these by transition: what was on together with it.
+    /// For each place, then each transition: what was on together with it.
     together: Vec<Bits>,
-    /// What was on.
+    /// The sets of relays that were on.
     markings: BTreeSet<Bits>,
 }
 
@@ -152,7 +152,7 @@ impl Seen {
         }
     }
 
-    /// Three places that were never all marked, though any two of them were.
+    /// Three places that were never all marked, although each two of them were.
     fn threes(&self, places: &[usize]) -> Vec<Vec<usize>> {
         let is_two = |one: usize, other: usize| self.together[one].contains(other);
         let mut found = Vec::new();

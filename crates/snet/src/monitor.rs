@@ -1,8 +1,8 @@
 //! Reads the state of a net from a C200H that runs its code, over Host Link.
 //!
-//! A poll asks for the words in which the net's relays lie, for flags and present values of its timers and counters, and
-//! for their set values. What one answer holds is from one moment; what several hold is not, so a reading says how many
-//! answers it was put together from. A poll in which one answer fails gives no reading at all.
+//! A poll requests the words of the net's relays, and the flags, current values and set values of its timers and counters. The
+//! values in one response are from the same moment, those in different responses are not; so a reading states the number of
+//! responses. If one request fails, the poll gives no reading.
 
 use super::address::{Address, Area};
 use super::{Diagram, Kind};
@@ -13,43 +13,43 @@ use scanbound_link::{Coil, Fault, Setting, State};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Words so far apart are still asked for together.
+/// Words are requested together if their distance is at most this.
 const GAP: u32 = 8;
 
-/// What a place showed.
+/// The state of a place.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shown {
-    /// Its relay: of a box whether it is marked, of a timer its box (b), of a counter whether it has begun (c); none where
-    /// it has no address.
+    /// Its relay: of a box whether it is marked, of a timer its box (b), of a counter whether it has started (c); `None` without an
+    /// address.
     pub relay: Option<bool>,
-    /// The flag of its timer or counter: whether that is over (P, bc).
+    /// The completion flag of its timer or counter (P, bc).
     pub over: Option<bool>,
     /// The set value: tenths of a second, or the count.
     pub setting: Option<u16>,
-    /// The present value as the PLC counts it, from the set value down.
+    /// The current value in the PLC, which counts down from the set value.
     pub present: Option<u16>,
 }
 
 impl Shown {
-    /// How much of the set value is over: the elapsed time, or what was counted.
+    /// The elapsed time or the count: set value minus current value.
     #[must_use]
     pub fn elapsed(self) -> Option<u16> {
         self.setting?.checked_sub(self.present?)
     }
 
-    /// Whether a timer runs, or a counter counts: it has begun and is not over.
+    /// Whether a timer runs or a counter counts: it has started and has not finished.
     #[must_use]
     pub fn is_running(self) -> Option<bool> {
         Some(self.relay? && !self.over?)
     }
 }
 
-/// What a poll read.
+/// The result of a poll.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reading {
-    /// How many answers it was put together from.
+    /// The number of responses that it consists of.
     pub answers: usize,
-    /// How long that took, from the first request to the last answer.
+    /// The time from the first request to the last response.
     pub took: Duration,
     /// Whether the CPU runs.
     pub cpu: State,
@@ -62,19 +62,19 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Whether all of it is from one moment.
+    /// Whether all values are from the same moment.
     #[must_use]
     pub fn is_of_one_moment(&self) -> bool {
         self.answers == 1
     }
 }
 
-/// What is to be asked for, for one net.
+/// The requests for one net.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Words by area: the first, and how many.
+    /// Blocks of words: the first one, and their number.
     words: Vec<(Device, u16)>,
-    /// Timers and counters: the first, and how many.
+    /// Blocks of timers and counters: the first one, and their number.
     values: Vec<(u32, u16)>,
     flags: Vec<(u32, u16)>,
     relays: Vec<Option<Address>>,
@@ -83,7 +83,7 @@ pub struct Plan {
     outers: Vec<Option<Address>>,
 }
 
-/// Runs of numbers that are at most `gap` apart, none longer than `most`.
+/// Groups numbers to blocks, with gaps of at most `gap` and a length of at most `most`.
 fn runs(numbers: impl Iterator<Item = u32>, gap: u32, most: u32) -> Vec<(u32, u16)> {
     let mut sorted: Vec<u32> = numbers.collect();
     sorted.sort_unstable();
@@ -108,7 +108,7 @@ fn area_name(area: Area) -> &'static str {
 }
 
 impl Plan {
-    /// What has to be asked for to see this net.
+    /// Plans the requests for a net.
     #[must_use]
     pub fn new(diagram: &Diagram) -> Plan {
         let relays: Vec<_> = diagram.places.iter().map(|place| place.head.address).collect();
@@ -142,7 +142,7 @@ impl Plan {
         Plan { words, values, flags, relays, coils, transitions, outers }
     }
 
-    /// How many relays and gates have an address, and how many have none.
+    /// The number of relays and gates with an address, and of those without.
     #[must_use]
     pub fn addressed(&self) -> (usize, usize) {
         let all = || self.relays.iter().chain(&self.transitions).chain(&self.outers);
@@ -150,10 +150,10 @@ impl Plan {
         (with, all().count() - with)
     }
 
-    /// Asks for everything once.
+    /// Sends all requests once.
     ///
     /// # Errors
-    /// One of the answers did not come, or is none.
+    /// A response is missing or invalid.
     pub fn poll(&self, station: &mut Station) -> Result<Reading, Fault> {
         station.open()?;
         let begun = Instant::now();
@@ -179,7 +179,7 @@ impl Plan {
         for &(coil, number) in self.coils.iter().flatten() {
             let setting = match station.setting(0, coil, number) {
                 Ok(setting) => Some(setting),
-                // The program has no such timer: it is not the code of this net.
+                // The PLC's program has no such timer, so it is not the code of this net.
                 Err(Fault::EndCode { .. }) => None,
                 Err(fault) => return Err(fault),
             };
@@ -224,7 +224,7 @@ fn station_device(area: &str, index: u32) -> Result<Device, Fault> {
     Device::named(&name, AREAS).ok_or_else(|| Fault::Usage(format!("{name} is no word")))
 }
 
-/// The number that four decimal digits are; none if one of them is above 9.
+/// The value of a BCD word; `None` if a digit is above 9.
 fn decimal(word: u16) -> Option<u16> {
     (0..4).rev().try_fold(0, |sum, place| {
         let digit = word >> (4 * place) & 15;

@@ -1,14 +1,14 @@
-//! The net's own rule: which transitions can fire, what firing does, one transition after another; when timers run out.
+//! The net's rule: which transitions can fire, the effect of firing (one transition at a time), and when timers time out.
 //!
-//! A state is a few words of bits: for each box its mark; for each timer its box's mark and whether its time is over (P);
-//! for each counter whether it has begun (c), whether it has counted up (bc), and the count.
+//! A state is a few words of bits. A box has a bit for its mark; a timer has bits for its box's mark and for the timeout (P); a
+//! counter has bits for started (c) and counted up (bc), and its count.
 
 use super::{Diagram, Direction, Kind, Signal};
 
-/// A state of a net; its meaning is that of the [`Rules`] that made it.
+/// A state of a net, to be interpreted by the [`Rules`] that made it.
 pub type State = Vec<u64>;
 
-/// Bits of a state: numbers of words, and masks in them.
+/// A set of bits in a state: pairs of word index and mask.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Mask(Vec<(usize, u64)>);
 
@@ -45,20 +45,20 @@ impl Mask {
     }
 }
 
-/// Where a counter's state lies.
+/// The bits of a counter in a state.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Counter {
-    /// Whether it has begun to count (c).
+    /// Started to count (c).
     pub(super) begun: usize,
-    /// Whether it has counted up (bc).
+    /// Counted up (bc).
     pub(super) full: usize,
-    /// The count's first bit; it does not cross a word.
+    /// The first bit of the count; all its bits are in one word.
     value: usize,
-    /// How many bits it has.
+    /// The number of bits of the count.
     bits: u32,
-    /// The count at which it is full.
+    /// The set value.
     limit: u64,
-    /// Whether its input fired in the scan before; only code has this.
+    /// Its input fired in the last scan; only the code's rule uses this.
     pub(super) fired: usize,
 }
 
@@ -67,7 +67,7 @@ impl Counter {
         state[self.value / 64] >> (self.value % 64) & ((1 << self.bits) - 1)
     }
 
-    /// Counts one more, up to the set value.
+    /// Increments the count, up to the set value.
     pub(super) fn count(self, state: &mut [u64]) {
         let value = self.value(state);
         if value < self.limit {
@@ -79,35 +79,35 @@ impl Counter {
     }
 }
 
-/// A transition's condition and effect.
+/// The condition and effect of a transition.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rule {
     /// All of these must be set.
     pub(super) needs: Mask,
-    /// None of these may be.
+    /// None of these may be set.
     pub(super) bars: Mask,
-    /// Of these the marks of its output boxes.
+    /// The part of `bars` that are marks of output boxes.
     room: Mask,
-    /// Of these what inhibiting gates look at.
+    /// The part of `bars` that inhibiting gates read.
     inhibits: Mask,
-    /// Of an emergency stop: one of these must be.
+    /// For an emergency stop: at least one of these must be set.
     any: Option<Mask>,
-    /// What it clears.
+    /// The bits that firing clears.
     pub(super) clears: Mask,
-    /// What it sets.
+    /// The bits that firing sets.
     pub(super) sets: Mask,
-    /// The counters in which it counts.
+    /// The counters that firing increments.
     pub(super) counts: Vec<usize>,
-    /// What is set when these have counted up.
+    /// The bits that are set when these counters have counted up.
     fills: Mask,
-    /// Outer gates, and whether they inhibit.
+    /// The outer gates, and whether each is inhibiting.
     pub(super) gates: Vec<(usize, bool)>,
-    /// Transitions that an arbiter lets go first.
+    /// The transitions with a higher priority in an arbiter.
     before: Vec<usize>,
 }
 
 impl Rule {
-    /// Whether its firing may keep the other from firing, or undo what that did.
+    /// Whether its firing may prevent the other from firing, or undo its effect.
     pub(super) fn hinders(&self, other: &Rule) -> bool {
         self.clears.meets(&other.needs)
             || other.any.as_ref().is_some_and(|any| self.clears.meets(any))
@@ -116,7 +116,7 @@ impl Rule {
             || self.clears.meets(&other.sets)
     }
 
-    /// Whether it writes what the other reads or writes.
+    /// Whether it writes a bit that the other reads or writes.
     pub(super) fn touches(&self, other: &Rule) -> bool {
         let any = other.any.as_ref();
         let reads = |mask: &Mask| {
@@ -130,16 +130,16 @@ impl Rule {
     }
 }
 
-/// A net's rules, ready to be followed.
+/// The rules of a net, prepared for execution.
 #[derive(Debug, Clone)]
 pub struct Rules {
     width: usize,
     pub(super) rules: Vec<Rule>,
-    /// For each place the bit of its mark: of a counter bc.
+    /// For each place, the bit of its mark (of a counter bc).
     marks: Vec<usize>,
-    /// For each place that is a timer the bit that says that its time is over.
+    /// For each timer, the bit for its timeout.
     over: Vec<Option<usize>>,
-    /// For each place that is a counter its number among the counters.
+    /// For each counter, its index among the counters.
     counter: Vec<Option<usize>>,
     pub(super) counters: Vec<Counter>,
     initial: State,
@@ -147,7 +147,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The rules of a net.
+    /// Prepares the rules of a net.
     #[must_use]
     pub fn new(diagram: &Diagram) -> Rules {
         let mut used = 0;
@@ -243,7 +243,7 @@ impl Rules {
         rule
     }
 
-    /// What transitions behind a place, and gates, look at: of a timer, whether its time is over.
+    /// The bit that transitions and gates read from a place: of a timer, the timeout.
     fn signal(&self, place: usize) -> usize {
         self.over[place].unwrap_or(self.marks[place])
     }
@@ -259,19 +259,19 @@ impl Rules {
         }
     }
 
-    /// How many words a state has.
+    /// The number of words of a state.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// How many transitions there are.
+    /// The number of transitions.
     #[must_use]
     pub fn transitions(&self) -> usize {
         self.rules.len()
     }
 
-    /// Leaves outer gates and arbiters out.
+    /// Removes outer gates and arbiters from the rules.
     pub(super) fn forget_gates(&mut self) {
         for rule in &mut self.rules {
             rule.gates.clear();
@@ -279,19 +279,19 @@ impl Rules {
         }
     }
 
-    /// Whether an arbiter lets some transitions go first.
+    /// Whether the net has arbiters.
     #[must_use]
     pub fn has_arbiters(&self) -> bool {
         self.rules.iter().any(|rule| !rule.before.is_empty())
     }
 
-    /// How many outer gates there are.
+    /// The number of outer gates.
     #[must_use]
     pub fn outers(&self) -> usize {
         self.outers
     }
 
-    /// The state without any mark: how code begins.
+    /// The state without marks, in which the code begins.
     #[must_use]
     pub fn empty(&self) -> State {
         vec![0; self.width]
@@ -303,32 +303,32 @@ impl Rules {
         self.initial.clone()
     }
 
-    /// Whether a place is marked: of a timer its box (b), of a counter whether it has counted up (bc).
+    /// Whether a place is marked: a timer by its box (b), a counter when it has counted up (bc).
     #[must_use]
     pub fn is_marked(&self, state: &[u64], place: usize) -> bool {
         has(state, self.marks[place])
     }
 
-    /// Whether a place is a timer whose time is over (P).
+    /// Whether a place is a timer that has timed out (P).
     #[must_use]
     pub fn is_over(&self, state: &[u64], place: usize) -> bool {
         self.over[place].is_some_and(|bit| has(state, bit))
     }
 
-    /// A counter's count; 0 of other places.
+    /// The count of a counter; 0 for other places.
     #[must_use]
     pub fn count(&self, state: &[u64], place: usize) -> u16 {
         let value = self.counter[place].map_or(0, |at| self.counters[at].value(state));
         u16::try_from(value).unwrap_or(u16::MAX)
     }
 
-    /// What an inner gate of a place says: its mark, of a timer whether its time is over.
+    /// The value of an inner gate: the mark, or for a timer the timeout.
     #[must_use]
     pub fn says(&self, state: &[u64], place: usize) -> bool {
         has(state, self.signal(place))
     }
 
-    /// Whether marks and inner gates let a transition fire, without its outer gates and arbiters.
+    /// Whether marks and inner gates allow a transition to fire; outer gates and arbiters are ignored.
     #[must_use]
     pub fn is_ready(&self, state: &[u64], transition: usize) -> bool {
         let rule = &self.rules[transition];
@@ -337,20 +337,20 @@ impl Rules {
             && rule.any.as_ref().is_none_or(|any| any.any(state))
     }
 
-    /// Whether a transition's outer gates let it fire.
+    /// Whether a transition's outer gates allow it to fire.
     #[must_use]
     pub fn is_open(&self, transition: usize, outers: &[bool]) -> bool {
         self.rules[transition].gates.iter().all(|&(outer, inhibits)| outers[outer] != inhibits)
     }
 
-    /// Whether a transition can fire: marks, all gates, and no arbiter that lets another go first.
+    /// Whether a transition can fire: marks and all gates allow it, and no arbiter prefers another one.
     #[must_use]
     pub fn can_fire(&self, state: &[u64], transition: usize, outers: &[bool]) -> bool {
         let goes = |at: usize| self.is_ready(state, at) && self.is_open(at, outers);
         goes(transition) && !self.rules[transition].before.iter().any(|&other| goes(other))
     }
 
-    /// Values of outer gates with which a transition can fire, if there are any. Gates that do not matter are missing.
+    /// Values of outer gates with which a transition can fire, if possible. Irrelevant gates are omitted.
     #[must_use]
     pub fn gates_to_fire(&self, state: &[u64], transition: usize) -> Option<Vec<(usize, bool)>> {
         if !self.is_ready(state, transition) {
@@ -367,7 +367,7 @@ impl Rules {
         self.held_back(&ready, values)
     }
 
-    /// Values with which none of these transitions' outer gates let it fire.
+    /// Values of outer gates with which none of these transitions can fire.
     fn held_back(
         &self,
         transitions: &[usize],
@@ -381,7 +381,7 @@ impl Rules {
         })
     }
 
-    /// Whether only marks in its output boxes keep a transition from firing.
+    /// Whether only marks in its output boxes prevent a transition from firing.
     #[must_use]
     pub fn is_held_back(&self, state: &[u64], transition: usize) -> bool {
         let rule = &self.rules[transition];
@@ -393,7 +393,7 @@ impl Rules {
         self.rules[transition].gates.iter().map(|&(outer, _)| outer)
     }
 
-    /// Whether the outer gates that are known keep a transition from firing.
+    /// Whether the known outer gates prevent a transition from firing.
     pub(super) fn is_shut(&self, transition: usize, outers: &[Option<bool>]) -> bool {
         let shuts = |&(outer, inhibits): &(usize, bool)| outers[outer] == Some(inhibits);
         self.rules[transition].gates.iter().any(shuts)
@@ -404,12 +404,12 @@ impl Rules {
         self.counter[place].is_some()
     }
 
-    /// Whether a place is a counter whose input fired in the scan before.
+    /// Whether a place is a counter whose input fired in the last scan.
     pub(super) fn has_just_fired(&self, state: &[u64], place: usize) -> bool {
         self.counter[place].is_some_and(|at| has(state, self.counters[at].fired))
     }
 
-    /// The state after a transition has fired.
+    /// The state after a transition fires.
     #[must_use]
     pub fn fire(&self, state: &[u64], transition: usize) -> State {
         let mut next = state.to_vec();
@@ -417,7 +417,7 @@ impl Rules {
         next
     }
 
-    /// Fires a transition.
+    /// Fires a transition in place.
     pub fn fire_in(&self, state: &mut [u64], transition: usize) {
         let rule = &self.rules[transition];
         rule.clears.clear(state);
@@ -425,13 +425,13 @@ impl Rules {
         rule.counts.iter().for_each(|&counter| self.counters[counter].count(state));
     }
 
-    /// Whether a timer runs: its box is marked and its time is not over.
+    /// Whether a timer runs: its box is marked, and it has not timed out.
     #[must_use]
     pub fn is_running(&self, state: &[u64], place: usize) -> bool {
         self.over[place].is_some_and(|over| !has(state, over) && has(state, self.marks[place]))
     }
 
-    /// The state after the time of a timer that runs is over.
+    /// The state after a running timer times out.
     #[must_use]
     pub fn run_out(&self, state: &[u64], place: usize) -> State {
         let mut next = state.to_vec();
@@ -446,7 +446,7 @@ fn has(state: &[u64], bit: usize) -> bool {
     state[bit / 64] >> (bit % 64) & 1 == 1
 }
 
-/// Takes a value in; whether it goes with the others.
+/// Adds an assumption about an outer gate; false if it contradicts an earlier one.
 fn assume(values: &mut Vec<(usize, bool)>, outer: usize, value: bool) -> bool {
     match values.iter().find(|(own, _)| *own == outer) {
         Some(&(_, own)) => own == value,

@@ -1,32 +1,32 @@
-//! The code's rule: in one scan all transitions are looked at on the marks as they are, then all that fire do at once.
+//! The code's rule: in one scan, all transitions are evaluated with the marks at its start, then all enabled ones fire together.
 //!
-//! The code works out every transition's relay first, then every box's, `(marked or an input fires) and no output fires`,
-//! then timers and counters. A counter counts when its input's relay comes on, not while it stays on.
+//! The code computes each transition's relay first, then each box: `(marked or an input fires) and no output fires`, then timers
+//! and counters. A counter counts when its input's relay turns on, not while it stays on.
 
 use super::rules::{Rules, State};
 use std::collections::BTreeSet;
 
 impl Rules {
-    /// The transitions whose relays are on in a scan that begins so.
+    /// The transitions whose relays are on in a scan from this state.
     #[must_use]
     pub fn fired(&self, state: &[u64], outers: &[bool]) -> Vec<usize> {
         let all = 0..self.transitions();
         all.filter(|&at| self.is_ready(state, at) && self.is_open(at, outers)).collect()
     }
 
-    /// Of these transitions, whose marks and inner gates let them fire, those whose outer gates do, too.
+    /// Those of the `ready` transitions (marks and inner gates allow them) that the outer gates allow too.
     pub(super) fn fired_of(&self, ready: &[usize], outers: &[bool]) -> Vec<usize> {
         ready.iter().copied().filter(|&at| self.is_open(at, outers)).collect()
     }
 
-    /// An order of these transitions with all arbiters left out.
+    /// A firing order of these transitions, with arbiters ignored.
     pub(super) fn order_of(&self, state: &[u64], fired: &[usize]) -> Option<Vec<usize>> {
         let mut bare = self.clone();
         bare.forget_gates();
         bare.order(state, &[], fired)
     }
 
-    /// Whether marks, inner gates or outer gates never let both fire in one scan.
+    /// Whether marks and gates never allow both to fire in one scan.
     pub(super) fn exclude_each_other(&self, one: usize, other: usize) -> bool {
         let (one, other) = (&self.rules[one], &self.rules[other]);
         let opposite =
@@ -36,13 +36,13 @@ impl Rules {
             || one.gates.iter().any(opposite)
     }
 
-    /// Sets of transitions of which each has to be before another, round in a circle; `apart` says which never fire in one
-    /// scan.
+    /// Sets of transitions that must each fire before another one of the set, in a circle. `apart` tells which two never fire in
+    /// the same scan.
     pub(super) fn circles(&self, apart: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
         for one in 0..self.transitions() {
             for other in (0..self.transitions()).filter(|&other| other != one) {
-                // What changes what the other looks at comes behind it.
+                // A transition that changes what another reads must come after it.
                 if self.rules[one].hinders(&self.rules[other]) && !apart(one, other) {
                     graph.add_edge(other, one, ());
                 }
@@ -56,8 +56,7 @@ impl Rules {
         .collect()
     }
 
-    /// The state behind a scan in which the relays of these transitions are on. Timers that run out do so by
-    /// [`Rules::run_out`].
+    /// The state after a scan in which the relays of these transitions are on. For timeouts see [`Rules::run_out`].
     #[must_use]
     pub fn scan(&self, state: &[u64], fired: &[usize]) -> State {
         let mut next = state.to_vec();
@@ -76,12 +75,12 @@ impl Rules {
                 next[counter.fired / 64] |= mask;
             }
         }
-        // What is taken goes whatever is put.
+        // A mark that is removed is gone, even if it is also added.
         fired.iter().for_each(|&at| self.rules[at].clears.clear(&mut next));
         next
     }
 
-    /// The state without what only code remembers.
+    /// The state without the bits that only the code's rule uses.
     #[must_use]
     pub fn forget(&self, state: &[u64]) -> State {
         let mut bare = state.to_vec();
@@ -91,8 +90,8 @@ impl Rules {
         bare
     }
 
-    /// An order in which the net could fire these transitions one after another, to come to where the scan comes; `None`
-    /// if there is none: there code and net part.
+    /// An order in which the net could fire these transitions one after another with the same result as the scan; `None` if there
+    /// is none: then code and net differ.
     #[must_use]
     pub fn order(&self, state: &[u64], outers: &[bool], fired: &[usize]) -> Option<Vec<usize>> {
         let end = self.forget(&self.scan(state, fired));
@@ -102,7 +101,7 @@ impl Rules {
         is_found.then_some(search.order)
     }
 
-    /// Whether a transition neither reads nor writes what the others write, nor they what it writes.
+    /// Whether a transition shares no written bit with the others.
     fn is_apart(&self, transition: usize, others: &[usize]) -> bool {
         let one = &self.rules[transition];
         let touches = |at: &usize| one.touches(&self.rules[*at]) || self.rules[*at].touches(one);
@@ -110,14 +109,14 @@ impl Rules {
     }
 }
 
-/// The search for an order.
+/// A search for a firing order.
 struct Order<'a> {
     rules: &'a Rules,
     outers: &'a [bool],
-    /// Where it must end.
+    /// The state that must be reached.
     end: State,
     order: Vec<usize>,
-    /// What is left, and from where, when nothing leads to the end.
+    /// Remaining transitions and states from which the end cannot be reached.
     dead: BTreeSet<(Vec<usize>, State)>,
 }
 
@@ -140,7 +139,7 @@ impl Order<'_> {
                 return true;
             }
             self.order.pop();
-            // What has nothing to do with the others may as well go first: then it is not what stops them.
+            // An independent transition can go first, because it cannot prevent the others.
             if !self.rules.has_arbiters() && self.rules.is_apart(transition, &rest) {
                 break;
             }

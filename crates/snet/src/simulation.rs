@@ -1,65 +1,65 @@
-//! A net that goes on in time: by its own rule a transition fires each step, by its code's all that can do so in a scan.
+//! Simulates a net in time. By the net's rule one transition fires in each step; by the code's rule all that can fire in a scan do.
 
 use super::rules::{Rules, State};
 use super::{Diagram, Kind};
 
-/// By which rule a net goes on.
+/// The firing rule of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// One transition after another.
+    /// The net's rule: one transition at a time.
     Net,
-    /// All that can fire when a scan begins.
+    /// The code's rule: all transitions that can fire when a scan begins.
     Code,
 }
 
 /// What happened in a step.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Happened {
-    /// Timers whose time was over, indices into `Diagram::places`.
+    /// Timers that timed out (indices into `Diagram::places`).
     pub run_out: Vec<usize>,
     /// Transitions that fired.
     pub fired: Vec<usize>,
 }
 
 impl Happened {
-    /// Whether nothing did.
+    /// Whether nothing happened.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
         self.run_out.is_empty() && self.fired.is_empty()
     }
 }
 
-/// A moment of a simulation.
+/// The state of a simulation at one time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Moment {
-    /// Milliseconds since it began.
+    /// Milliseconds since the start.
     pub ms: u64,
     /// The state of the net.
     pub state: State,
-    /// The outer gates.
+    /// The values of the outer gates.
     pub outers: Vec<bool>,
-    /// Since when each timer runs; by place.
+    /// For each place, the time at which its timer started.
     since: Vec<Option<u64>>,
-    /// What fired last.
+    /// The transitions that fired last.
     pub fired: Vec<usize>,
 }
 
-/// A net and its moments up to now.
+/// A net with its simulation history.
 pub struct Simulation<'a> {
     diagram: &'a Diagram,
     rules: Rules,
     rule: Rule,
-    /// How long a firing, or a scan, takes.
+    /// The duration of a firing or scan.
     step_ms: u64,
     now: Moment,
     past: Vec<Moment>,
 }
 
-/// So many moments can be gone back.
+/// The largest number of moments in the history.
 const MOST_PAST: usize = 100_000;
 
 impl<'a> Simulation<'a> {
-    /// A net at its beginning, with its initial marks or without. All outer gates are off.
+    /// Starts a simulation, with the initial marks or without marks. All outer gates are off.
     #[must_use]
     pub fn new(diagram: &'a Diagram, rule: Rule, is_marked: bool, step_ms: u64) -> Simulation<'a> {
         let rules = Rules::new(diagram);
@@ -85,7 +85,7 @@ impl<'a> Simulation<'a> {
         &self.rules
     }
 
-    /// The moment that it has come to.
+    /// The current moment.
     #[must_use]
     pub fn now(&self) -> &Moment {
         &self.now
@@ -96,7 +96,7 @@ impl<'a> Simulation<'a> {
         self.now.outers[outer] = on;
     }
 
-    /// Keeps the present moment, to be gone back to.
+    /// Saves the current moment in the history.
     pub fn keep(&mut self) {
         if self.past.len() == MOST_PAST {
             self.past.remove(0);
@@ -104,7 +104,7 @@ impl<'a> Simulation<'a> {
         self.past.push(self.now.clone());
     }
 
-    /// Goes back to the moment kept last; false if there is none.
+    /// Returns to the moment that was saved last; false if there is none.
     pub fn back(&mut self) -> bool {
         match self.past.pop() {
             Some(moment) => {
@@ -127,8 +127,8 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Makes a step: timers whose time has come run out; then `choose` picks which of the transitions that can fire does,
-    /// or, by the code's rule, all do.
+    /// Makes one step: due timers time out, then `choose` selects one of the transitions that can fire (by the code's rule all
+    /// fire).
     pub fn step(&mut self, choose: impl FnOnce(&[usize]) -> usize) -> Happened {
         let run_out = self.run_out();
         let firable = self.firable();
@@ -151,7 +151,7 @@ impl<'a> Simulation<'a> {
         Happened { run_out, fired }
     }
 
-    /// Lets the time of timers be over for which it has come.
+    /// Lets all due timers time out.
     fn run_out(&mut self) -> Vec<usize> {
         let mut found = Vec::new();
         for at in 0..self.diagram.places.len() {
@@ -164,19 +164,19 @@ impl<'a> Simulation<'a> {
         found
     }
 
-    /// When a timer that runs will be over.
+    /// The time at which a running timer times out.
     fn due(&self, place: usize) -> Option<u64> {
         let Kind::Timer { tenths, .. } = self.diagram.places[place].kind else { return None };
         Some(self.now.since[place]? + 100 * u64::from(tenths))
     }
 
-    /// When the next timer will be over.
+    /// The next time at which a timer times out.
     #[must_use]
     pub fn next_due(&self) -> Option<u64> {
         (0..self.diagram.places.len()).filter_map(|place| self.due(place)).min()
     }
 
-    /// Lets time go by without a step, to the first step at or behind a time.
+    /// Advances the time without a step, to the first step time at or after `ms`.
     pub fn wait_until(&mut self, ms: u64) {
         let steps = ms.saturating_sub(self.now.ms).div_ceil(self.step_ms);
         self.now.ms += steps * self.step_ms;
@@ -185,7 +185,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Since when timers run.
+    /// Updates the start times of the timers.
     fn note_timers(&mut self) {
         for at in 0..self.diagram.places.len() {
             let runs = self.rules.is_running(&self.now.state, at);
@@ -194,7 +194,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// How long a timer has been running, in tenths of a second: all its time once that is over.
+    /// The elapsed time of a timer in tenths of a second; its whole set value after it timed out.
     #[must_use]
     pub fn elapsed(&self, place: usize) -> u16 {
         let Kind::Timer { tenths, .. } = self.diagram.places[place].kind else { return 0 };
@@ -205,19 +205,19 @@ impl<'a> Simulation<'a> {
         u16::try_from(ran).unwrap_or(u16::MAX).min(tenths)
     }
 
-    /// Whether no transition can ever fire again, whatever outer gates do and after all timers.
+    /// Whether no transition can ever fire again, for any outer gates and after all timers.
     #[must_use]
     pub fn is_dead(&self) -> bool {
         is_dead(&self.rules, &self.now.state, self.diagram.places.len())
     }
 }
 
-/// Whether no transition can fire from here, whatever outer gates do and whichever timers run out.
+/// Whether no transition can fire from here, for any outer gates and after any set of timers timed out.
 fn is_dead(rules: &Rules, state: &State, places: usize) -> bool {
     let can =
         |state: &State| (0..rules.transitions()).any(|at| rules.gates_to_fire(state, at).is_some());
     let running: Vec<usize> = (0..places).filter(|&at| rules.is_running(state, at)).collect();
-    // A timer that is over may hold back what it did not before: each set of those that are over counts.
+    // A timed-out timer may inhibit a transition, so each set of timed-out timers is examined.
     let mut open = vec![(state.clone(), 0)];
     let mut left = 1 << 16;
     while let Some((state, from)) = open.pop() {

@@ -1,4 +1,4 @@
-//! What happens outside of a net: a CSV of times and of the outer gates that change then.
+//! Reads the inputs of a simulation: a CSV of times at which outer gates change.
 
 use super::Diagram;
 use scanbound_base::code::Code;
@@ -7,20 +7,20 @@ use scanbound_base::diagnostic::Diagnostic;
 /// A change of an outer gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Change {
-    /// When, in milliseconds.
+    /// The time in milliseconds.
     pub ms: u64,
-    /// Of which, an index into `Diagram::outers`.
+    /// The outer gate, an index into `Diagram::outers`.
     pub outer: usize,
-    /// To what.
+    /// Its new value.
     pub on: bool,
 }
 
-const FORM: &str = "the first row names the columns: time_ms or time_s, then outer gates; the others hold times, and 0 or 1 where a gate changes";
+const FORM: &str = "write the column names in the first row (time_ms or time_s, then outer gates), and in each other row a time, and 0 or 1 where a gate changes";
 
-/// Reads a stimulus for a net; its changes in order of time. A cell that is empty changes nothing.
+/// Reads the changes for a net, in order of time. An empty cell means no change.
 ///
 /// # Errors
-/// All faults, each with its line.
+/// All errors with their lines.
 pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>, Vec<Diagnostic>> {
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
@@ -53,7 +53,7 @@ pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>,
                 Some("time_s") => 1000,
                 other => {
                     let part = other.unwrap_or_default();
-                    let message = format!("the first column is '{part}', and must be the time");
+                    let message = format!("the first column is '{part}', but must be the time");
                     return Err(vec![fault(Code::Stimulus, part, message)]);
                 }
             };
@@ -62,7 +62,7 @@ pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>,
                 match diagram.outers.iter().position(|outer| outer.head.name == word) {
                     Some(outer) => outers.push(outer),
                     None => {
-                        let message = format!("'{word}' is no outer gate of the net");
+                        let message = format!("'{word}' is not an outer gate of the net");
                         faults.push(fault(Code::StimulusColumn, word, message));
                     }
                 }
@@ -75,13 +75,16 @@ pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>,
         };
         let time = record.get(0).unwrap_or_default();
         let Some(ms) = milliseconds(time, *unit) else {
-            let message = format!("'{time}' is no time");
+            let message = format!("'{time}' is not a time");
             faults.push(fault(Code::StimulusRow, time, message));
             continue;
         };
         if record.len() > outers.len() + 1 {
-            let message =
-                format!("this row has {} cells, the head {}", record.len(), outers.len() + 1);
+            let message = format!(
+                "this row has {} cells, but the heading row has {}",
+                record.len(),
+                outers.len() + 1
+            );
             faults.push(fault(Code::StimulusRow, "", message));
             continue;
         }
@@ -106,7 +109,7 @@ pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>,
     if faults.is_empty() { Ok(changes) } else { Err(faults) }
 }
 
-/// A decimal number of milliseconds or seconds, in whole milliseconds.
+/// Converts a decimal number to whole milliseconds; `unit` is the number of milliseconds in one.
 fn milliseconds(text: &str, unit: u64) -> Option<u64> {
     let (whole, part) = text.split_once('.').unwrap_or((text, ""));
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());

@@ -1,4 +1,4 @@
-//! Runs the code's rule beside the net's: every scan that the net could not follow is told, with the shortest run there.
+//! Compares the code's rule with the net's rule: reports each scan that the net could not follow, with a shortest run to it.
 
 use super::step::{Options, Step};
 use super::structure::at_most_one;
@@ -7,67 +7,67 @@ use crate::{Diagram, Direction};
 use scanbound_nets::search::{Search, search};
 use std::collections::BTreeMap;
 
-/// How many sets of transitions are looked at in one state.
+/// The largest number of transition sets that are examined in one state.
 const SETS: usize = 4_096;
 
-/// How a run of the code begins.
+/// The start state of the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Start {
-    /// Without any mark, as the code itself begins.
+    /// Without marks, as the code starts.
     Empty,
-    /// With the initial marks: put in by the first scan, or by hand.
+    /// With the initial marks, set by the first scan or by hand.
     Initial,
 }
 
-/// Why a scan does what the net does not.
+/// Why the net cannot follow a scan.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cause {
-    /// Two transitions take one place's mark: marks are doubled.
+    /// Two transitions remove the mark of one place: the mark is doubled.
     TakenTwice(usize, usize, usize),
-    /// Two transitions fill one place: a mark is lost.
+    /// Two transitions put a mark in one place: a mark is lost.
     FilledTwice(usize, usize, usize),
-    /// A transition fires beside an emergency stop, the first, which takes from the same place: the mark escapes.
+    /// A transition fires together with an emergency stop (the first index) that removes the same mark: the mark escapes the stop.
     Escapes(usize, usize, usize),
-    /// A transition fires in two scans that follow each other, and the counter behind it counts once.
+    /// A transition fires in two consecutive scans, but the counter after it counts once.
     CountedOnce(usize, usize),
-    /// Transitions look at places that others of them change, so that none can be the first.
+    /// Transitions read places that others of them change, so none of them can be first.
     Circle(Vec<usize>),
 }
 
-/// A scan that the net could not follow.
+/// A scan that the net cannot follow.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parting {
-    /// Why.
+    /// The reason.
     pub cause: Cause,
-    /// How the run begins.
+    /// The start state.
     pub start: Start,
-    /// A shortest run; its last scan is the one that parts.
+    /// A shortest run; its last scan is the one that differs.
     pub run: Vec<Step>,
 }
 
-/// What the code does.
+/// The behaviour of the code.
 #[derive(Debug)]
 pub struct Code {
-    /// How many states of the code were seen.
+    /// The number of explored states.
     pub count: usize,
-    /// Whether these are all, up to where code and net part.
+    /// Whether all states were explored (states after a difference are not).
     pub complete: bool,
-    /// Where code and net part, one for each cause.
+    /// The differences between code and net, one for each cause.
     pub partings: Vec<Parting>,
-    /// Where not all states were seen: causes that neither gates nor place invariants exclude.
+    /// Possible causes that neither gates nor place invariants exclude, if not all states were explored.
     pub undecided: Vec<Cause>,
-    /// Places whose initial marks the code leaves out.
+    /// Places whose initial marks the code does not set.
     pub is_left_out: Vec<usize>,
-    /// Whether the code, as it begins, never does anything.
+    /// Whether the code never does anything from its own start state.
     pub starts_dead: bool,
-    /// Arbiters, which the code leaves out.
+    /// The arbiters, which the code does not implement.
     pub arbiters: Vec<usize>,
 }
 
-/// Transitions that fire in one scan, and values of the outer gates with which they do.
+/// Transitions that fire in one scan, and values of outer gates for this.
 pub(crate) type Set = (Vec<usize>, Vec<bool>);
 
-/// The sets of transitions that can fire in one scan, each with values of the outer gates; whether these are all.
+/// All sets of transitions that can fire in one scan, each with values of outer gates; whether the list is complete.
 pub(crate) fn sets(rules: &Rules, state: &[u64]) -> (Vec<Set>, bool) {
     let ready: Vec<usize> =
         (0..rules.transitions()).filter(|&at| rules.is_ready(state, at)).collect();
@@ -77,7 +77,7 @@ pub(crate) fn sets(rules: &Rules, state: &[u64]) -> (Vec<Set>, bool) {
     let mut found = Vec::new();
     let mut open = vec![(0, vec![None; rules.outers()])];
     let mut complete = true;
-    // Gate by gate, those that no transition hangs on any more left out.
+    // Decides gate by gate; gates that no remaining transition reads are skipped.
     while let Some((at, values)) = open.pop() {
         if found.len() >= SETS {
             complete = false;
@@ -105,7 +105,7 @@ pub(crate) fn sets(rules: &Rules, state: &[u64]) -> (Vec<Set>, bool) {
     (found, complete)
 }
 
-/// Why these transitions have no order.
+/// The reasons why these transitions have no firing order.
 fn causes(diagram: &Diagram, rules: &Rules, state: &[u64], fired: &[usize]) -> Vec<Cause> {
     let mut found = Vec::new();
     for place in 0..diagram.places.len() {
@@ -140,7 +140,7 @@ fn pairs(all: &[usize], mut each: impl FnMut(usize, usize)) {
     }
 }
 
-/// Follows the code from power-up, and from the initial marks.
+/// Explores the code from both start states.
 pub(super) fn explore(diagram: &Diagram, rules: &Rules, options: Options) -> Code {
     let marked: Vec<usize> =
         (0..diagram.places.len()).filter(|&at| diagram.places[at].is_marked).collect();
@@ -209,7 +209,7 @@ fn run(found: &Search, table: &[Step], at: usize) -> (usize, Vec<Step>) {
     (start, steps.into_iter().map(|number| table[number as usize].clone()).collect())
 }
 
-/// What may part code and net, as far as neither gates nor place invariants exclude it.
+/// The possible causes that neither gates nor place invariants exclude.
 fn undecided(diagram: &Diagram, rules: &Rules, known: &[Parting]) -> Vec<Cause> {
     let groups = at_most_one(diagram);
     let inputs = |at: usize| -> Vec<usize> { diagram.places_of(at, Direction::Into).collect() };

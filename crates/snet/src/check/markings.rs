@@ -1,63 +1,63 @@
-//! All states that a net can come to by its own rule, whatever the outer gates: deadlocks, what never fires, what is held back.
+//! Explores all reachable states of a net for all values of outer gates: deadlocks, transitions that never fire, blocked marks.
 
 use super::step::Step;
 use crate::rules::{Rules, State};
 use crate::{Diagram, Direction};
 use scanbound_nets::search::{Search, search};
 
-/// How many dead states are shown with their runs.
+/// The largest number of dead states that are shown with a run.
 const SHOWN: usize = 5;
 
-/// A state in which no transition can ever fire, whatever the outer gates and after all timers.
+/// A state in which no transition can ever fire again, for any outer gates and after all timers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dead {
     /// The state.
     pub state: State,
-    /// A shortest run there from the initial marks.
+    /// A shortest run to it from the initial marks.
     pub run: Vec<Step>,
-    /// Whether an emergency stop can still fire: nothing else leads on.
+    /// Whether an emergency stop can still fire, but nothing else.
     pub but_stop: bool,
-    /// Whether the net only comes there by an emergency stop.
+    /// Whether the state is reached only after an emergency stop.
     pub is_after_stop: bool,
 }
 
-/// A transition that would put a second mark into a box, if the box's one mark did not hold it back.
+/// A transition that would put a second mark in a box, if the first mark did not block it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
     /// The box.
     pub place: usize,
     /// The transition.
     pub transition: usize,
-    /// A shortest run to where it is held back.
+    /// A shortest run to a state where it is blocked.
     pub run: Vec<Step>,
 }
 
-/// What a net can come to.
+/// The reachable states.
 #[derive(Debug)]
 pub struct Markings {
-    /// How many states were seen.
+    /// The number of explored states.
     pub count: usize,
-    /// Whether these are all.
+    /// Whether all states were explored.
     pub complete: bool,
-    /// How many of them are dead.
+    /// The number of dead states.
     pub dead_count: usize,
-    /// Those with the shortest runs, behind emergency stops last.
+    /// The dead states with the shortest runs; those after emergency stops come last.
     pub dead: Vec<Dead>,
-    /// Transitions that never can fire; where not all states were seen, none is known to.
+    /// Transitions that can never fire; empty if not all states were explored.
     pub never: Vec<usize>,
-    /// Transitions that were not seen to fire, where not all states were seen.
+    /// Transitions that did not fire in any explored state, if not all states were explored.
     pub unseen: Vec<usize>,
-    /// What would be marked twice.
+    /// Transitions that are blocked by a mark in an output box.
     pub held: Vec<Held>,
 }
 
-/// A step as a number: a transition, or behind these a timer.
+/// The step of a number: transitions first, then timers.
 fn step(rules: &Rules, number: u32) -> Step {
     let number = number as usize;
     number.checked_sub(rules.transitions()).map_or(Step::Fire(number), Step::RunOut)
 }
 
-/// What follows a state; whether a transition is among it that is no emergency stop, and one that is.
+/// The successors of a state; whether another transition than an emergency stop is enabled, and whether an emergency stop is.
 fn follow(
     diagram: &Diagram,
     rules: &Rules,
@@ -88,11 +88,11 @@ fn follow(
     (goes, stops)
 }
 
-/// Follows a net from its initial marks.
+/// Explores a net from its initial marks.
 pub(super) fn explore(diagram: &Diagram, rules: &Rules, limit: usize) -> Markings {
     let has_stops = diagram.transitions.iter().any(|transition| transition.is_stop);
     let start = [rules.initial()];
-    // First without emergency stops: what is dead there needs none.
+    // First without emergency stops, to find the states that are dead without one.
     let mut calm: Vec<(usize, bool)> = Vec::new();
     let quiet = has_stops.then(|| {
         search(rules.width(), &start, limit, |at, state, take| {
@@ -147,7 +147,7 @@ pub(super) fn explore(diagram: &Diagram, rules: &Rules, limit: usize) -> Marking
             calm.iter().map(|&(at, _)| quiet.state(at)).collect();
         let new = |&&(at, _): &&(usize, bool)| !known.contains(all.state(at));
         let behind: Vec<(usize, bool)> = dead.iter().filter(new).copied().collect();
-        // Where the first search is not complete, more may be dead without a stop.
+        // If the first search is incomplete, more states may be dead without an emergency stop.
         told.extend(shown(&all, &behind, quiet.complete));
     }
     let silent = (0..rules.transitions()).filter(|&at| !fires[at]).collect();

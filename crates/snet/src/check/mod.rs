@@ -1,4 +1,4 @@
-//! Studies a net: what its arcs tell, what it can come to, where it stops, and where its code does something else.
+//! Analyses a net: structure, reachable states, deadlocks, and differences between the net and its code.
 
 mod code;
 mod markings;
@@ -14,20 +14,20 @@ use super::Diagram;
 use super::rules::{Rules, State};
 use structure::Structure;
 
-/// All that is known of a net.
+/// The result of the analysis.
 #[derive(Debug)]
 pub struct Check {
-    /// What its arcs tell.
+    /// Structural properties.
     pub structure: Structure,
-    /// What it can come to by its own rule.
+    /// The reachable states by the net's rule.
     pub markings: Markings,
-    /// What its code does.
+    /// The behaviour of the code.
     pub code: Code,
 }
 
 impl Check {
-    /// Whether nothing is wrong: no deadlock but behind an emergency stop, and the code follows the net, as far as was
-    /// looked.
+    /// Whether no error was found: there is no deadlock except after an emergency stop, and the code follows the net in all states
+    /// that were explored.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.markings.dead.iter().all(|dead| dead.is_after_stop)
@@ -38,7 +38,7 @@ impl Check {
     }
 }
 
-/// Studies a net that has no faults.
+/// Analyses a net that has no structural errors.
 #[must_use]
 pub fn check(diagram: &Diagram, options: Options) -> Check {
     let rules = Rules::new(diagram);
@@ -49,7 +49,7 @@ pub fn check(diagram: &Diagram, options: Options) -> Check {
     }
 }
 
-/// What is marked in a state, in words: `B01, TM01 (over), CN01 (3 of 5)`.
+/// The marked places of a state as a text: `B01, TM01 (over), CN01 (3 of 5)`.
 #[must_use]
 pub fn marking(diagram: &Diagram, rules: &Rules, state: &State) -> String {
     let told = (0..diagram.places.len()).filter_map(|place| {

@@ -3,20 +3,20 @@
 /// One step of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// The net: a transition fires.
+    /// The net's rule: a transition fires.
     Fire(usize),
-    /// A timer's time is over. An index into the places.
+    /// A timer times out; an index into the places.
     RunOut(usize),
-    /// The code: a scan in which the relays of these transitions are on.
+    /// The code's rule: a scan in which the relays of these transitions are on.
     Scan(Vec<usize>),
 }
 
-/// How a net is studied.
+/// Options of the analysis.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
-    /// How many states are looked at, of the net and of the code each.
+    /// The largest number of states, for the net and for the code each.
     pub limit: usize,
-    /// Whether the code's first scan puts the initial marks in.
+    /// Whether the code's first scan sets the initial marks.
     pub initial_in_first_scan: bool,
 }
 

@@ -1,48 +1,48 @@
-//! What a net's arcs alone tell: place and transition invariants, siphons and traps.
+//! Structural properties of a net, from its arcs only: place and transition invariants, siphons and traps.
 
 use crate::{Diagram, Direction, Kind, Signal};
 use scanbound_nets::invariant::{exclusive, invariants, transition_invariants};
 use scanbound_nets::siphon::{has_marked_trap, siphons, traps};
 use scanbound_nets::{Net, Transition};
 
-/// How many rows, sets or steps are worked with.
+/// The limit on rows, sets and steps.
 const LIMIT: usize = 20_000;
 
-/// A sum of marks that no firing changes.
+/// A weighted sum of marks that no firing changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlaceInvariant {
     /// Places and their weights.
     pub weights: Vec<(usize, i64)>,
-    /// The sum at first.
+    /// The sum in the initial state.
     pub sum: i64,
 }
 
-/// A set of places with a meaning for deadlocks.
+/// A siphon: a set of places that stays empty once it is empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Siphon {
     /// The places.
     pub places: Vec<usize>,
-    /// Whether a trap in it is marked at first, so that it never gets empty.
+    /// Whether it contains an initially marked trap, so that it never becomes empty.
     pub is_kept: bool,
 }
 
-/// What the arcs tell.
+/// The structural properties.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Structure {
-    /// Place invariants. Emergency stops are left out: they only take marks, so the sums are the most there can be.
+    /// Place invariants. Emergency stops are ignored: they only remove marks, so the sums are upper limits.
     pub place_invariants: Vec<PlaceInvariant>,
-    /// Transition invariants: firings after which all is as before.
+    /// Transition invariants: firings that together restore the state.
     pub transition_invariants: Vec<Vec<(usize, i64)>>,
     /// Minimal siphons.
     pub siphons: Vec<Siphon>,
     /// Minimal traps.
     pub traps: Vec<Vec<usize>>,
-    /// Whether all siphons and traps were found.
+    /// Whether all siphons and traps were found within the limit.
     pub complete: bool,
 }
 
-/// The net as a plain Petri net, without emergency stops, timers as boxes. A counter is a place that its output takes as
-/// many tokens from as it counts to.
+/// The net as an ordinary Petri net: without emergency stops, and with timers as boxes. A counter is a place from which its
+/// output removes as many tokens as the set value.
 #[must_use]
 pub fn plain(diagram: &Diagram) -> Net {
     let transition = |at: usize| {
@@ -71,12 +71,12 @@ pub fn plain(diagram: &Diagram) -> Net {
     }
 }
 
-/// The transitions that are no emergency stops.
+/// The transitions except emergency stops.
 fn ordinary(diagram: &Diagram) -> impl Iterator<Item = usize> + '_ {
     (0..diagram.transitions.len()).filter(|&at| !diagram.transitions[at].is_stop)
 }
 
-/// Sets of places of which at most one is marked at any time, by place invariants.
+/// Sets of places of which at most one is marked at a time, by place invariants.
 #[must_use]
 pub fn at_most_one(diagram: &Diagram) -> Vec<Vec<usize>> {
     let mut sets = exclusive(&plain(diagram), LIMIT);
@@ -85,7 +85,7 @@ pub fn at_most_one(diagram: &Diagram) -> Vec<Vec<usize>> {
     sets
 }
 
-/// Works all of it out.
+/// Computes all structural properties.
 #[must_use]
 pub fn structure(diagram: &Diagram) -> Structure {
     let net = plain(diagram);

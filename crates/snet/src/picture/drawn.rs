@@ -9,7 +9,7 @@ pub struct Spot {
     pub y: i32,
 }
 
-/// What stands somewhere.
+/// An element of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Node {
     /// An index into `Diagram::places`.
@@ -18,23 +18,23 @@ pub enum Node {
     Transition(usize),
 }
 
-/// An element with its place on the sheet.
+/// An element with its position on the sheet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawn {
-    /// What it is.
+    /// The element.
     pub node: Node,
-    /// Whether it belongs to another page, and is shown as the end of an arc.
+    /// Whether it belongs to another page and is drawn only as the end of an arc.
     pub is_guest: bool,
-    /// The middle of its symbol's first row.
+    /// The centre of the first row of its symbol.
     pub at: Spot,
-    /// How many rows it takes.
+    /// The number of rows.
     pub rows: i32,
-    /// How far it reaches to the left and to the right, with what is written beside it.
+    /// The extent to the left and right, including its label.
     pub reach: (i32, i32),
 }
 
-/// How far a symbol reaches to either side of its middle.
+/// Half the width of a symbol, in columns.
 pub const HALF: i32 = 2;
 
-/// The rows of a place's symbol.
+/// The height of a place's symbol, in rows.
 pub const ROWS: i32 = 3;

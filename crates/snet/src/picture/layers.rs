@@ -1,23 +1,23 @@
-//! Lays elements out in layers, so that arcs lead down where they can, and few lines cross.
+//! Arranges elements in layers, so that arcs lead down where possible and few lines cross.
 
 use super::drawn::{Drawn, Spot};
 use super::route::{self, Piece};
 
-/// Columns between what stands in one layer.
+/// The distance of elements in one layer, in columns.
 const APART: i32 = 3;
-/// How often the layers are gone through.
+/// The number of passes for the ordering of layers.
 const SWEEPS: usize = 12;
 
-/// An element, or where a line passes through a layer.
+/// An element, or a point where a line passes through a layer.
 #[derive(Debug, Clone, Copy)]
 struct Vertex {
     layer: usize,
-    /// The element; none where a line passes.
+    /// The element; `None` for a line.
     drawn: Option<usize>,
     x: i32,
 }
 
-/// Places the elements, and gives each arc's corners. `first` begin the layers.
+/// Places the elements, and returns the corners of each arc. The elements in `first` begin the layers.
 pub(super) fn laid_out(
     drawn: &mut [Drawn],
     ends: &[(usize, usize)],
@@ -34,7 +34,7 @@ pub(super) fn laid_out(
         .enumerate()
         .map(|(at, &layer)| Vertex { layer, drawn: Some(at), x: 0 })
         .collect();
-    // Each arc as a way through all layers between its ends.
+    // Each arc as a path through all layers between its ends.
     let mut ways: Vec<Vec<usize>> = Vec::new();
     for arc in 0..ends.len() {
         let (upper, lower) = down(arc);
@@ -59,7 +59,7 @@ pub(super) fn laid_out(
     }
     order(&mut layers, &above, &below);
     columns(&mut vertices, &layers, drawn, &above, &below);
-    // Rows: each layer, and behind it a channel with as many tracks as its lines need.
+    // Rows: after each layer a channel with as many tracks as its lines need.
     let mut corners: Vec<Vec<Spot>> = vec![Vec::new(); ends.len()];
     let mut top = 1;
     for (at, layer) in layers.iter().enumerate() {
@@ -99,7 +99,7 @@ pub(super) fn laid_out(
     corners
 }
 
-/// The arcs that lead back, so that without them no way leads round.
+/// The arcs that lead back; without them there are no cycles.
 fn turned(count: usize, ends: &[(usize, usize)], first: &[usize]) -> Vec<bool> {
     let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
     let mut has_input = vec![false; count];
@@ -137,10 +137,10 @@ fn turned(count: usize, ends: &[(usize, usize)], first: &[usize]) -> Vec<bool> {
     turned
 }
 
-/// Each element's layer: one more than the lowest that leads to it.
+/// Each element's layer: one below the lowest element that leads to it.
 fn layer_numbers(count: usize, down: &[(usize, usize)]) -> Vec<usize> {
     let mut layer = vec![0; count];
-    // Without circles, no way is longer than there are elements.
+    // Without cycles, no path is longer than the number of elements.
     for _ in 0..count {
         let mut changed = false;
         for &(upper, lower) in down {
@@ -153,7 +153,7 @@ fn layer_numbers(count: usize, down: &[(usize, usize)]) -> Vec<usize> {
             break;
         }
     }
-    // What begins nowhere near the top stands just above what it leads to.
+    // An element without inputs is placed just above those that it leads to.
     for _ in 0..count {
         let mut changed = false;
         for one in 0..count {
@@ -173,7 +173,7 @@ fn layer_numbers(count: usize, down: &[(usize, usize)]) -> Vec<usize> {
     layer
 }
 
-/// Orders each layer by where its neighbours stand, so that few lines cross.
+/// Orders each layer by the positions of neighbours, so that few lines cross.
 fn order(layers: &mut [Vec<usize>], above: &[Vec<usize>], below: &[Vec<usize>]) {
     let mut place = vec![0usize; above.len()];
     let note = |layer: &[usize], place: &mut Vec<usize>| {
@@ -188,7 +188,7 @@ fn order(layers: &mut [Vec<usize>], above: &[Vec<usize>], below: &[Vec<usize>]) 
         let count = layers.len();
         for step in 0..count {
             let layer = &mut layers[if goes_down { step } else { count - 1 - step }];
-            // The mean in parts of a thousand; one without neighbours stays where it is.
+            // The mean in thousandths; an element without neighbours stays where it is.
             let key = |one: usize| match neighbours[one].len() {
                 0 => place[one] * 1000,
                 len => {
@@ -203,7 +203,7 @@ fn order(layers: &mut [Vec<usize>], above: &[Vec<usize>], below: &[Vec<usize>]) 
     }
 }
 
-/// Gives each a column: as near to its neighbours' mean as the others of its layer let it.
+/// Assigns columns, each as near as possible to the mean of its neighbours.
 fn columns(
     vertices: &mut [Vertex],
     layers: &[Vec<usize>],
@@ -253,14 +253,14 @@ fn columns(
     vertices.iter_mut().for_each(|vertex| vertex.x += 1 - left);
 }
 
-/// Columns nearest to those that are wished for, in their order and so far apart: neighbours that would come too near stand
-/// together around the mean of what they wish.
+/// Columns as near as possible to the wished ones, in the same order and with these distances: neighbours that would be too
+/// near form a group around the mean of their wishes.
 fn fitted(wished: &[i32], apart: &[i32]) -> Vec<i32> {
     let mut offset = vec![0; wished.len()];
     for at in 1..wished.len() {
         offset[at] = offset[at - 1] + apart[at - 1];
     }
-    // Groups with the sum of what they wish and how many they are.
+    // Groups: the sum of the wishes, and the number of members.
     let mut groups: Vec<(i64, i64)> = Vec::new();
     for (wish, offset) in wished.iter().zip(&offset) {
         let mut group = (i64::from(wish - offset), 1);

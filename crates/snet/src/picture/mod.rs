@@ -1,8 +1,8 @@
-//! Where the elements of a net are drawn, and along which lines its arcs go: on the grid of a terminal's characters, of
-//! which a picture takes so many points each.
+//! Computes where the elements of a net are drawn and along which lines its arcs run, on a grid of text characters. A picture
+//! has a fixed number of points for each grid cell.
 //!
-//! A page whose elements all say where they are is drawn so. Any other is laid out in layers, from the marked places down;
-//! what leads back up does so between the columns.
+//! A page whose elements all have positions is drawn with them. Any other page is arranged in layers, from the marked places
+//! down; arcs that lead up run between the columns.
 
 mod drawn;
 mod layers;
@@ -18,11 +18,11 @@ use unicode_width::UnicodeWidthStr;
 pub struct Line {
     /// An index into `Diagram::arcs`.
     pub arc: usize,
-    /// From where the arc begins to its arrow: corners of a line that goes along the grid.
+    /// The corners from the start of the arc to its arrow; all parts are horizontal or vertical.
     pub corners: Vec<Spot>,
 }
 
-/// A page as it is drawn.
+/// A drawn page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sheet {
     /// An index into `Diagram::pages`.
@@ -31,20 +31,20 @@ pub struct Sheet {
     pub nodes: Vec<Drawn>,
     /// Its arcs.
     pub lines: Vec<Line>,
-    /// How many columns and rows it has.
+    /// The numbers of columns and rows.
     pub size: Spot,
 }
 
-/// Points of a drawing to a column, and to a row.
+/// The size of a grid cell in points of a drawing.
 pub const POINTS: (i32, i32) = (8, 16);
 
-/// A gate as it is written beside its transition.
+/// The text of a gate next to its transition.
 #[must_use]
 pub fn gate_text(diagram: &Diagram, signal: Signal) -> String {
     diagram.signal_name(signal)
 }
 
-/// What is written beside an element: its name, and what a timer or counter is set to.
+/// The lines of text next to an element: its name, and the set value of a timer or counter.
 #[must_use]
 pub fn label(diagram: &Diagram, node: Node, is_guest: bool) -> Vec<String> {
     match node {
@@ -64,7 +64,7 @@ pub fn label(diagram: &Diagram, node: Node, is_guest: bool) -> Vec<String> {
     }
 }
 
-/// Tenths of a second in words.
+/// Tenths of a second as a text.
 #[must_use]
 pub fn seconds(tenths: u16) -> String {
     format!("{}.{} s", tenths / 10, tenths % 10)
@@ -76,7 +76,7 @@ fn width(text: &str) -> i32 {
 
 fn measured(diagram: &Diagram, node: Node, is_guest: bool) -> Drawn {
     let beside = label(diagram, node, is_guest);
-    // Room for what a timer or counter stands at.
+    // Space for the current value of a timer or counter.
     let room = if beside.len() > 1 { 14 } else { 0 };
     let right = HALF + 2 + beside.iter().map(|text| width(text)).max().unwrap_or(0).max(room);
     let (rows, left) = match node {
@@ -91,7 +91,7 @@ fn measured(diagram: &Diagram, node: Node, is_guest: bool) -> Drawn {
     Drawn { node, is_guest, at: Spot { x: 0, y: 0 }, rows, reach: (left, right) }
 }
 
-/// The sheets of a net, one a page.
+/// The sheets of a net, one for each page.
 #[must_use]
 pub fn sheets(diagram: &Diagram) -> Vec<Sheet> {
     (0..diagram.pages.len()).map(|page| sheet(diagram, page)).collect()
@@ -109,7 +109,7 @@ fn sheet(diagram: &Diagram, page: usize) -> Sheet {
     let transitions = (0..diagram.transitions.len()).map(Node::Transition);
     let mut nodes: Vec<Node> =
         places.chain(transitions).filter(|node| page_of(diagram, *node) == page).collect();
-    // An arc stands on the page of its transition; what it leads to may be a guest there.
+    // An arc is drawn on the page of its transition; its place may belong to another page.
     let arcs: Vec<usize> = (0..diagram.arcs.len())
         .filter(|&arc| diagram.transitions[diagram.arcs[arc].transition].head.page == page)
         .collect();
@@ -172,7 +172,7 @@ fn sheet(diagram: &Diagram, page: usize) -> Sheet {
     Sheet { page, nodes: drawn, lines, size }
 }
 
-/// Moves all so that nothing lies beyond the left or upper edge.
+/// Moves everything so that nothing is left of or above the sheet.
 fn shift(drawn: &mut [Drawn]) {
     let left = drawn.iter().map(|one| one.at.x - one.reach.0).min().unwrap_or(0);
     let top = drawn.iter().map(|one| one.at.y).min().unwrap_or(0);

@@ -1,21 +1,21 @@
-//! The lines of arcs along the grid.
+//! Routes arcs along the grid.
 
 use super::drawn::{Drawn, HALF, Spot};
 use std::collections::BTreeMap;
 
-/// A part of an arc between two layers.
+/// The part of an arc between two layers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     /// The arc.
     pub(super) arc: usize,
-    /// What it joins: its number, its column, and whether it is an element.
+    /// Its upper end: index, column, and whether it is an element.
     pub(super) upper: (usize, i32, bool),
     pub(super) lower: (usize, i32, bool),
-    /// The row below what it begins at.
+    /// The row below its start.
     pub(super) bottom: i32,
 }
 
-/// Where lines leave an element that has so many of them: apart, as far as its width goes.
+/// The horizontal offsets at which lines leave an element.
 fn ports(count: usize) -> Vec<i32> {
     let step = if count <= 3 { 2 } else { 1 };
     let middle = i32::try_from(count.saturating_sub(1)).unwrap_or(0) * step / 2;
@@ -45,11 +45,11 @@ fn columns(
     found
 }
 
-/// Routes the pieces of a channel whose first row is `top`: how many tracks they need, and each arc's corners there.
+/// Routes the pieces in a channel that begins in row `top`. Returns the number of tracks, and each arc's corners.
 pub(super) fn channel(pieces: &[Piece], top: i32) -> (i32, Vec<(usize, Vec<Spot>)>) {
     let begins = columns(pieces, |piece| piece.upper, |piece| piece.lower.1);
     let mut ends = columns(pieces, |piece| piece.lower, |piece| piece.upper.1);
-    // Two lines that go up and down in one column would run into each other.
+    // Two lines in the same column, one up and one down, would overlap.
     for at in 0..pieces.len() {
         let (_, x, is_element) = pieces[at].lower;
         let is_taken = |column: i32| {
@@ -90,13 +90,13 @@ pub(super) fn channel(pieces: &[Piece], top: i32) -> (i32, Vec<(usize, Vec<Spot>
             corners.extend([Spot { x: from, y }, Spot { x: to, y }]);
         }
         corners.push(Spot { x: to, y: end });
-        // Where it only passes through the layer below, the next piece goes on from there.
+        // If the line only passes through the lower layer, the next piece continues it.
         (piece.arc, corners)
     });
     (count, routed.collect())
 }
 
-/// Lines between elements that stand where the source says: down where that is possible, else around.
+/// Lines between elements with given positions: straight down if possible, otherwise around.
 pub(super) fn around(drawn: &[Drawn], ends: &[(usize, usize)]) -> Vec<Vec<Spot>> {
     let right = drawn.iter().map(|one| one.at.x + one.reach.1).max().unwrap_or(0);
     let mut lane = right + 2;

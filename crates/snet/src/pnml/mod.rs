@@ -1,9 +1,9 @@
-//! Nets as PNML (ISO/IEC 15909-2), place/transition nets: what other tools for Petri nets read and write.
+//! Nets as PNML (ISO/IEC 15909-2), place/transition nets, the exchange format of Petri net tools.
 //!
-//! Boxes, timers, counters and outer gates are places, all of capacity 1: each place to which a transition leads also inhibits
-//! it. Permissive gates are read arcs, inhibiting ones inhibitor arcs, arcs to an emergency stop reset arcs. What such nets do
-//! not have (addresses, timers, counters, pages of gates, arbiters) stands in elements for this tool; a net without them is
-//! read as boxes and transitions.
+//! Boxes, timers, counters and outer gates are places with capacity 1: a transition's output places also inhibit it. Permissive
+//! gates are read arcs, inhibiting gates are inhibitor arcs, arcs to an emergency stop are reset arcs. Everything else
+//! (addresses, timers, counters, pages of gates, arbiters) is in tool-specific elements; a net without them is read as boxes
+//! and transitions.
 
 mod node;
 mod read;
@@ -12,10 +12,10 @@ mod write;
 pub use read::read;
 pub use write::write;
 
-/// What this tool's own elements name.
+/// The name in tool-specific elements.
 const TOOL: &str = "scanbound";
 const VERSION: &str = "1";
-/// The grammar, and the type of nets.
+/// The namespace of PNML, and the type of the nets.
 const GRAMMAR: &str = "http://www.pnml.org/version-2009/grammar/pnml";
 const TYPE: &str = "http://www.pnml.org/version-2009/grammar/ptnet";
 

@@ -1,8 +1,8 @@
-//! Elements of XML with their lines.
+//! XML elements with their line numbers.
 
 use roxmltree::Node;
 
-/// A file's text, of which lines are told.
+/// The text of a file, for line numbers.
 pub(super) struct Text<'t> {
     text: &'t str,
     starts: Vec<usize>,
@@ -21,7 +21,7 @@ impl<'t> Text<'t> {
         u32::try_from(self.starts.partition_point(|&start| start <= at)).unwrap_or(u32::MAX)
     }
 
-    /// What stands in that line.
+    /// The text of a line.
     pub(super) fn shown(&self, line: u32) -> &'t str {
         self.text.lines().nth(line as usize - 1).unwrap_or_default().trim()
     }
@@ -35,14 +35,14 @@ pub(super) fn children<'a, 'i>(
     node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
-/// What stands in `<NAME><text>`, without blanks around it.
+/// The text in `<NAME><text>`, trimmed.
 pub(super) fn text_of(node: Node<'_, '_>, name: &'static str) -> Option<String> {
     let inner = children(node, name).next()?;
     let text = children(inner, "text").next()?;
     Some(text.text().unwrap_or_default().trim().to_owned())
 }
 
-/// This tool's own elements in a node.
+/// An element for this tool only.
 pub(super) fn own<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
     children(node, "toolspecific")
         .filter(|one| one.attribute("tool") == Some(super::TOOL))

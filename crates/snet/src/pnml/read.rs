@@ -15,13 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Reads a net.
 ///
 /// # Errors
-/// All that is no place/transition net with one mark at most, each with its line.
+/// Everything that is not a place/transition net with at most one mark in each place, with its line.
 pub fn read(file: &str, text: &str) -> Result<Diagram, Vec<Diagnostic>> {
     let text = text.trim_start_matches('\u{feff}');
     let document = roxmltree::Document::parse(text).map_err(|error| {
         let line = error.pos().row;
         let shown = text.lines().nth(line as usize - 1).unwrap_or_default();
-        let help = "export it again from the editor of nets that made it";
+        let help = "export it again from the net editor";
         vec![Diagnostic::line(
             Code::Xml,
             file,
@@ -46,7 +46,7 @@ pub fn read(file: &str, text: &str) -> Result<Diagram, Vec<Diagnostic>> {
     if faults.is_empty() { Ok(diagram) } else { Err(faults) }
 }
 
-/// What an id stands for.
+/// The element that an id stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Known {
     Place(usize),
@@ -61,14 +61,14 @@ struct Reader<'t, 'd> {
     text: Text<'t>,
     diagram: Diagram,
     nodes: BTreeMap<String, Known>,
-    /// Names that are given, with their page.
+    /// Names in use, by page.
     taken: BTreeSet<(usize, String)>,
     faults: Vec<Diagnostic>,
     arcs: Vec<Node<'d, 'd>>,
     arbiters: Vec<(usize, Node<'d, 'd>)>,
 }
 
-/// The number behind an id's letter, by which what this tool wrote comes in its order.
+/// The number in an id such as `p12`, which restores the element order of files that this tool wrote.
 fn number(id: &str) -> usize {
     id.trim_start_matches(|c: char| !c.is_ascii_digit()).parse().unwrap_or(usize::MAX)
 }
@@ -83,13 +83,13 @@ impl<'d> Reader<'_, 'd> {
     fn document(&mut self, root: Node<'d, 'd>) {
         let nets: Vec<Node<'_, '_>> = children(root, "net").collect();
         let [net] = nets[..] else {
-            let message = format!("the file has {} nets, and one is read", nets.len());
+            let message = format!("the file has {} nets, but only one can be read", nets.len());
             self.fault(root, message, "export one net as PNML");
             return;
         };
         if net.attribute("type").is_some_and(|own| own != TYPE && !own.ends_with("ptnet")) {
-            let help = "export it as a place/transition net";
-            self.fault(net, "this is no place/transition net", help);
+            let help = "export the net as a place/transition net";
+            self.fault(net, "this is not a place/transition net", help);
         }
         self.diagram.name = text_of(net, "name").unwrap_or_default();
         let pages: Vec<Node<'_, '_>> = net
@@ -118,7 +118,7 @@ impl<'d> Reader<'_, 'd> {
         }
     }
 
-    /// A name that can be written, and that no other element of its page has.
+    /// A valid name that no other element of the page has.
     fn named(&mut self, page: usize, name: &str) -> String {
         let fits = |c: char| is_name(&c.to_string());
         let mut plain: String = name.chars().map(|c| if fits(c) { c } else { '_' }).collect();
@@ -143,7 +143,11 @@ impl<'d> Reader<'_, 'd> {
                         (Some(id), Some(to)) => {
                             self.nodes.insert(id.to_owned(), Known::Reference(to.to_owned()));
                         }
-                        _ => self.fault(one, "a reference without id and ref", "give it both"),
+                        _ => self.fault(
+                            one,
+                            "a reference without id and ref",
+                            "give it an id and a ref",
+                        ),
                     }
                 }
                 "arc" => self.arcs.push(one),
@@ -157,27 +161,35 @@ impl<'d> Reader<'_, 'd> {
 
     fn note(&mut self, node: Node<'_, '_>, known: Known) {
         let Some(id) = node.attribute("id") else {
-            self.fault(node, "an element without an id", "give it an id of its own");
+            self.fault(node, "an element without an id", "give it a unique id");
             return;
         };
         if self.nodes.insert(id.to_owned(), known).is_some() {
-            self.fault(node, format!("the id {id} is given twice"), "give each element its own");
+            self.fault(
+                node,
+                format!("the id {id} is given twice"),
+                "give each element a unique id",
+            );
         }
     }
 
-    /// Name, page, line, address and position.
+    /// Reads name, page, line, address and position.
     fn head(&mut self, page: usize, node: Node<'_, '_>, inner: Option<Node<'_, '_>>) -> Head {
         let id = node.attribute("id").unwrap_or("N");
         let name = text_of(node, "name").filter(|name| !name.is_empty());
         let is_outer = inner.is_some_and(|inner| inner.tag_name().name() == "outer");
-        // Outer gates have names of their own, one for all pages.
+        // Outer gates belong to all pages and have separate names.
         let name =
             self.named(if is_outer { usize::MAX - 1 } else { page }, name.as_deref().unwrap_or(id));
         let mut address = None;
         if let Some(text) = inner.and_then(|inner| inner.attribute("address")) {
             match text.parse() {
                 Ok(read) => address = Some(read),
-                Err(why) => self.fault(node, format!("{text} is no address: {why}"), "mend it"),
+                Err(why) => self.fault(
+                    node,
+                    format!("{text} is not an address: {why}"),
+                    "correct the address",
+                ),
             }
         }
         let position = children(node, "graphics")
@@ -213,13 +225,17 @@ impl<'d> Reader<'_, 'd> {
             _ => Kind::Box,
         };
         let marking = text_of(node, "initialMarking").unwrap_or_else(|| "0".to_owned());
-        // Some tools name a colour before the number.
+        // Some tools write a colour before the number.
         let marks = marking.rsplit(',').next().unwrap_or_default().trim().parse::<u32>();
         let is_marked = match marks {
             Ok(marks @ 0..=1) => marks == 1,
             _ => {
-                let message = format!("{} begins with the marks '{marking}'", head.name);
-                self.fault(node, message, "an S-net's place holds one mark at most: write 0 or 1");
+                let message = format!("{} has the initial marking '{marking}'", head.name);
+                self.fault(
+                    node,
+                    message,
+                    "write 0 or 1: a place of an S-net holds at most one mark",
+                );
                 false
             }
         };
@@ -234,13 +250,13 @@ impl<'d> Reader<'_, 'd> {
         self.diagram.transitions.push(Transition { head, is_stop: stop.is_some() });
     }
 
-    /// Brings what this tool wrote page by page into the order that it had.
+    /// Restores the element order of files that this tool wrote page by page.
     fn order(&mut self) {
         let numbers = |nodes: &BTreeMap<String, Known>, of: fn(&Known) -> Option<usize>| {
             let mut found: Vec<(usize, usize)> =
                 nodes.iter().filter_map(|(id, known)| Some((of(known)?, number(id)))).collect();
             found.sort_unstable();
-            // The new places of the old ones.
+            // The new index of each place.
             let mut order: Vec<usize> = (0..found.len()).collect();
             order.sort_by_key(|&at| found.get(at).map(|(_, number)| *number));
             order
@@ -254,7 +270,7 @@ impl<'d> Reader<'_, 'd> {
             numbers(&self.nodes, outer),
             numbers(&self.nodes, transition),
         );
-        // An id that is given twice is a fault already.
+        // An id that occurs twice is already an error.
         if places.len() != self.diagram.places.len()
             || outers.len() != self.diagram.outers.len()
             || transitions.len() != self.diagram.transitions.len()
@@ -278,7 +294,7 @@ impl<'d> Reader<'_, 'd> {
             transitions.iter().map(|&at| diagram.transitions[at].clone()).collect();
     }
 
-    /// What an id stands for, by way of references.
+    /// The element of an id, resolving references.
     fn known(&self, id: &str) -> Option<Known> {
         let mut id = id.to_owned();
         for _ in 0..100 {
@@ -295,15 +311,15 @@ impl<'d> Reader<'_, 'd> {
         let found = ends.map(|id| self.known(id));
         for (id, known) in ends.iter().zip(&found) {
             if known.is_none() {
-                let message = format!("the arc leads from or to '{id}', which is no element");
-                self.fault(node, message, "give the ids of a place and a transition");
+                let message = format!("the arc leads from or to '{id}', which is not an element");
+                self.fault(node, message, "write the ids of a place and a transition");
                 return;
             }
         }
         let weight = text_of(node, "inscription").unwrap_or_else(|| "1".to_owned());
         if weight.rsplit(',').next().map(str::trim) != Some("1") {
-            let message = format!("the arc takes or puts '{weight}' marks");
-            self.fault(node, message, "an S-net's place holds one mark at most: write 1");
+            let message = format!("the arc has the weight '{weight}'");
+            self.fault(node, message, "write 1: a place of an S-net holds at most one mark");
             return;
         }
         let kind = children(node, "type").next();
@@ -323,7 +339,7 @@ impl<'d> Reader<'_, 'd> {
                 return;
             }
             _ => {
-                let message = "the arc joins two places, or two transitions";
+                let message = "the arc connects two places or two transitions";
                 self.fault(
                     node,
                     message,
@@ -339,7 +355,7 @@ impl<'d> Reader<'_, 'd> {
         match (kind, direction) {
             ("inhibitor", Direction::Into) if own(node, "capacity").is_some() => {}
             ("inhibitor", Direction::Into) if own(node, "gate").is_some() => gate(true),
-            // What another tool wrote: whether it is but the capacity is seen when all arcs are known.
+            // From another tool; whether it only expresses the capacity is decided when all arcs are known.
             ("inhibitor", Direction::Into) => {
                 gate(true);
                 if let Some(last) = self.diagram.gates.last_mut() {
@@ -354,14 +370,13 @@ impl<'d> Reader<'_, 'd> {
                 self.diagram.arcs.push(Arc { place, transition, direction, line });
             }
             (other, _) => {
-                let message =
-                    format!("an arc of the type '{other}' has no meaning in an S-net here");
-                self.fault(node, message, "there are normal, inhibitor, read and reset arcs");
+                let message = format!("an S-net has no arcs of type '{other}'");
+                self.fault(node, message, "use normal, inhibitor, read or reset arcs");
             }
         }
     }
 
-    /// Inhibitor arcs of other tools that say but that a place holds one mark.
+    /// Removes inhibitor arcs of other tools that only say that a place holds at most one mark.
     fn drop_capacities(&mut self) {
         let arcs = &self.diagram.arcs;
         self.diagram.gates.retain(|gate| {
@@ -381,7 +396,11 @@ impl<'d> Reader<'_, 'd> {
         for id in ids.split_whitespace() {
             match self.known(id) {
                 Some(Known::Transition(at)) => transitions.push(at),
-                _ => self.fault(node, format!("'{id}' is no transition"), "name transitions' ids"),
+                _ => self.fault(
+                    node,
+                    format!("'{id}' is not a transition"),
+                    "write the ids of transitions",
+                ),
             }
         }
         let name = self.named(page, node.attribute("name").unwrap_or("A"));
@@ -392,5 +411,5 @@ impl<'d> Reader<'_, 'd> {
     }
 }
 
-/// Marks the line of a gate that another tool wrote; no file has so many lines.
+/// Added to the line of a gate that another tool wrote; no file has so many lines.
 const FOREIGN: u32 = 1 << 31;

@@ -106,16 +106,16 @@ fn faults_have_their_line() {
         (faults[0].line, faults[0].message.clone())
     };
     for (inner, message) in [
-        ("<arc id=\"1\" source=\"a\" target=\"b\"/>", "joins two places"),
-        ("<arc id=\"1\" source=\"a\" target=\"q\"/>", "'q', which is no element"),
+        ("<arc id=\"1\" source=\"a\" target=\"b\"/>", "connects two places"),
+        ("<arc id=\"1\" source=\"a\" target=\"q\"/>", "'q', which is not an element"),
         (
             "<arc id=\"1\" source=\"a\" target=\"t\"><inscription><text>2</text></inscription></arc>",
-            "'2' marks",
+            "the weight '2'",
         ),
         ("<arc id=\"1\" source=\"a\" target=\"t\"><type value=\"magic\"/></arc>", "'magic'"),
         (
             "<place id=\"c\"><initialMarking><text>3</text></initialMarking></place>",
-            "the marks '3'",
+            "the initial marking '3'",
         ),
         ("<place id=\"a\"/>", "given twice"),
         ("<place/>", "without an id"),

@@ -1,4 +1,4 @@
-//! Writes a net as PNML, so that reading it gives the same net.
+//! Writes a net as PNML. Reading it gives the same net.
 
 use super::{GRAMMAR, TOOL, TYPE, VERSION};
 use crate::picture::{Node, POINTS, sheets};
@@ -23,7 +23,7 @@ pub fn write(diagram: &Diagram) -> String {
 struct Writer<'a> {
     out: String,
     diagram: &'a Diagram,
-    /// Where elements are laid out that do not say it.
+    /// The computed positions of elements that have none.
     laid: BTreeMap<Node, (i32, i32)>,
 }
 
@@ -31,7 +31,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// This tool's own element.
+/// An element for this tool only.
 fn own(inner: &str) -> String {
     format!("<toolspecific tool=\"{TOOL}\" version=\"{VERSION}\">{inner}</toolspecific>")
 }

@@ -1,4 +1,4 @@
-//! Nets as text, an element a line: `docs/snet.md` has the grammar.
+//! Nets as text, one element a line: `docs/snet.md` has the grammar.
 
 mod names;
 mod read;

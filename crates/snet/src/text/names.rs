@@ -1,9 +1,9 @@
-//! Which element a name means: one of the same page, one of another page with that page in front, or an outer gate.
+//! Resolves names: an element of the same page, an element of another page (with the page before it), or an outer gate.
 
 use super::super::Diagram;
 use std::collections::BTreeMap;
 
-/// What a name stands for.
+/// The element that a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Named {
     /// A box, a timer or a counter.
@@ -17,19 +17,19 @@ pub(super) enum Named {
 /// All names of a net.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// By page and name; outer gates stand under no page.
+    /// By page and name; outer gates have no page.
     known: BTreeMap<(Option<usize>, String), (Named, u32)>,
     pages: BTreeMap<String, usize>,
 }
 
 impl Names {
-    /// Takes in the pages.
+    /// Adds the names of the pages.
     pub(super) fn pages(&mut self, diagram: &Diagram) {
         let named = diagram.pages.iter().enumerate();
         self.pages = named.map(|(at, page)| (page.name.clone(), at)).collect();
     }
 
-    /// Takes a name in; the line of another element that has it already.
+    /// Adds a name. Returns the line of another element that already has it.
     pub(super) fn add(
         &mut self,
         page: usize,
@@ -46,7 +46,7 @@ impl Names {
         Ok(())
     }
 
-    /// An outer gate and another element of one name: the name, the gate's line, the other's.
+    /// Names that an outer gate and another element share: the name, the gate's line, the other's line.
     pub(super) fn ambiguous(&self) -> Vec<(&str, u32, u32)> {
         let others = self.known.iter().filter(|((page, _), _)| page.is_some());
         let both = others.filter_map(|((_, name), &(_, line))| {
@@ -56,7 +56,7 @@ impl Names {
         both.collect()
     }
 
-    /// What a name means on a page.
+    /// The element of a name that is used on a page.
     pub(super) fn find(&self, page: usize, name: &str) -> Option<Named> {
         let qualified = || {
             let (page, own) = name.split_once('.')?;
@@ -67,7 +67,7 @@ impl Names {
         keys.into_iter().flatten().find_map(|key| self.known.get(&key).map(|&(named, _)| named))
     }
 
-    /// All names as they would be written on a page.
+    /// All names that can be used on a page.
     pub(super) fn all(&self, page: usize) -> impl Iterator<Item = String> + '_ {
         let page_name = |at: usize| {
             self.pages.iter().find(|(_, own)| **own == at).map_or("", |(name, _)| name.as_str())

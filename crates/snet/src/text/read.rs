@@ -1,4 +1,4 @@
-//! Reads a net from text: first all elements, then what their names mean in arcs, gates and arbiters.
+//! Parses a net from text: first all elements, then the names in arcs, gates and arbiters.
 
 use super::super::address::{Address, TIMERS};
 use super::super::{
@@ -11,13 +11,13 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::suggestion::{nearest, with_suggestion};
 
-/// How many faults are told.
+/// The largest number of errors that are reported.
 const SHOWN: usize = 20;
 
-/// Reads a net. What it says is complete, but need not hang together: [`super::super::faults::faults`] looks at that.
+/// Parses a net. [`super::super::faults::faults`] then checks its structure.
 ///
 /// # Errors
-/// Everything that is not written as a net is, each with its line.
+/// All syntax errors with their lines.
 pub fn read(file: &str, text: &str) -> Result<Diagram, Vec<Diagnostic>> {
     let mut reader = Reader {
         file,
@@ -37,7 +37,7 @@ pub fn read(file: &str, text: &str) -> Result<Diagram, Vec<Diagnostic>> {
     reader.finish()
 }
 
-/// A line behind its first word.
+/// A line after its first word.
 #[derive(Debug, Clone, Copy)]
 struct Statement<'a> {
     line: u32,
@@ -45,10 +45,10 @@ struct Statement<'a> {
     words: &'a [Token<'a>],
 }
 
-/// What waits until all elements are known.
+/// A part of a line that is resolved when all elements are known.
 #[derive(Debug)]
 enum Pending {
-    /// Names of what arcs lead from and to.
+    /// The names of an arc's ends.
     Arc { from: String, to: String, is_stop: bool },
     /// A gate at this transition.
     Gate { transition: usize, name: String, is_inhibiting: bool },
@@ -61,11 +61,11 @@ struct Reader<'a> {
     diagram: Diagram,
     names: Names,
     faults: Vec<Diagnostic>,
-    /// With page, line and the line's text.
+    /// Each with its page, line and the line's text.
     pending: Vec<(usize, u32, String, Pending)>,
 }
 
-/// What stands between an element's name and its colon.
+/// The attributes between an element's name and the colon.
 #[derive(Debug, Default)]
 struct Attributes {
     is_marked: bool,
@@ -107,10 +107,15 @@ impl Reader<'_> {
             "arc" => self.arc(statement),
             other => {
                 let known = STATEMENTS.iter().map(|&name| name.to_owned());
-                let help = "a line begins with net, page, outer, box, timer, counter, transition, stop, arbiter or arc";
+                let help = "begin the line with net, page, outer, box, timer, counter, transition, stop, arbiter or arc";
                 let help =
                     with_suggestion(nearest(other, known.chain(["arbiter".to_owned()])), help);
-                self.fault(statement, other, format!("`{other}` begins no line of a net"), &help);
+                self.fault(
+                    statement,
+                    other,
+                    format!("`{other}` cannot begin a line of a net"),
+                    &help,
+                );
             }
         }
     }
@@ -123,21 +128,21 @@ impl Reader<'_> {
     fn page(&mut self, statement: Statement<'_>) {
         let Some(name) = self.own_name(statement) else { return };
         if let Some(page) = self.diagram.pages.iter().find(|page| page.name == name) {
-            let message = format!("the page {name} begins a second time, after line {}", page.line);
+            let message = format!("the page {name} already begins in line {}", page.line);
             self.fault_of(
                 Code::NetName,
                 statement.line,
                 statement.text,
                 name,
                 message,
-                "keep all that stands on a page together, or give this one another name",
+                "put all elements of a page together, or give this page another name",
             );
         }
         self.diagram.pages.push(Page { name: name.to_owned(), line: statement.line });
         self.extra(statement, &statement.words[1..]);
     }
 
-    /// The page that elements stand on, made where the text names none.
+    /// The current page; a first page is created if the text does not name one.
     fn current(&mut self, line: u32) -> usize {
         if self.diagram.pages.is_empty() {
             self.diagram.pages.push(Page { name: "MAIN".to_owned(), line });
@@ -145,7 +150,7 @@ impl Reader<'_> {
         self.diagram.pages.len() - 1
     }
 
-    /// The name behind the first word.
+    /// The name after the first word.
     fn own_name<'s>(&mut self, statement: Statement<'s>) -> Option<&'s str> {
         let name = statement.words.first().map_or("", |word| word.text());
         if is_name(name) && matches!(statement.words[0], Token::Word(_)) {
@@ -154,22 +159,23 @@ impl Reader<'_> {
         let message = if name.is_empty() {
             "a name is missing".to_owned()
         } else {
-            format!("`{name}` is no name")
+            format!("`{name}` is not a valid name")
         };
-        let help = "names are made of letters, digits and _ - / ( ), and are none of marked, if, not, at, TIM, CNT";
+        let help =
+            "use letters, digits and _ - / ( ), but not the keywords marked, if, not, at, TIM, CNT";
         self.fault(statement, name, message, help);
         None
     }
 
     fn named(&mut self, page: usize, statement: Statement<'_>, name: &str, named: Named) {
         if let Err(other) = self.names.add(page, name, statement.line, named) {
-            let message = format!("{name} is the name of another element, in line {other}");
-            let help = "give each element of a page, and each outer gate, a name of its own";
+            let message = format!("the element in line {other} already has the name {name}");
+            let help = "give each element of a page, and each outer gate, a different name";
             self.fault_of(Code::NetName, statement.line, statement.text, name, message, help);
         }
     }
 
-    /// Words between a name and the colon; what else stands there is a fault.
+    /// Parses the words between a name and the colon.
     fn attributes(&mut self, statement: Statement<'_>, words: &[Token<'_>]) -> Attributes {
         let mut found = Attributes::default();
         let mut rest = words;
@@ -186,7 +192,7 @@ impl Reader<'_> {
                     match format!("{text}{digits}").parse() {
                         Ok(address) => found.address = Some(address),
                         Err(why) => {
-                            let message = format!("`{text}{digits}` is no relay: {why}");
+                            let message = format!("`{text}{digits}` is not a relay: {why}");
                             let help = "write word and bit, as in 00305, HR0107 or LR0000";
                             let part = if digits.is_empty() { text } else { digits };
                             self.fault_of(
@@ -208,8 +214,8 @@ impl Reader<'_> {
                         _ => self.fault(
                             statement,
                             "at",
-                            "where it is drawn cannot be read".to_owned(),
-                            "write two whole numbers behind `at`, to the right and down: at 120,80",
+                            "the drawing position is not valid".to_owned(),
+                            "write two integers after `at`, x to the right and y down: at 120,80",
                         ),
                     }
                     rest = &rest[rest.len().min(2)..];
@@ -223,8 +229,8 @@ impl Reader<'_> {
                             statement.line,
                             statement.text,
                             text,
-                            format!("`{text}` is no number of a timer or counter"),
-                            "the C200H has TIM or CNT 000 to 511, one set of numbers for both",
+                            format!("`{text}` is not a timer or counter number"),
+                            "use TIM or CNT 000 to 511; timers and counters of the C200H share these numbers",
                         ),
                     }
                     rest = &rest[rest.len().min(1)..];
@@ -235,28 +241,27 @@ impl Reader<'_> {
                     found.value = Some(value.to_owned());
                 }
                 other => {
-                    let help =
-                        "behind a name there may be: marked, = ADDRESS, TIM or CNT NUMBER, at X,Y";
-                    self.fault(statement, other, format!("`{other}` says nothing here"), help);
+                    let help = "write only these after a name: marked, = ADDRESS, TIM or CNT NUMBER, at X,Y";
+                    self.fault(statement, other, format!("`{other}` is not allowed here"), help);
                 }
             }
         }
         found
     }
 
-    /// Refuses words that are left over.
+    /// Reports the first of the remaining words as an error.
     fn extra(&mut self, statement: Statement<'_>, words: &[Token<'_>]) {
         if let Some(word) = words.first() {
-            let message = format!("`{}` says nothing here", word.text());
-            self.fault(statement, word.text(), message, "leave it out, or begin a line with it");
+            let message = format!("`{}` is not allowed here", word.text());
+            self.fault(statement, word.text(), message, "remove it, or begin a line with it");
         }
     }
 
-    /// Attributes that this kind of element has not.
+    /// Reports an attribute that this type of element does not have.
     fn has_none(&mut self, statement: Statement<'_>, is_there: bool, part: &str, what: &str) {
         if is_there {
-            let message = format!("{what}, which this element has not");
-            self.fault(statement, part, message, "leave it out");
+            let message = format!("this element cannot have {what}");
+            self.fault(statement, part, message, "remove it");
         }
     }
 
@@ -266,7 +271,7 @@ impl Reader<'_> {
         self.has_none(statement, attributes.is_marked, "marked", "a mark");
         self.has_none(statement, attributes.number.is_some(), "", "a timer's or counter's number");
         self.has_none(statement, attributes.value.is_some(), "", "a set value");
-        // It belongs to all pages, and may stand before the first.
+        // An outer gate belongs to all pages, and may come before the first one.
         let head = head(0, statement, name, &attributes);
         self.named(0, statement, name, Named::Outer(self.diagram.outers.len()));
         self.diagram.outers.push(Outer { head });
@@ -279,8 +284,8 @@ impl Reader<'_> {
         let number = attributes.number;
         let other = if word == "timer" { "CNT" } else { "TIM" };
         if number.is_some() && (word == "box" || words.iter().any(|one| one.text() == other)) {
-            let message = format!("a {word} has no number of this kind");
-            let help = "a timer has TIM and a number, a counter CNT and a number, a box neither";
+            let message = format!("a {word} cannot have such a number");
+            let help = "write TIM and a number for a timer, CNT and a number for a counter, neither for a box";
             let (line, text) = (statement.line, statement.text);
             self.fault_of(Code::NetAddress, line, text, other, message, help);
         }
@@ -289,8 +294,8 @@ impl Reader<'_> {
             "timer" => {
                 let tenths = value.and_then(tenths);
                 if tenths.is_none() {
-                    let message = "a timer's set value is missing or no time".to_owned();
-                    let help = "write 0.0s to 999.9s behind the name: timer TM01 5.0s";
+                    let message = "the timer's set value is missing or not a time".to_owned();
+                    let help = "write 0.0s to 999.9s after the name: timer TM01 5.0s";
                     self.fault(statement, value.unwrap_or(name), message, help);
                 }
                 Kind::Timer { number, tenths: tenths.unwrap_or_default() }
@@ -299,11 +304,11 @@ impl Reader<'_> {
                 let count = value.and_then(|text| text.parse().ok());
                 let count = count.filter(|count| (1..=9_999).contains(count));
                 if count.is_none() {
-                    let message = "a counter's set value is missing or no count".to_owned();
-                    let help = "write 1 to 9999 behind the name: counter CN01 10";
+                    let message = "the counter's set value is missing or not a number".to_owned();
+                    let help = "write 1 to 9999 after the name: counter CN01 10";
                     self.fault(statement, value.unwrap_or(name), message, help);
                 }
-                self.has_none(statement, attributes.is_marked, "marked", "a mark at first");
+                self.has_none(statement, attributes.is_marked, "marked", "an initial mark");
                 Kind::Counter { number, count: count.unwrap_or(1) }
             }
             _ => {
@@ -356,11 +361,11 @@ impl Reader<'_> {
                 found if *found == arrow && !is_behind => is_behind = true,
                 found => {
                     let help = if is_stop {
-                        "write the places that are stopped, then *->: stop T00 : B01 B02 *-> if E09"
+                        "write the places to stop, then *->: stop T00 : B01 B02 *-> if E09"
                     } else {
-                        "write what it takes from, ->, and what it puts into: transition T01 : B01 -> B02 B03"
+                        "write the input places, ->, and the output places: transition T01 : B01 -> B02 B03"
                     };
-                    let message = format!("`{}` does not belong here", found.text());
+                    let message = format!("`{}` is not allowed here", found.text());
                     self.fault(statement, found.text(), message, help);
                     return;
                 }
@@ -369,7 +374,7 @@ impl Reader<'_> {
         if !is_behind && !is_stop && !words.is_empty() {
             let message = format!("the arrow of {name} is missing");
             let help =
-                "write what it takes from, ->, and what it puts into: transition T01 : B01 -> B02";
+                "write the input places, ->, and the output places: transition T01 : B01 -> B02";
             self.fault(statement, name, message, help);
         }
     }
@@ -385,9 +390,9 @@ impl Reader<'_> {
                     is_inhibiting = false;
                 }
                 found => {
-                    let message = format!("`{}` is no gate", found.text());
+                    let message = format!("`{}` is not a gate", found.text());
                     let help =
-                        "write gates behind `if`, inhibiting ones with `not`: if E01 not E02";
+                        "write gates after `if`, inhibiting gates after `not`: if E01 not E02";
                     self.fault(statement, found.text(), message, help);
                     return;
                 }
@@ -395,7 +400,7 @@ impl Reader<'_> {
         }
         if is_inhibiting || (words.is_empty() && statement.words.iter().any(|w| w.text() == "if")) {
             let message = "a gate is missing at the end of the line".to_owned();
-            self.fault(statement, "", message, "write its name behind `if` or `not`");
+            self.fault(statement, "", message, "write its name after `if` or `not`");
         }
     }
 
@@ -413,9 +418,8 @@ impl Reader<'_> {
         self.diagram.arbiters.push(Arbiter { head, transitions: Vec::new() });
         let names: Vec<&str> = rest.iter().skip(1).filter_map(|word| word.word()).collect();
         if names.len() < 2 || names.len() + 1 != rest.len() {
-            let message = "an arbiter decides between two transitions or more".to_owned();
-            let help =
-                "write them behind a colon, the one that goes first in front: arbiter A1 : T01 T02";
+            let message = "an arbiter needs at least two transitions".to_owned();
+            let help = "write them after a colon, the one with the highest priority first: arbiter A1 : T01 T02";
             self.fault(statement, name, message, help);
         }
         for name in names {
@@ -429,7 +433,7 @@ impl Reader<'_> {
                 (*from, *arrow, *to)
             }
             _ => {
-                let message = "an arc leads from one element to another".to_owned();
+                let message = "an arc needs two elements".to_owned();
                 let help = "write: arc B01 -> T01, arc T01 -> B02, or arc B01 *-> T00";
                 return self.fault(statement, "", message, help);
             }
@@ -451,27 +455,27 @@ impl Reader<'_> {
         for (name, gate, line) in ambiguous {
             let message =
                 format!("{name} is an outer gate in line {gate} and another element here");
-            let help = "outer gates belong to all pages: give one of the two another name";
+            let help = "give one of the two another name: outer gates belong to all pages";
             self.fault_of(Code::NetName, line, &name, &name, message, help);
         }
         for (page, line, text, pending) in std::mem::take(&mut self.pending) {
             self.resolve(page, line, &text, pending);
         }
         if self.diagram.pages.is_empty() && self.faults.is_empty() {
-            let message = "the file has no net in it";
-            let help = "write its elements, a line each; docs/snet.md has the grammar";
+            let message = "the file contains no net";
+            let help = "write one element per line; docs/snet.md has the grammar";
             self.faults.push(Diagnostic::file(Code::NetSyntax, self.file, message, help));
         }
         self.faults.sort_by_key(|fault| fault.line);
         if self.diagram.pages.is_empty() && self.faults.len() > 1 {
-            // Nothing in it is an element: it is something else.
+            // If no line is an element, the file is something else.
             self.faults.truncate(1);
-            self.faults[0].help = "the file is no net; docs/snet.md has the grammar".to_owned();
+            self.faults[0].help = "give a file with a net; docs/snet.md has the grammar".to_owned();
         }
         if let Some(left) = self.faults.len().checked_sub(SHOWN).filter(|left| *left > 0) {
             self.faults.truncate(SHOWN);
-            let message = format!("there are {left} faults more");
-            let help = "mend these first";
+            let message = format!("and {left} more errors");
+            let help = "correct these first";
             self.faults.push(Diagnostic::file(Code::NetSyntax, self.file, message, help));
         }
         if self.faults.is_empty() { Ok(self.diagram) } else { Err(self.faults) }
@@ -480,8 +484,7 @@ impl Reader<'_> {
     fn find(&mut self, page: usize, line: u32, text: &str, name: &str) -> Option<Named> {
         let found = self.names.find(page, name);
         if found.is_none() {
-            let help =
-                "declare it in a line of its own, or name its page in front of it: PAGE.NAME";
+            let help = "declare it on its own line, or write its page before the name: PAGE.NAME";
             let help = with_suggestion(nearest(name, self.names.all(page)), help);
             let message = format!("the net has no element {name}");
             self.fault_of(Code::NetName, line, text, name, message, &help);
@@ -503,7 +506,7 @@ impl Reader<'_> {
                     }
                     Err(why) => {
                         let message = format!("an arc from {from} to {to}: {why}");
-                        let help = "arcs join a box, timer or counter with a transition, either way; arcs with * lead to emergency-stop transitions";
+                        let help = "connect a box, timer or counter with a transition; use * only for arcs to emergency-stop transitions";
                         self.fault_of(Code::NetArc, line, text, &from, message, help);
                     }
                 }
@@ -513,8 +516,8 @@ impl Reader<'_> {
                     Some(Named::Place(place)) => Signal::Place(place),
                     Some(Named::Outer(outer)) => Signal::Outer(outer),
                     Some(Named::Transition(_)) => {
-                        let message = format!("the gate {name} looks at a transition");
-                        let help = "a gate looks at a box, a timer, a counter or an outer gate";
+                        let message = format!("the gate {name} is a transition");
+                        let help = "use a box, a timer, a counter or an outer gate";
                         return self.fault_of(Code::NetArc, line, text, &name, message, help);
                     }
                     None => return,
@@ -526,8 +529,8 @@ impl Reader<'_> {
                     self.diagram.arbiters[arbiter].transitions.push(transition);
                 }
                 Some(_) => {
-                    let message = format!("{name} is no transition");
-                    let help = "an arbiter decides between transitions";
+                    let message = format!("{name} is not a transition");
+                    let help = "write only transitions in an arbiter";
                     self.fault_of(Code::NetArc, line, text, &name, message, help);
                 }
                 None => {}
@@ -540,7 +543,7 @@ fn head(page: usize, statement: Statement<'_>, name: &str, of: &Attributes) -> H
     Head { name: name.to_owned(), page, line: statement.line, address: of.address, at: of.at }
 }
 
-/// What an arc between two elements is, or why there can be none.
+/// The arc between two elements, or why there cannot be one.
 fn join(
     diagram: &Diagram,
     from: Named,
@@ -553,30 +556,30 @@ fn join(
             match (is_stop, is_emergency(transition)) {
                 (true, true) => Ok((place, transition, Direction::Stop)),
                 (false, false) => Ok((place, transition, Direction::Into)),
-                (true, false) => {
-                    Err("the transition is no emergency stop, so it takes no arc with *")
-                }
-                (false, true) => Err("an emergency stop takes arcs with * only"),
+                (true, false) => Err("an arc with * must lead to an emergency stop"),
+                (false, true) => Err("an emergency stop can have only arcs with *"),
             }
         }
         (Named::Transition(transition), Named::Place(_)) if is_emergency(transition) => {
-            Err("an emergency stop takes marks and puts none")
+            Err("an emergency stop only removes marks, so no arc leads out of it")
         }
         (Named::Transition(transition), Named::Place(place)) if !is_stop => {
             Ok((place, transition, Direction::OutOf))
         }
-        (Named::Transition(_), Named::Place(_)) => Err("an arc with * leads to an emergency stop"),
+        (Named::Transition(_), Named::Place(_)) => {
+            Err("an arc with * must lead to an emergency stop")
+        }
         (Named::Place(_), Named::Place(_)) => {
-            Err("both are boxes, and only a transition can stand between them")
+            Err("both are boxes, so a transition is needed between them")
         }
         (Named::Transition(_), Named::Transition(_)) => {
-            Err("both are transitions, and only a box can stand between them")
+            Err("both are transitions, so a box is needed between them")
         }
-        _ => Err("an outer gate has no arcs; it stands behind `if`"),
+        _ => Err("an outer gate has no arcs; write it after `if`"),
     }
 }
 
-/// `5s` or `0.5s` in tenths of a second, up to 999.9s.
+/// Parses a time such as `5s` or `0.5s`, up to 999.9s, in tenths of a second.
 fn tenths(text: &str) -> Option<u16> {
     let number = text.strip_suffix('s')?;
     let (whole, part) = number.split_once('.').unwrap_or((number, "0"));

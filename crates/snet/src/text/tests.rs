@@ -68,41 +68,41 @@ fn told(text: &str) -> Vec<(Option<u32>, String)> {
 #[test]
 fn what_is_no_net_is_told_with_its_line() {
     let cases = [
-        ("bux B01", 1, "begins no line"),
+        ("bux B01", 1, "cannot begin a line"),
         ("box", 1, "a name is missing"),
-        ("box a.b", 1, "is no name"),
+        ("box a.b", 1, "is not a valid name"),
         ("box B01\nbox B02\narc B01 -> B02", 3, "both are boxes"),
         ("transition T\ntransition U\narc T -> U", 3, "both are transitions"),
-        ("box B\ntransition T : B *-> ", 2, "does not belong here"),
-        ("box B\ntransition T\narc B *-> T", 3, "no emergency stop"),
-        ("box B\nstop T\narc B -> T", 3, "arcs with * only"),
-        ("box B\nstop T : *-> B", 2, "takes marks and puts none"),
+        ("box B\ntransition T : B *-> ", 2, "is not allowed here"),
+        ("box B\ntransition T\narc B *-> T", 3, "must lead to an emergency stop"),
+        ("box B\nstop T\narc B -> T", 3, "only arcs with *"),
+        ("box B\nstop T : *-> B", 2, "only removes marks"),
         ("outer E\ntransition T : E ->", 2, "an outer gate has no arcs"),
         ("box B\ntransition T : B", 2, "the arrow of T is missing"),
         ("box B\ntransition T : B -> if not", 2, "a gate is missing"),
-        ("box B\ntransition T : B -> if U\ntransition U : -> B", 2, "looks at a transition"),
+        ("box B\ntransition T : B -> if U\ntransition U : -> B", 2, "the gate U is a transition"),
         ("box B\ntransition T : C ->", 2, "no element C"),
-        ("box B\nbox B", 2, "the name of another element"),
+        ("box B\nbox B", 2, "already has the name B"),
         ("outer B\nbox B", 2, "an outer gate in line 1"),
-        ("page A\npage A", 2, "a second time"),
-        ("timer TM", 1, "a timer's set value"),
-        ("timer TM 1000.0s", 1, "a timer's set value"),
-        ("timer TM 1s CNT 3", 1, "no number of this kind"),
-        ("timer TM 1s TIM 512", 1, "no number of a timer"),
-        ("counter CN 0", 1, "a counter's set value"),
-        ("box B = 00016", 1, "is no relay"),
-        ("box B = DM0100", 1, "is no relay"),
+        ("page A\npage A", 2, "already begins in line 1"),
+        ("timer TM", 1, "the timer's set value"),
+        ("timer TM 1000.0s", 1, "the timer's set value"),
+        ("timer TM 1s CNT 3", 1, "cannot have such a number"),
+        ("timer TM 1s TIM 512", 1, "is not a timer or counter number"),
+        ("counter CN 0", 1, "the counter's set value"),
+        ("box B = 00016", 1, "is not a relay"),
+        ("box B = DM0100", 1, "is not a relay"),
         ("box B 5", 1, "a set value"),
-        ("box B at 3", 1, "where it is drawn"),
-        ("transition T\narbiter A : T", 2, "two transitions or more"),
-        ("box B extra", 1, "says nothing here"),
+        ("box B at 3", 1, "the drawing position"),
+        ("transition T\narbiter A : T", 2, "at least two transitions"),
+        ("box B extra", 1, "is not allowed here"),
     ];
     for (text, line, message) in cases {
         let found = told(text);
         let is_there = found.iter().any(|(at, own)| *at == Some(line) && own.contains(message));
         assert!(is_there, "{text:?}: {found:?}");
     }
-    assert!(told("# nothing\n")[0].1.contains("no net in it"));
+    assert!(told("# nothing\n")[0].1.contains("contains no net"));
 }
 
 #[test]
@@ -117,9 +117,9 @@ fn a_fault_marks_its_part_of_the_line() {
 fn a_file_that_is_no_net_is_told_once_and_many_faults_are_counted() {
     let found = read("a.il", "LD X0\nOUT Y0\nEND\n").expect_err("no net");
     assert_eq!(found.len(), 1);
-    assert!(found[0].line == Some(1) && found[0].help.contains("no net"));
+    assert!(found[0].line == Some(1) && found[0].help.contains("give a file with a net"));
     let many: String = (0..30).map(|n| format!("box B{n} = 00099\n")).collect();
     let found = read("a.snet", &many).expect_err("faults");
     assert_eq!(found.len(), 21);
-    assert!(found[20].message.contains("10 faults more"));
+    assert!(found[20].message.contains("10 more errors"));
 }

@@ -1,6 +1,6 @@
-//! The words of one line.
+//! Splits a line into words.
 
-/// What a word is.
+/// A word or sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Token<'a> {
     /// A name, a keyword, an address or a number.
@@ -16,7 +16,7 @@ pub(super) enum Token<'a> {
 }
 
 impl<'a> Token<'a> {
-    /// The word itself, if it is one.
+    /// The word, if it is not a sign.
     pub(super) fn word(self) -> Option<&'a str> {
         match self {
             Token::Word(word) => Some(word),
@@ -24,7 +24,7 @@ impl<'a> Token<'a> {
         }
     }
 
-    /// As it is written.
+    /// The source text.
     pub(super) fn text(self) -> &'a str {
         match self {
             Token::Word(word) => word,
@@ -36,17 +36,17 @@ impl<'a> Token<'a> {
     }
 }
 
-/// Words that have a meaning within a statement, so that no element is called so.
+/// Words with a meaning in a statement, which cannot be names.
 const KEYWORDS: [&str; 6] = ["marked", "if", "not", "at", "TIM", "CNT"];
 
-/// Whether an element or a page may have the name: letters and digits of any script, and `_ - / ( ) '`, no keyword.
+/// Whether this can be the name of an element or page: letters and digits of any script, and `_ - / ( ) '`; not a keyword.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     let fits = |c: char| c.is_alphanumeric() || "_-/()'ー・".contains(c);
     !name.is_empty() && name.chars().all(fits) && !name.contains("->") && !KEYWORDS.contains(&name)
 }
 
-/// The words of a line, without its comment. Commas are blanks.
+/// The words of a line, without its comment. Commas count as blanks.
 pub(super) fn tokens(line: &str) -> Vec<Token<'_>> {
     let code = line.split('#').next().unwrap_or_default();
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! Writes a net as text, so that reading it gives the same net.
+//! Writes a net as text. Reading it gives the same net.
 
 use super::super::{Diagram, Direction, Gate, Head, Kind, Signal};
 use std::fmt::Write as _;
@@ -35,7 +35,7 @@ fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
     let _ = writeln!(out, "{text}");
 }
 
-/// The address and the place on the page.
+/// The address and the drawing position.
 fn tail(head: &Head) -> String {
     let address = head.address.map_or(String::new(), |address| format!(" = {address}"));
     let at = head.at.map_or(String::new(), |at| format!(" at {},{}", at.x, at.y));
@@ -63,7 +63,7 @@ fn places(diagram: &Diagram, page: usize, out: &mut String) {
     }
 }
 
-/// Tenths of a second as the text has them: `5.0s`.
+/// Tenths of a second in the notation of the text: `5.0s`.
 fn seconds(tenths: u16) -> String {
     format!("{}.{}s", tenths / 10, tenths % 10)
 }
@@ -104,7 +104,7 @@ fn gate(diagram: &Diagram, page: usize, gate: &Gate) -> String {
     format!(" {not}{name}")
 }
 
-/// An element's name as it is written on a page.
+/// An element's name, as it must be written on this page.
 fn reference(diagram: &Diagram, page: usize, head: &Head) -> String {
     if head.page == page {
         return head.name.clone();

@@ -1,11 +1,11 @@
-//! Gives relays and numbers to what has none.
+//! Assigns relays and numbers to elements that have none.
 
 use crate::address::{Address, TIMERS};
 use crate::{Diagram, Kind};
 use std::collections::BTreeSet;
 
-/// Gives each outer gate without a relay one from 00000 on, everything else one from 03000 on, timers and counters numbers from
-/// 000 on; none that is taken. What is left without is more than there are.
+/// Assigns free relays and numbers: to outer gates from 00000 on, to other elements from 03000 on, to timers and counters
+/// numbers from 000 on. If there are not enough, some elements stay without.
 pub fn assign(diagram: &mut Diagram) {
     let mut taken: BTreeSet<Address> = (diagram.outers.iter().map(|one| &one.head))
         .chain(diagram.transitions.iter().map(|one| &one.head))

@@ -1,14 +1,14 @@
-//! The list as the paper prints it, with program addresses, in the C200H's mnemonics.
+//! The code as a list in C200H mnemonics with program addresses, in the paper's format.
 
 use super::list::{Element, Listing, Operand, Operation};
 use crate::address::Address;
 use crate::{Diagram, Head, Kind};
 use std::fmt::Write as _;
 
-/// The relay that is on in the first scan.
+/// The relay that is on only in the first scan.
 const FIRST_SCAN: Address = Address::internal(253, 15);
 
-/// The list.
+/// Writes the list.
 #[must_use]
 pub fn write(diagram: &Diagram, listing: &Listing) -> String {
     let mut out = String::new();
@@ -49,7 +49,7 @@ pub fn write(diagram: &Diagram, listing: &Listing) -> String {
     out
 }
 
-/// What a group of instructions is headed by.
+/// The heading of a group of instructions.
 pub(super) fn heading(diagram: &Diagram, element: Element) -> String {
     let own = |what: &str, head: &Head| {
         format!("{what} {} -{}", diagram.pages[head.page].name, head.name)
@@ -71,7 +71,7 @@ pub(super) fn heading(diagram: &Diagram, element: Element) -> String {
     }
 }
 
-/// An operand's address and the name that stands behind it.
+/// An operand's address, and the name that is printed after it.
 fn operand(diagram: &Diagram, operand: Operand) -> (String, String) {
     let own = |head: &Head| {
         let address = head.address.map_or(String::new(), |address| address.to_string());

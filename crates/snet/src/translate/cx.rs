@@ -1,4 +1,4 @@
-//! The list as CX-Programmer imports it for CS, CJ and CP.
+//! The code as a list that CX-Programmer imports for CS, CJ and CP.
 
 use super::c200h::{heading, setting};
 use super::list::{Listing, Operation};
@@ -7,10 +7,10 @@ use crate::Diagram;
 use scanbound_base::diagnostic::Diagnostic;
 use std::fmt::Write as _;
 
-/// The list.
+/// Writes the list.
 ///
 /// # Errors
-/// Relays that these CPUs have no counterpart of.
+/// Relays that these CPUs do not have.
 pub fn write(diagram: &Diagram, listing: &Listing) -> Result<String, Vec<Diagnostic>> {
     let help = "give it an internal, holding or link relay, or one of the pulses 25500 to 25502";
     refuse_missing(diagram, Spelling::Cx, "CS, CJ and CP have", help)?;

@@ -1,25 +1,25 @@
-//! The instructions that a net becomes, over its elements: what every spelling has in common.
+//! The instructions for a net, with its elements as operands: the common basis of all code formats.
 
 use crate::{Diagram, Direction, Head, Kind, Signal};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
-/// What an instruction reads or writes.
+/// The operand of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Operand {
     /// A transition's relay.
     Transition(usize),
-    /// A place's relay: of a timer its box (b), of a counter whether it has begun (c).
+    /// A place's relay: of a timer its box (b), of a counter whether it has started to count (c).
     Place(usize),
-    /// A timer's contact (P) or a counter's (bc).
+    /// The contact of a timer (P) or counter (bc).
     Contact(usize),
     /// An outer gate.
     Outer(usize),
-    /// The relay that is on in the first scan.
+    /// The relay that is on only in the first scan.
     FirstScan,
 }
 
-/// What an instruction does. Contacts have whether they are normally closed.
+/// The operation of an instruction. For contacts, whether they are normally closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
     /// LD, LD NOT.
@@ -30,27 +30,27 @@ pub enum Operation {
     Or(bool),
     /// OUT.
     Out,
-    /// TIM: the timer of the place runs while the condition holds.
+    /// TIM: the place's timer runs while the condition is true.
     Timer,
-    /// CNT: the counter of the place counts the first condition, and the second resets it.
+    /// CNT: the place's counter counts on the first condition and is reset by the second.
     Counter,
 }
 
 /// An instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction {
-    /// What it does.
+    /// The operation.
     pub operation: Operation,
-    /// With what.
+    /// The operand.
     pub operand: Operand,
 }
 
-/// What a group of instructions is for.
+/// The purpose of a group of instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
-    /// The initial marks, put in by the first scan.
+    /// The initial marks, set in the first scan.
     Initial,
-    /// An emergency stop, or another transition.
+    /// An emergency stop or other transition.
     Transition(usize),
     /// A box, timer or counter.
     Place(usize),
@@ -59,11 +59,11 @@ pub enum Element {
 /// The instructions of a net, in groups.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Listing {
-    /// The groups in the order in which the code has them.
+    /// The groups in the order of the code.
     pub groups: Vec<(Element, Vec<Instruction>)>,
 }
 
-/// The code of a net. With `initial` the first scan puts the initial marks in, before anything else.
+/// Makes the code of a net. With `initial`, it begins with setting the initial marks in the first scan.
 ///
 /// # Errors
 /// Elements without an address, each with its line.
@@ -114,7 +114,7 @@ fn out(operand: Operand) -> Instruction {
     Instruction { operation: Operation::Out, operand }
 }
 
-/// What a transition or a gate looks at: of timers and counters their contacts.
+/// The signal that transitions and gates read: of timers and counters their contacts.
 fn signal(diagram: &Diagram, place: usize) -> Operand {
     match diagram.places[place].kind {
         Kind::Box => Operand::Place(place),
@@ -122,7 +122,7 @@ fn signal(diagram: &Diagram, place: usize) -> Operand {
     }
 }
 
-/// What an upstream transition looks at: of a timer its box, of a counter its contact.
+/// The signal that a transition into this place reads: of a timer its box, of a counter its contact.
 fn room(diagram: &Diagram, place: usize) -> Operand {
     match diagram.places[place].kind {
         Kind::Counter { .. } => Operand::Contact(place),
@@ -130,7 +130,7 @@ fn room(diagram: &Diagram, place: usize) -> Operand {
     }
 }
 
-/// The gates at a transition, permissive ones first.
+/// The gates of a transition, permissive ones first.
 fn gates(diagram: &Diagram, at: usize) -> Vec<(Operand, bool)> {
     let mut found: Vec<(Operand, bool)> = diagram
         .gates_of(at)
@@ -159,7 +159,7 @@ fn series(contacts: &[(Operand, bool)], begins: bool) -> Vec<Instruction> {
     contacts.iter().enumerate().map(one).collect()
 }
 
-/// Contacts side by side.
+/// Contacts in parallel.
 fn parallel(contacts: &[Operand]) -> Vec<Instruction> {
     let one = |(at, &operand): (usize, &Operand)| if at == 0 { load(operand) } else { or(operand) };
     contacts.iter().enumerate().map(one).collect()
@@ -211,14 +211,15 @@ fn place(diagram: &Diagram, at: usize) -> Vec<Instruction> {
     all
 }
 
-/// What has no address and needs one.
+/// One error for each element that needs an address and has none.
 fn missing(diagram: &Diagram) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let mut tell = |head: &Head, what: &str, help: &str| {
-        let message = format!("{} has no {what}, so there is no code for it", head.name);
+        let message = format!("{} has no {what}, which its code needs", head.name);
         found.push(Diagnostic::line(Code::NetAddress, &diagram.file, head.line, "", message, help));
     };
-    let relay = "write a relay behind its name: = 00305; or let --assign give every element one";
+    let relay =
+        "write a relay after its name (= 00305), or use --assign to assign relays to all elements";
     let heads = (diagram.outers.iter().map(|one| &one.head))
         .chain(diagram.transitions.iter().map(|one| &one.head))
         .chain(diagram.places.iter().map(|one| &one.head));

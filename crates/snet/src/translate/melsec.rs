@@ -1,4 +1,4 @@
-//! The list for MELSEC-Q and L. Timers count 100 ms, as on the C200H.
+//! The code as a list for MELSEC-Q and L. Timers have a time base of 100 ms, as on the C200H.
 
 use super::c200h::{heading, setting};
 use super::list::{Listing, Operation};
@@ -7,10 +7,10 @@ use crate::Diagram;
 use scanbound_base::diagnostic::Diagnostic;
 use std::fmt::Write as _;
 
-/// The list.
+/// Writes the list.
 ///
 /// # Errors
-/// Relays that these CPUs have no counterpart of.
+/// Relays that these CPUs do not have.
 pub fn write(diagram: &Diagram, listing: &Listing) -> Result<String, Vec<Diagnostic>> {
     let help = "give it an internal, holding or link relay";
     refuse_missing(diagram, Spelling::Melsec, "MELSEC has", help)?;
@@ -26,7 +26,7 @@ pub fn write(diagram: &Diagram, listing: &Listing) -> Result<String, Vec<Diagnos
             };
             let text = match one.operation {
                 Operation::Load(is_closed) => {
-                    // What resets a counter begins with its second condition.
+                    // The instructions from its second condition on reset the counter.
                     if instructions[at..]
                         .iter()
                         .skip(1)

@@ -1,6 +1,6 @@
-//! Makes code of a net: the lists that go into a PLC, in the order of the paper's translator.
+//! Translates a net to code for a PLC, in the order of the paper's translator:
 //!
-//! Emergency stops, transitions, boxes, timers, counters, each a group of instructions that end in OUT, TIM or CNT.
+//! emergency stops, transitions, boxes, timers, counters. Each element is a group of instructions that ends in OUT, TIM or CNT.
 
 mod assign;
 mod c200h;

@@ -1,7 +1,7 @@
-//! A net as a sequential function chart, where it is one: boxes are steps, transitions are transitions.
+//! Writes a net as a sequential function chart, if possible: boxes become steps.
 //!
-//! A chart has neither emergency stops nor counters, and each of its transitions has a step in front of it and one behind
-//! it. What the net asks for besides, room behind a transition and gates, stands in the condition.
+//! A chart has no emergency stops and no counters, and each of its transitions needs a step before and after it. The other
+//! parts of the firing rule (empty output boxes, gates) become part of the transition condition.
 
 use crate::address::Area;
 use crate::{Diagram, Direction, Head, Kind, Signal};
@@ -9,22 +9,22 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use std::fmt::Write as _;
 
-/// The net as PLCopen XML.
+/// Writes the net as PLCopen XML.
 ///
 /// # Errors
-/// What of the net a chart cannot have, each with its line.
+/// Elements that a chart cannot have, with their lines.
 pub fn write(diagram: &Diagram) -> Result<String, Vec<Diagnostic>> {
     let faults = refused(diagram);
     if !faults.is_empty() {
         return Err(faults);
     }
     let whole = |message: String| {
-        vec![Diagnostic::file(Code::NetElement, &diagram.file, message, "translate it --to c200h")]
+        vec![Diagnostic::file(Code::NetElement, &diagram.file, message, "use --to c200h")]
     };
     let project = scanbound_iec::read(&diagram.file, &text(diagram))
-        .map_err(|faults| whole(format!("the net is no chart: {}", faults[0].message)))?;
+        .map_err(|faults| whole(format!("the net is not a chart: {}", faults[0].message)))?;
     scanbound_iec::xml::write::project(&project)
-        .map_err(|why| whole(format!("the net is no chart: {why}")))
+        .map_err(|why| whole(format!("the net is not a chart: {why}")))
 }
 
 fn refused(diagram: &Diagram) -> Vec<Diagnostic> {
@@ -33,16 +33,15 @@ fn refused(diagram: &Diagram) -> Vec<Diagnostic> {
         let fault = Diagnostic::line(Code::NetElement, &diagram.file, head.line, "", message, help);
         found.push(fault);
     };
-    let elsewhere = "translate it --to c200h, cx or melsec, which have it";
+    let elsewhere = "use --to c200h, cx or melsec";
     for (at, one) in diagram.transitions.iter().enumerate() {
         let name = diagram.transition_name(at);
         let has = |direction| diagram.places_of(at, direction).next().is_some();
         if one.is_stop {
             tell(&one.head, format!("{name}: a chart has no emergency stops"), elsewhere);
         } else if !has(Direction::Into) || !has(Direction::OutOf) {
-            let message = format!(
-                "{name}: in a chart a step stands in front of each transition and behind it"
-            );
+            let message =
+                format!("{name}: in a chart each transition needs a step before and after it");
             tell(&one.head, message, elsewhere);
         }
     }
@@ -53,7 +52,7 @@ fn refused(diagram: &Diagram) -> Vec<Diagnostic> {
         }
     }
     if diagram.places.iter().all(|place| !place.is_marked) {
-        let message = "no box is marked at first, and a chart begins with a step".to_owned();
+        let message = "no box has an initial mark, but a chart needs an initial step".to_owned();
         found.push(Diagnostic::file(
             Code::NetElement,
             &diagram.file,
@@ -64,7 +63,7 @@ fn refused(diagram: &Diagram) -> Vec<Diagnostic> {
     found
 }
 
-/// A name as IEC 61131-3 has them; letters of other scripts become their numbers.
+/// Makes an identifier of IEC 61131-3; characters of other scripts become their numbers.
 fn identifier(text: &str) -> String {
     let mut name = String::new();
     for c in text.chars() {
@@ -81,7 +80,7 @@ fn step(diagram: &Diagram, place: usize) -> String {
     format!("S_{}", identifier(&diagram.place_name(place)))
 }
 
-/// The chart as text.
+/// The chart in textual form.
 fn text(diagram: &Diagram) -> String {
     let mut out = String::from("PROGRAM net\nVAR\n");
     for outer in &diagram.outers {

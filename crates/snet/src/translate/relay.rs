@@ -1,4 +1,4 @@
-//! What a net's relays are called in each kind of code.
+//! The names of a net's relays in each code format.
 
 use super::list::Operand;
 use crate::address::{Address, Area};
@@ -6,20 +6,20 @@ use crate::{Diagram, Head, Kind};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
-/// A kind of code, by how it names relays.
+/// A code format, by its notation of relays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spelling {
-    /// The C200H's: word and bit.
+    /// C200H: word and bit.
     C200h,
-    /// That of CS, CJ and CP: internal relays keep word and bit, holding relays are H, link relays CIO 1000 on; special
-    /// relays are those that have a symbol there.
+    /// CS, CJ and CP: internal relays keep word and bit, holding relays are H, link relays are CIO 1000 and above; only special
+    /// relays with a predefined symbol can be used.
     Cx,
-    /// MELSEC's: a relay's number is its word times 16 and its bit; internal relays are M, holding ones L, link ones B, outer
-    /// gates among the internal ones X.
+    /// MELSEC: a relay's number is its word times 16 plus its bit; internal relays are M, holding relays L, link relays B, and
+    /// internal relays of outer gates X.
     Melsec,
 }
 
-/// Special relays of the C200H and the symbols that say the same.
+/// Special relays of the C200H, with the predefined symbols of the same meaning.
 const SYMBOLS: [(u16, u8, &str); 5] = [
     (253, 13, "P_On"),
     (253, 14, "P_Off"),
@@ -33,7 +33,7 @@ impl Spelling {
     pub const ALL: [(Spelling, Option<&str>); 3] =
         [(Spelling::Cx, Some("CIO0")), (Spelling::C200h, Some("IR0")), (Spelling::Melsec, None)];
 
-    /// A relay as code has it; `None` where these CPUs have no such relay.
+    /// A relay in the notation of the code; `None` if these CPUs do not have it.
     #[must_use]
     pub fn relay(self, address: Address, is_outer: bool) -> Option<String> {
         let Address { area, word, bit } = address;
@@ -57,7 +57,7 @@ impl Spelling {
         }
     }
 
-    /// A relay by the name of its area, its word and bit, as reports have it.
+    /// A relay as reports write it: area name, word and bit.
     #[must_use]
     pub fn device(self, address: Address) -> Option<String> {
         let Address { area, word, bit } = address;
@@ -88,7 +88,7 @@ impl Spelling {
     }
 }
 
-/// An operand as code has it.
+/// An operand in the notation of the code.
 pub(super) fn operand(diagram: &Diagram, operand: Operand, spelling: Spelling) -> String {
     let own = |head: &Head, is_outer| {
         let name = head.address.and_then(|address| spelling.relay(address, is_outer));
@@ -107,7 +107,7 @@ pub(super) fn operand(diagram: &Diagram, operand: Operand, spelling: Spelling) -
     }
 }
 
-/// Refuses relays that the CPUs have no counterpart of, whose they are in words.
+/// One error for each relay that the CPUs do not have; `whose` names the CPUs.
 pub(super) fn refuse_missing(
     diagram: &Diagram,
     spelling: Spelling,

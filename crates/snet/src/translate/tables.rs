@@ -1,9 +1,9 @@
-//! The gate status list and the assignment table, as the paper prints them.
+//! The gate status list and the assignment table, in the paper's format.
 
 use crate::{Diagram, Head, Kind};
 use std::fmt::Write as _;
 
-/// The gates at each transition, page by page; inhibiting ones behind a minus sign.
+/// The gates of each transition, page by page; inhibiting ones have a minus sign.
 #[must_use]
 pub fn gates(diagram: &Diagram) -> String {
     let mut out = String::from("***** ゲート状況リスト\n");
@@ -30,10 +30,10 @@ pub fn gates(diagram: &Diagram) -> String {
     out
 }
 
-/// A heading, and which places stand under it.
+/// A heading, and the test for the places under it.
 type Group = (&'static str, fn(Kind) -> bool);
 
-/// Which relay and which number each element has.
+/// The relay and number of each element.
 #[must_use]
 pub fn assignment(diagram: &Diagram) -> String {
     let mut out =

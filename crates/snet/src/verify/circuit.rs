@@ -1,21 +1,21 @@
-//! Boolean functions of relays, shared where they are alike, and whether two of them are the same.
+//! Boolean functions of relays in a shared circuit, and their comparison with a SAT solver.
 
 use batsat::{BasicSolver, Lit, SolverInterface, lbool};
 use std::collections::BTreeMap;
 
-/// A function, by its number.
+/// The index of a function.
 pub(super) type Function = usize;
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Node {
-    /// A relay as it is when the scan starts, or a value by any other name.
+    /// A relay at the start of the scan, or another variable.
     Value(String),
     Not(Function),
     And(Function, Function),
     Or(Function, Function),
 }
 
-/// Functions, none twice.
+/// Functions; equal ones are stored once.
 #[derive(Debug, Default)]
 pub(super) struct Circuit {
     nodes: Vec<Node>,
@@ -48,7 +48,7 @@ impl Circuit {
         self.add(Node::Or(one.min(other), one.max(other)))
     }
 
-    /// Values with which two functions differ; `None` if they are the same.
+    /// Values for which two functions differ; `None` if they are equal.
     pub(super) fn difference(&self, one: Function, other: Function) -> Option<Vec<(String, bool)>> {
         if one == other {
             return None;
@@ -94,7 +94,7 @@ impl Circuit {
         Some(found)
     }
 
-    /// Whether a function reads a value.
+    /// Whether a function depends on a variable.
     fn reads(&self, function: Function, value: Function) -> bool {
         let mut open = vec![function];
         let mut seen = vec![false; function + 1];

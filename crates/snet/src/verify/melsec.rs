@@ -1,14 +1,14 @@
-//! Reads a list for MELSEC-Q and L as far as code of nets goes, in the words that the C200H's code has.
+//! Parses a MELSEC-Q/L list, limited to the instructions in code of nets, and converts it to the operations of C200H code.
 //!
-//! A relay's number is its word times 16 and its bit, as the translator has it. X and M of one number are two relays: which
-//! of them the net means, its outer gates tell.
+//! A relay's number is its word times 16 plus its bit. X and M of the same number are two relays; the addresses of outer gates
+//! tell which of them the net means.
 
 use super::words::{Line, Word, faulty, gather, setting};
 use crate::address::{Address, Area};
 use scanbound_base::diagnostic::Diagnostic;
 use std::collections::BTreeSet;
 
-/// Whether a code is one for MELSEC: it names relays that OMRON's PLCs do not have.
+/// Whether a code is for MELSEC: it has relays that OMRON PLCs do not have.
 pub(super) fn is_melsec(code: &str) -> bool {
     code.lines().any(|line| {
         let mut words = line.split_whitespace();
@@ -25,13 +25,13 @@ pub(super) fn is_melsec(code: &str) -> bool {
     })
 }
 
-/// Reads a code. `outers` are the relays of the net's outer gates.
+/// Parses a code; `outers` are the relays of the net's outer gates.
 pub(super) fn read(
     file: &str,
     code: &str,
     outers: &BTreeSet<String>,
 ) -> Result<Vec<Line>, Vec<Diagnostic>> {
-    let known = "there may be LD, AND, OR, LDI, ANI, ORI, ANB, ORB, OUT, SET, RST and END";
+    let known = "use only LD, AND, OR, LDI, ANI, ORI, ANB, ORB, OUT, SET, RST and END";
     gather(file, code, |line, text, words| {
         word(words, outers).ok_or_else(|| faulty(file, line, text, known))
     })
@@ -75,12 +75,12 @@ fn word(words: &[&str], outers: &BTreeSet<String>) -> Option<Word> {
     })
 }
 
-/// A relay that is no timer's or counter's.
+/// A relay, unless it belongs to a timer or counter.
 fn plain(relay: String) -> Option<String> {
     (!relay.starts_with("TIM") && !relay.starts_with("CNT")).then_some(relay)
 }
 
-/// A relay's one name: the address that the translator makes it of.
+/// The unique name of a relay: the address from which the translator makes it.
 fn relay(text: &str, outers: &BTreeSet<String>) -> Option<String> {
     if text == "SM402" {
         return Some("25315".to_owned());

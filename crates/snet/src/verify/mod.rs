@@ -1,9 +1,9 @@
-//! Holds code against a net: every relay's next value, every timer's and counter's conditions, as functions of relays.
+//! Verifies code against a net: compares each relay's next value, and each timer's and counter's conditions, as functions of relays.
 //!
-//! Instructions are carried out in their order. Each function is compared, by satisfiability, with the one of the net's own
-//! code: first over what was last written before it, so that a fault is told where it is made; where that differs, over the
-//! relays as they are when the scan starts, since other code may come to the same. If nothing differs, both do the same in
-//! every scan, whatever they begin with.
+//! Instructions are executed symbolically in their order. A SAT solver compares each function with the one of the net's own
+//! code: first as a function of the values written so far, so that an error is reported where it is made; if these differ, as a
+//! function of the relays at the start of the scan, because other code may compute the same. If nothing differs, both codes do
+//! the same in each scan, from any start state.
 
 mod circuit;
 mod melsec;
@@ -18,23 +18,23 @@ use scanbound_base::diagnostic::Diagnostic;
 use std::collections::{BTreeMap, BTreeSet};
 use words::{Word, name, of_net, read};
 
-/// Where code and net differ.
+/// A difference between code and net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// The line of the code that gives the value; none where there is no such line.
+    /// The line of the code that writes the value; `None` if there is no such line.
     pub line: Option<u32>,
-    /// What stands there.
+    /// The text of this line.
     pub text: String,
     /// What differs.
     pub message: String,
-    /// Values of relays with which it does.
+    /// Values of relays for which they differ.
     pub values: Vec<(String, bool)>,
 }
 
-/// Holds a code against the net's own.
+/// Compares a code with the net's own code.
 ///
 /// # Errors
-/// What of the code is not understood, with its line.
+/// Instructions of the code that are not supported, with their lines.
 pub fn verify(
     diagram: &Diagram,
     listing: &Listing,
@@ -65,10 +65,10 @@ pub fn verify(
         differences.extend(telling.compared(name, found.given.get(name), wanted));
     }
     differences.extend(found.late.iter().map(|one| telling.late(one)));
-    // Outer gates come from outside.
+    // Outer gates are inputs, so the code must not write them.
     let written = outers.iter().filter_map(|name| Some((name, found.given.get(name)?)));
     differences.extend(written.map(|(name, given)| {
-        let message = format!("{} is written, and comes from outside", telling.name(name));
+        let message = format!("{} is written, but it is an input of the net", telling.name(name));
         given.differs(message, Vec::new())
     }));
     differences.sort_by_key(|one| one.line.unwrap_or(u32::MAX));
@@ -81,10 +81,10 @@ impl Given {
     }
 }
 
-/// Tells of differences, by the net's names.
+/// Words differences with the net's names.
 struct Telling<'a> {
     circuit: &'a Circuit,
-    /// What the net calls each relay, timer and counter.
+    /// The name of each relay, timer and counter in the net.
     called: BTreeMap<String, String>,
 }
 
@@ -94,11 +94,11 @@ impl Telling<'_> {
         own.map_or(name.to_owned(), |own| format!("{own} ({name})"))
     }
 
-    /// How what is given differs from what is wanted.
+    /// The differences between a given and an expected function.
     fn compared(&self, name: &str, given: Option<&Given>, wanted: &Given) -> Vec<Difference> {
         let told = self.name(name);
         let Some(given) = given else {
-            let message = format!("nothing gives {told}");
+            let message = format!("the code does not write {told}");
             return vec![Difference {
                 line: None,
                 text: String::new(),
@@ -110,7 +110,7 @@ impl Telling<'_> {
         if given.setting != wanted.setting {
             let number = |text: &str| if text.is_empty() { "0" } else { text }.to_owned();
             let (is, should) = (number(&given.setting), number(&wanted.setting));
-            let message = format!("{told} is set to {is}, and the net says {should}");
+            let message = format!("{told} has the set value {is}, but the net has {should}");
             found.push(given.differs(message, Vec::new()));
         }
         let differ = |one, other| self.circuit.difference(one, other);
@@ -118,14 +118,14 @@ impl Telling<'_> {
             && differ(given.value.deep, wanted.value.deep).is_some()
         {
             let values = values.into_iter().map(|(own, value)| (self.name(&own), value)).collect();
-            found.push(given.differs(format!("{told} is not what the net says"), values));
+            found.push(given.differs(format!("{told} differs from the net"), values));
         }
         found
     }
 
     fn late(&self, one: &LateCount) -> Difference {
         let message = format!(
-            "{} counts behind its reset in line {}: it would count in the scan that resets it",
+            "{} counts after its reset in line {}, so it would count in the scan that resets it",
             self.name(&one.counter),
             one.reset
         );
@@ -134,7 +134,7 @@ impl Telling<'_> {
     }
 }
 
-/// What the net calls each relay, timer and counter.
+/// The net's name of each relay, timer and counter.
 fn called(diagram: &Diagram) -> BTreeMap<String, String> {
     let transitions = (0..diagram.transitions.len())
         .map(|at| (name(diagram, Operand::Transition(at)), diagram.transition_name(at)));

@@ -1,4 +1,4 @@
-//! Carries a code out once, its relays as functions.
+//! Executes one scan of a code symbolically.
 
 use super::circuit::{Circuit, Function};
 use super::words::{Line, Word};
@@ -6,12 +6,12 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A value as two functions.
+/// A value, as two functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Value {
-    /// Over what was last written before it: where this differs, a fault is made here.
+    /// As a function of the values written so far. A difference here shows where an error is made.
     pub(super) near: Function,
-    /// Over the relays as they are when the scan starts.
+    /// As a function of the relays at the start of the scan.
     pub(super) deep: Function,
 }
 
@@ -32,7 +32,7 @@ impl Value {
     }
 }
 
-/// What a relay is given, or under which condition a timer or counter runs.
+/// The value of a relay, or the condition of a timer or counter.
 #[derive(Debug, Clone)]
 pub(super) struct Given {
     pub(super) line: u32,
@@ -41,25 +41,25 @@ pub(super) struct Given {
     pub(super) setting: String,
 }
 
-/// A counter that counts behind its reset.
+/// A counter that counts after its reset.
 #[derive(Debug)]
 pub(super) struct LateCount {
-    /// Where it counts.
+    /// The line where it counts.
     pub(super) line: Line,
     pub(super) counter: String,
     /// The line of its reset.
     pub(super) reset: u32,
 }
 
-/// What one scan does.
+/// The effect of one scan.
 #[derive(Debug, Default)]
 pub(super) struct Done {
-    /// The last that each is given: relays by their names, timers and counters with the name of their input.
+    /// The last value of each relay by name; timers and counters by the name of their input.
     pub(super) given: BTreeMap<String, Given>,
     pub(super) late: Vec<LateCount>,
 }
 
-/// Carries out one scan of a code, of which `own` are the net's relays.
+/// Executes one scan of a code; `own` are the net's relays.
 pub(super) fn scan(
     lines: &[Line],
     own: &BTreeSet<String>,
@@ -76,28 +76,28 @@ pub(super) fn scan(
     };
     for line in lines.iter().take_while(|line| line.word != Word::End) {
         scan.carry_out(line).ok_or_else(|| {
-            let message = "the instruction has too few conditions in front of it";
-            let help = "see that the list is whole";
+            let message = "the instruction has too few conditions before it";
+            let help = "check that the list is complete";
             Diagnostic::line(Code::NoCondition, file, line.line, line.text.as_str(), message, help)
         })?;
     }
     Ok(scan.done)
 }
 
-/// A scan under way.
+/// The state during the scan.
 struct Scan<'a> {
     circuit: &'a mut Circuit,
     own: &'a BTreeSet<String>,
-    /// What stands for a relay that was written.
+    /// The current value of each written relay.
     now: BTreeMap<String, Value>,
     stack: Vec<Value>,
-    /// Whether the last instruction was an output, so that the next LD begins anew.
+    /// Whether the last instruction was an output, so that the next LD begins a new condition.
     is_out: bool,
     done: Done,
 }
 
 impl Scan<'_> {
-    /// Carries out an instruction; `None` if it has too few conditions in front of it.
+    /// Executes an instruction; `None` if it has too few conditions before it.
     fn carry_out(&mut self, line: &Line) -> Option<()> {
         let begins_anew = std::mem::take(&mut self.is_out);
         match &line.word {
@@ -174,12 +174,12 @@ impl Scan<'_> {
         Some(())
     }
 
-    /// The last of the conditions.
+    /// The last condition.
     fn top(&self) -> Option<Value> {
         self.stack.last().copied()
     }
 
-    /// The last two of them, in their order.
+    /// The last two conditions, in their order.
     fn top_two(&self) -> Option<[Value; 2]> {
         self.stack.last_chunk().copied()
     }
@@ -195,7 +195,7 @@ impl Scan<'_> {
         self.done.given.insert(name, Given { line: line.line, text, value, setting });
     }
 
-    /// A relay is written. The net's own relays stand for themselves from here on, others for what they are given.
+    /// Writes a relay. From here on, one of the net's own relays is a new variable; others have the written value.
     fn write(&mut self, line: &Line, name: &str, value: Value) {
         self.give(line, name.to_owned(), value, "");
         let near = match self.own.contains(name) {
@@ -206,7 +206,7 @@ impl Scan<'_> {
         self.is_out = true;
     }
 
-    /// From here on a timer's or counter's contact is what it comes to in this scan.
+    /// From here on, the contact of a timer or counter is its value of this scan.
     fn run(&mut self, name: &str) {
         let now = self.circuit.value(&in_this_scan(name));
         self.now.insert(name.to_owned(), Value { near: now, deep: now });
@@ -214,12 +214,12 @@ impl Scan<'_> {
     }
 }
 
-/// The value that stands for a relay, a timer or a counter once it was written or run.
+/// The variable for a relay, timer or counter after it was written or executed in this scan.
 fn in_this_scan(name: &str) -> String {
     format!("{name} in this scan")
 }
 
-/// The relay, timer or counter that something is about which is given: a value of it, or one of its inputs.
+/// The relay, timer or counter that a variable or input name belongs to.
 pub(super) fn owner(name: &str) -> &str {
     name.split(',').next().unwrap_or(name).trim_end_matches(" in this scan")
 }

@@ -95,13 +95,15 @@ fn what_differs_is_told_at_its_line() {
     let short = lines[..at("COUNTER")].join("\n");
     let found = told(&short);
     assert!(
-        found.iter().all(|(line, message)| line.is_none() && message.contains("nothing gives"))
+        found
+            .iter()
+            .all(|(line, message)| line.is_none() && message.contains("the code does not write"))
     );
     assert_eq!(found.len(), 3);
     assert!(
         told(&code().replace("00001 (E1)\n", "00001 (E1)\nOUT 00001\n"))
             .iter()
-            .any(|(_, m)| m.contains("comes from outside"))
+            .any(|(_, m)| m.contains("is an input of the net"))
     );
 }
 
@@ -136,10 +138,10 @@ fn slips_in_melsec_code_are_told() {
     // M1 is another relay than the outer gate X1.
     for (right, wrong, what) in [
         ("AND X1\n", "AND M1\n", "X (00313)"),
-        ("K25", "K26", "set to 26"),
-        ("K10", "K11", "set to 11"),
+        ("K25", "K26", "set value 26"),
+        ("K10", "K11", "set value 11"),
         ("ANI C4", "AND C4", "T (00310)"),
-        ("OUT M48", "OUT M400", "nothing gives A (00300)"),
+        ("OUT M48", "OUT M400", "the code does not write A (00300)"),
     ] {
         let wrong = code.replacen(right, wrong, 1);
         assert_ne!(wrong, code, "{right} in\n{code}");
@@ -152,7 +154,7 @@ fn slips_in_melsec_code_are_told() {
     let turned = code.replacen(&counts, "", 1).replace("RST C4\n", &format!("RST C4\n{counts}"));
     let found = told(&turned);
     assert!(
-        found.iter().any(|(_, message)| message.contains("counts behind its reset")),
+        found.iter().any(|(_, message)| message.contains("counts after its reset")),
         "{found:?}"
     );
 }

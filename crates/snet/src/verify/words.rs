@@ -1,4 +1,4 @@
-//! Reads a list of the C200H or of CX-Programmer as far as code of nets goes.
+//! Parses a list of the C200H or of CX-Programmer, limited to the instructions in code of nets.
 
 use crate::address::{Address, Area};
 use crate::translate::{Instruction, Listing, Operand, Operation};
@@ -6,7 +6,7 @@ use crate::{Diagram, Kind};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
-/// What an instruction does, with names of relays as [`Address`] writes them, `TIM 000` and `CNT 000`.
+/// An instruction. Relays are named as [`Address`] writes them, timers `TIM 000`, counters `CNT 000`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Word {
     Load(bool, String),
@@ -14,7 +14,7 @@ pub(super) enum Word {
     Or(bool, String),
     AndBlock,
     OrBlock,
-    /// OUT, or OUT NOT.
+    /// OUT, or OUT NOT (true).
     Out(bool, String),
     Set(String),
     Reset(String),
@@ -22,13 +22,13 @@ pub(super) enum Word {
     /// TIM and CNT, with their set value.
     Timer(String, String),
     Counter(String, String),
-    /// MELSEC's OUT of a counter, with its set value, and its RST: each has its own condition.
+    /// OUT of a counter in MELSEC, with its set value, and its RST: each has its own condition.
     Count(String, String),
     ResetCounter(String),
     End,
 }
 
-/// An instruction of a code.
+/// An instruction with its place in the code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Line {
     /// Its line, from 1.
@@ -38,21 +38,22 @@ pub(super) struct Line {
     pub(super) word: Word,
 }
 
-/// Reads a code of the C200H or CX-Programmer.
+/// Parses a code of the C200H or CX-Programmer.
 pub(super) fn read(file: &str, code: &str) -> Result<Vec<Line>, Vec<Diagnostic>> {
-    let known = "there may be LD, AND, OR and their NOT, AND LD, OR LD, OUT, SET, RSET, KEEP, TIM, CNT and END";
+    let known =
+        "use only LD, AND, OR and their NOT, AND LD, OR LD, OUT, SET, RSET, KEEP, TIM, CNT and END";
     gather(file, code, |line, text, words| {
         word(words).ok_or_else(|| faulty(file, line, text, known))
     })
 }
 
-/// What is told of an instruction that code of nets does not have, with those that it may have.
+/// The error for an instruction that code of nets does not have; `known` lists those that it may have.
 pub(super) fn faulty(file: &str, line: u32, text: &str, known: &str) -> Diagnostic {
-    let message = "the instruction is none of those that code of a net has";
+    let message = "code of a net cannot have this instruction";
     Diagnostic::line(Code::UnknownInstruction, file, line, text, message, known)
 }
 
-/// Reads a code whose instructions these are.
+/// Parses a code line by line with `word`.
 pub(super) fn gather(
     file: &str,
     code: &str,
@@ -60,13 +61,13 @@ pub(super) fn gather(
 ) -> Result<Vec<Line>, Vec<Diagnostic>> {
     let mut lines: Vec<Line> = Vec::new();
     let mut faults = Vec::new();
-    // Lists of gates and addresses may stand in front, as the translator prints them.
+    // The translator prints lists of gates and addresses before the code.
     let begin = code.lines().position(|line| line.trim_start().starts_with("NAME:"));
     for (at, text) in code.lines().enumerate().skip(begin.map_or(0, |at| at + 1)) {
         let line = u32::try_from(at + 1).unwrap_or(u32::MAX);
         let text = text.trim();
         let mut words: Vec<&str> = bare(text).split_whitespace().collect();
-        // Rung number and program address.
+        // A line may begin with rung number and program address.
         while words.len() > 1 && is_digits(words[0]) && !words[1].starts_with('#') {
             words.remove(0);
         }
@@ -86,14 +87,14 @@ pub(super) fn gather(
         }
     }
     if lines.is_empty() && faults.is_empty() {
-        let help = "give a list of the C200H or of MELSEC, or mnemonics of CX-Programmer";
+        let help = "give a list for the C200H or MELSEC, or mnemonics of CX-Programmer";
         let message = "the file has no instructions";
         faults.push(Diagnostic::file(Code::NoInstructions, file, message, help));
     }
     if faults.is_empty() { Ok(lines) } else { Err(faults) }
 }
 
-/// A line without comments, headings and names in parentheses.
+/// The line without comments, headings and names in parentheses.
 fn bare(text: &str) -> &str {
     if ["---", "***", ";", "'", "//"].iter().any(|mark| text.starts_with(mark)) {
         return "";
@@ -105,7 +106,7 @@ fn is_digits(text: &str) -> bool {
     text.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// `#0025`, `#25` and `025` are one set value.
+/// Makes equal set values equal texts: `#0025`, `#25` and `025`.
 pub(super) fn setting(text: &str) -> String {
     text.trim_start_matches(['#', '&']).trim_start_matches('0').to_owned()
 }
@@ -144,7 +145,7 @@ fn word(words: &[&str]) -> Option<Word> {
     })
 }
 
-/// A relay's one name, however it is written.
+/// The unique name of a relay, in any notation.
 fn relay(text: &str) -> Option<String> {
     for (letters, timing) in [("TIM", "TIM"), ("CNT", "CNT"), ("T", "TIM"), ("C", "CNT")] {
         let number = text.strip_prefix(letters).map(str::trim_start);
@@ -178,7 +179,7 @@ fn relay(text: &str) -> Option<String> {
     joined.parse::<Address>().ok().map(|address| address.to_string())
 }
 
-/// The net's own code in the same words.
+/// The net's own code in this form.
 pub(super) fn of_net(diagram: &Diagram, listing: &Listing) -> Vec<Line> {
     let all = listing.groups.iter().flat_map(|(_, instructions)| instructions);
     let word = |one: &Instruction| {
@@ -203,7 +204,7 @@ pub(super) fn of_net(diagram: &Diagram, listing: &Listing) -> Vec<Line> {
     all.map(|one| Line { line: 0, text: String::new(), word: word(one) }).collect()
 }
 
-/// The name of what an instruction reads or writes.
+/// The name of an operand.
 pub(super) fn name(diagram: &Diagram, operand: Operand) -> String {
     let address = |address: Option<Address>| address.map_or(String::new(), |one| one.to_string());
     match operand {
