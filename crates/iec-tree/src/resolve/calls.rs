@@ -1,6 +1,6 @@
 //! Calls: what is called, and what is passed for which parameter.
 
-use super::paths::{Found, start};
+use super::paths::{Found, Property, start};
 use super::types::declare;
 use super::{NOT_YET, Resolver, Scope, not_yet, unknown_name};
 use crate::blocks::StandardBlock;
@@ -98,6 +98,49 @@ impl Resolver<'_> {
             }
         }
         Err(unknown_name(line, &show::path(path)))
+    }
+
+    /// What a property gives.
+    pub(super) fn property_read(
+        &mut self,
+        scope: Scope,
+        property: &Property,
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        let name = scanbound_iec::getter(&property.name);
+        self.accessor(scope, property, &name, &[], line)
+    }
+
+    /// A value goes to a property.
+    pub(super) fn property_written(
+        &mut self,
+        scope: Scope,
+        property: &Property,
+        value: &ast::Expr,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        let name = Some(property.name.clone());
+        let given = [Argument { name, is_output: false, value: value.clone() }];
+        let name = scanbound_iec::setter(&property.name);
+        self.accessor(scope, property, &name, &given, line).map(as_statement)
+    }
+
+    fn accessor(
+        &mut self,
+        scope: Scope,
+        property: &Property,
+        name: &str,
+        given: &[Argument],
+        line: u32,
+    ) -> Result<Expr, Fault> {
+        let Some(method) = self.index.method(property.unit, name) else {
+            return Err(unknown_name(line, &format!("{}.{name}", property.owner.text)));
+        };
+        let target = match property.of_base {
+            true => Target::BaseMethod(method),
+            false => Target::Method(property.owner.clone(), method),
+        };
+        self.to_method(scope, target, property.unit, method, given, line)
     }
 
     fn result_type(&mut self, result: Option<VarId>) -> TypeId {
@@ -537,6 +580,7 @@ impl Resolver<'_> {
         }
         match self.path(scope, target, line) {
             Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
+            Ok(Found::Property(_)) => return Err(not_yet(line, "a property that stands alone")),
             Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
             _ => {}
         }

@@ -29,6 +29,9 @@ impl Resolver<'_> {
             ast::Expr::Literal(literal) => self.literal(literal, one, line)?,
             ast::Expr::Variable(path) => match self.path(scope, path, line)? {
                 Found::Constant(constant) => return Ok(constant),
+                Found::Property(property) => {
+                    return self.property_read(scope, &property, line);
+                }
                 Found::Place(place) => {
                     let ty = place.ty;
                     (ExprKind::Read(place), ty)
@@ -144,6 +147,12 @@ impl Resolver<'_> {
     ) -> Result<Place, Fault> {
         match self.path(scope, path, line)? {
             Found::Place(place) => Ok(place),
+            Found::Property(_) => {
+                let what =
+                    format!("{} is a property, which is not followed here", show::path(path));
+                let help = "take the result into a variable, and assign that to the property";
+                Err(Fault::new(line, what).code(Code::NotModelled).help(help))
+            }
             Found::Constant(_) => {
                 Err(Fault::new(line, "a constant or a step's flag cannot be written")
                     .code(Code::Operand))

@@ -15,6 +15,20 @@ pub(super) enum Found {
     Place(Place),
     /// A value that is known.
     Constant(Expr),
+    /// A property of an instance.
+    Property(Property),
+}
+
+/// A property of an instance: what reads and writes it are methods.
+pub(super) struct Property {
+    /// The instance.
+    pub(super) owner: Place,
+    /// Whether that of the base is meant (`SUPER^`).
+    pub(super) of_base: bool,
+    /// The unit that has or inherits it.
+    pub(super) unit: UnitId,
+    /// Its name.
+    pub(super) name: String,
 }
 
 fn is_this(name: &str) -> bool {
@@ -39,6 +53,14 @@ impl Resolver<'_> {
             let behind =
                 rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
             let start = self.this(unit);
+            if same(&path.first, "SUPER")
+                && let [Part::Name(name)] = &rest[behind..]
+                && let Some(base) = self.tree.unit(unit).base
+                && self.index.has_property(base, name)
+            {
+                let (owner, name) = (start, name.clone());
+                return Ok(Found::Property(Property { owner, of_base: true, unit: base, name }));
+            }
             return self.follow(scope, start, &rest[behind..], path, line);
         }
         let own = self.own_variable(scope, &path.first);
@@ -47,10 +69,14 @@ impl Resolver<'_> {
         {
             return Err(not_yet(line, "flags of steps"));
         }
-        if own.is_none()
-            && scope.unit.is_some_and(|unit| self.index.has_property(unit, &path.first))
+        if let (None, Some(unit)) = (own, scope.unit)
+            && self.index.has_property(unit, &path.first)
         {
-            return Err(not_yet(line, "properties"));
+            if !rest.is_empty() {
+                return Err(not_yet(line, "parts of properties"));
+            }
+            let (owner, name) = (self.this(unit), path.first.clone());
+            return Ok(Found::Property(Property { owner, of_base: false, unit, name }));
         }
         if let Some(constant) = self.named_constant(scope, own, path, line) {
             return Ok(Found::Constant(constant));
@@ -277,6 +303,17 @@ impl Resolver<'_> {
         let mut place = Place { text: show::path(path).into(), ..start };
         self.is_followed(&place, line)?;
         for (number, part) in rest.iter().enumerate() {
+            if let (Type::Block(unit), Part::Name(name)) = (self.tree.types.get(place.ty), part)
+                && self.index.member(*unit, name).is_none()
+                && self.index.has_property(*unit, name)
+            {
+                if number + 1 < rest.len() {
+                    return Err(not_yet(line, "parts of properties"));
+                }
+                let (unit, name) = (*unit, name.clone());
+                let property = Property { owner: place, of_base: false, unit, name };
+                return Ok(Found::Property(property));
+            }
             let used = path.rest.len() - rest.len() + number;
             let before = Path { first: path.first.clone(), rest: path.rest[..used].to_vec() };
             let (step, ty) = self.step(scope, &place, part, (path, &before), line)?;
@@ -335,7 +372,6 @@ impl Resolver<'_> {
             }
             (Type::Block(unit), Part::Name(name)) => match self.index.member(unit, name) {
                 Some(id) => Ok((Step::Member(id), self.tree.variable(id).ty)),
-                None if self.index.has_property(unit, name) => Err(not_yet(line, "properties")),
                 None => Err(unknown_name(line, &shown())),
             },
             (Type::Standard(block), Part::Name(name)) => {

@@ -1,5 +1,6 @@
 //! Statements with what they name.
 
+use super::paths::Found;
 use super::{Resolver, Scope, not_yet};
 use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
 use crate::types::Type;
@@ -81,12 +82,26 @@ impl Resolver<'_> {
                 }
                 StatementKind::Keep(self.temporary(&target.first, value.ty), value)
             }
-            Kind::Assign(target, value) => {
-                let target = self.place(scope, target, line)?;
+            Kind::Assign(path, value) => {
+                let target = match self.path(scope, path, line)? {
+                    Found::Property(property) => {
+                        return self.property_written(scope, &property, value, line);
+                    }
+                    _ => self.place(scope, path, line)?,
+                };
                 let value = self.expression(scope, value, line);
                 self.assigned(target, value, line)?
             }
             Kind::Latch(path, set, condition) => {
+                if let Found::Property(property) = self.path(scope, path, line)? {
+                    // A property is written where the condition holds.
+                    let value = ast::Expr::bool(*set);
+                    let kind = self.property_written(scope, &property, &value, line)?;
+                    let condition = self.expression(scope, condition, line);
+                    let text = show::path(path).into();
+                    let inner = Box::new(Statement { kind, text, line });
+                    return Ok(StatementKind::CallIf(condition, inner));
+                }
                 let target = self.place(scope, path, line)?;
                 match self.tree.types.get(target.ty) {
                     // S and R of an instruction list call an instance with its input of that name.
