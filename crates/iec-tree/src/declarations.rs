@@ -105,6 +105,8 @@ pub struct Unit {
     pub kind: PouKind,
     /// The unit that it extends.
     pub base: Option<UnitId>,
+    /// The interfaces that it implements, those that these extend among them.
+    pub interfaces: Vec<UnitId>,
     /// Its own variables in their order; of a function its result is the last.
     pub variables: Vec<VarId>,
     /// Its result, of a function.

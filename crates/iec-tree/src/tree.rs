@@ -148,6 +148,8 @@ pub enum Root {
     Address(AddressId),
     /// A value that is kept.
     Temporary(TempId),
+    /// A variable that a reference means, by its number among those whose address is taken; only lowering has it.
+    Target(u32),
 }
 
 /// A step of a path.
@@ -163,6 +165,8 @@ pub enum Step {
     Element(Vec<Expr>),
     /// A bit of a number.
     Bit(u8),
+    /// What a reference, a pointer or an interface means.
+    Dereference,
 }
 
 /// A variable or a part of one.
@@ -210,6 +214,10 @@ pub enum ExprKind {
     Text(String),
     /// The value of a variable.
     Read(Place),
+    /// The address of a variable.
+    Address(Place),
+    /// The address of nothing.
+    Null,
     /// `NOT`
     Not(Box<Expr>),
     /// `-`

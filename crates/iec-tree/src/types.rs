@@ -323,6 +323,12 @@ impl Types {
         &self.all[id.index()]
     }
 
+    /// Whether there are references, pointers or interfaces.
+    #[must_use]
+    pub fn has_references(&self) -> bool {
+        self.all.iter().any(|one| matches!(one, Type::Reference(..) | Type::Interface(_)))
+    }
+
     /// How many types there are.
     #[must_use]
     pub fn count(&self) -> usize {

@@ -37,6 +37,9 @@ impl Lower<'_> {
     /// What a call gives.
     pub(super) fn called(&mut self, at: &Context, call: &Call, line: u32) -> Result<Value, Fault> {
         let tree = self.tree;
+        if let Some(found) = self.called_through(at, call, line)? {
+            return Ok(found);
+        }
         match &call.target {
             Target::Function(unit) => {
                 let instance = self.function_instance(*unit)?;
@@ -142,6 +145,43 @@ impl Lower<'_> {
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
+    /// Calls each instance that a reference can mean; what it gives, if it is such a call.
+    fn called_through(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        line: u32,
+    ) -> Result<Option<Value>, Fault> {
+        let (Target::Instance(place, _)
+        | Target::Standard(place, _)
+        | Target::Action(place, _)
+        | Target::Method(place, _)) = &call.target
+        else {
+            return Ok(None);
+        };
+        if !Self::is_referred(place) {
+            return Ok(None);
+        }
+        for (_, passed) in &call.passed {
+            if let Passed::ByValue(one) | Passed::InOut(one) = passed {
+                self.stays(at, place, one, line)?;
+            }
+        }
+        self.each_target(at, place, line, &mut |own, place| {
+            let target = match &call.target {
+                Target::Standard(_, block) => Target::Standard(place, *block),
+                Target::Action(_, action) => Target::Action(place, *action),
+                Target::Method(_, method) => Target::Method(place, *method),
+                _ => {
+                    let unit = own.root_unit(at, place.root).filter(|_| place.steps.is_empty());
+                    let unit = unit.or_else(|| own.unit_of(place.ty));
+                    Target::Instance(place, unit.ok_or_else(|| unknown_number(line))?)
+                }
+            };
+            own.called(at, &Call { target, ..call.clone() }, line)
+        })
+    }
+
     /// Ends a call of a function or a method; its result.
     fn end_call(
         &mut self,
@@ -170,6 +210,7 @@ impl Lower<'_> {
         }
         // It is kept, since another call may follow in the same expression.
         match self.read_spot(spot) {
+            value @ Value::Address(..) => self.frozen(value),
             Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
             Value::Number(kind, number) => {
                 let zero = constant(0, kind.words());
@@ -189,6 +230,9 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         let tree = self.tree;
+        if self.called_through(at, call, line)?.is_some() {
+            return Ok(());
+        }
         let retargeted = |target: Target| Call { target, ..call.clone() };
         match &call.target {
             Target::Function(_) | Target::Method(..) | Target::BaseMethod(_) => {
@@ -341,17 +385,24 @@ impl Lower<'_> {
     }
 
     /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
-    fn root_type(&self, at: &Context, place: &Place) -> Option<scanbound_iec_tree::types::TypeId> {
+    pub(super) fn root_type(
+        &self,
+        at: &Context,
+        place: &Place,
+    ) -> Option<scanbound_iec_tree::types::TypeId> {
         let unit = self.root_unit(at, place.root);
         match place.root {
             scanbound_iec_tree::tree::Root::Variable(id) => Some(self.tree.variable(id).ty),
             scanbound_iec_tree::tree::Root::Address(id) => Some(self.tree.address(id).ty),
             scanbound_iec_tree::tree::Root::Temporary(_) => None,
+            scanbound_iec_tree::tree::Root::Target(number) => {
+                Some(self.memory.targets.spots[number as usize].ty)
+            }
             _ => self.tree.types.find(&Typed::Block(unit?)),
         }
     }
 
-    fn step_type(
+    pub(super) fn step_type(
         &self,
         ty: scanbound_iec_tree::types::TypeId,
         step: &PathStep,
@@ -639,10 +690,12 @@ impl Lower<'_> {
                 false => None,
             };
             let Some(spot) = spot else { continue };
-            self.begins_plain(&spot, line)?;
+            self.begins_plain(&spot, one.initial.is_some(), line)?;
             self.begins_without_call(id, line)?;
             let is_bit = matches!(self.simple(&spot), Ty::Bit);
             let value = match &one.initial {
+                None if self.is_reference(spot.ty) => Value::Constant(0),
+                Some(initial) if self.is_reference(spot.ty) => self.open_value(at, initial)?,
                 Some(initial) => match (&initial.kind, initial.whole()) {
                     (_, Some(known)) => Value::Constant(known),
                     (ExprKind::Bool(on), _) if is_bit => Value::Bit(Logic::Const(*on)),
@@ -672,8 +725,11 @@ impl Lower<'_> {
     }
 
     /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each call.
-    fn begins_plain(&self, spot: &Spot, line: u32) -> Result<(), Fault> {
-        if !self.begins_with_method(spot.ty) {
+    fn begins_plain(&self, spot: &Spot, given: bool, line: u32) -> Result<(), Fault> {
+        let holds = !self.is_reference(spot.ty)
+            && self.has_reference(spot.ty)
+            && (given || self.instances_of(spot.ty) > 0);
+        if !self.begins_with_method(spot.ty) && !holds {
             return Ok(());
         }
         let what = format!("{} begins anew with each call, which is not followed", spot.name);

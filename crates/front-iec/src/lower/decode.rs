@@ -69,6 +69,9 @@ impl Lower<'_> {
         let mut main = 0..0;
         let (mut first, mut image) = (None, None);
         self.place_programs(tasks);
+        if let Err(fault) = self.find_targets() {
+            self.assembler().faults.push((0, fault));
+        }
         for (number, task) in tasks.iter().enumerate() {
             entries.push(self.builder.next());
             // Of several tasks it is not told which one begins.
@@ -100,7 +103,7 @@ impl Lower<'_> {
         let shared = merged(shared);
         self.assembler().begin_shared(image, &located);
         let instances = self.instances.iter().map(|one| self.old_instance(one));
-        let globals = self.globals.values().chain(self.addresses.values());
+        let globals = self.memory.globals.values().chain(self.memory.addresses.values());
         let all: Vec<Place> = instances.chain(globals.map(|spot| self.old_place(spot))).collect();
         self.assembler().bound_bytes(&located, &all);
         let own = self.of_functions();
@@ -254,10 +257,10 @@ impl Lower<'_> {
         }
         for id in tree.globals.iter().flat_map(|list| &list.variables) {
             let Some(address) = &tree.variable(*id).at else { continue };
-            let spot = self.globals.get(id);
+            let spot = self.memory.globals.get(id);
             found.extend(spot.and_then(|spot| Located::new(&self.old_place(spot), address)));
         }
-        for (id, spot) in &self.addresses {
+        for (id, spot) in &self.memory.addresses {
             let address = &tree.address(*id).text;
             found.extend(Located::new(&self.old_place(spot), address));
         }

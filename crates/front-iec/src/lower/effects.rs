@@ -214,7 +214,7 @@ impl Lower<'_> {
     pub(super) fn of_functions(&self) -> Vec<Region> {
         let functions = self.instances.iter().filter(|one| self.is_function(one.unit));
         let functions = functions.flat_map(|one| one.spot.tag.regions());
-        functions.chain(self.frames.values().flat_map(|frame| frame.tag.regions())).collect()
+        functions.chain(self.memory.frames.values().flat_map(|frame| frame.tag.regions())).collect()
     }
 
     /// What a routine of an instance reads and writes, and all that it calls.
@@ -328,6 +328,12 @@ impl Lower<'_> {
             ExprKind::Binary(_, left, right) => {
                 self.of_expr(at, left, found);
                 self.of_expr(at, right, found);
+            }
+            ExprKind::Address(place) => {
+                self.led_to(at, place, found);
+                for spot in self.spots(at, place, found) {
+                    self.target(&spot);
+                }
             }
             ExprKind::Call(call) => self.of_call(at, call, found),
             ExprKind::Standard(applied) => self.of_applied(at, applied, found),
@@ -449,14 +455,34 @@ impl Lower<'_> {
 
     /// The instances that a place may be.
     fn instances_at(&mut self, at: &Context, place: &Place, found: &mut Effects) -> Vec<usize> {
-        let Ok(mut spots) = self.root(at, place.root, 0).map(|spot| vec![spot]) else {
-            found.anything = true;
+        let mut known = Vec::new();
+        for spot in self.spots(at, place, found) {
+            match (self.by_name.get(&spot.name), self.unit_of(spot.ty)) {
+                (Some(&own), _) => known.push(own),
+                (None, Some(unit)) => known.push(self.instance(&spot, unit)),
+                (None, None) => {}
+            }
+        }
+        known
+    }
+
+    /// The variables that a place may be, each element of an array by itself.
+    fn spots(&mut self, at: &Context, place: &Place, found: &mut Effects) -> Vec<Spot> {
+        let Ok(root) = self.root(at, place.root, 0) else {
+            found.anything |= !matches!(place.root, Root::Temporary(_));
             return Vec::new();
         };
-        let mut unit = self.root_unit(at, place.root);
+        let mut spots = vec![root];
+        let mut first = self.root_unit(at, place.root);
         for step in &place.steps {
             let mut next = Vec::new();
             for spot in &spots {
+                let unit = first.or_else(|| self.unit_of(spot.ty));
+                if matches!(step, Step::Dereference) {
+                    let can = self.candidates(spot.ty);
+                    next.extend(can.into_iter().map(|at| self.memory.targets.spots[at].clone()));
+                    continue;
+                }
                 if let Some(one) = self.stepped(spot, unit, step) {
                     next.push(one);
                     continue;
@@ -475,23 +501,26 @@ impl Lower<'_> {
                 }
             }
             spots = next;
-            unit = spots.first().and_then(|spot| self.unit_of(spot.ty));
+            first = None;
         }
-        let known: Vec<usize> = spots
-            .iter()
-            .filter_map(|spot| match self.by_name.get(&spot.name) {
-                Some(&known) => Some(known),
-                None => self.unit_of(spot.ty).map(|unit| self.instance(spot, unit)),
-            })
-            .collect();
-        known
+        spots
+    }
+
+    /// What it takes to find a place: what its indices and the references in it read.
+    fn led_to(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+        for index in place.indices() {
+            self.of_expr(at, index, found);
+        }
+        for before in self.references_in(at, place) {
+            if let Some(cells) = self.cells(at, &before) {
+                found.reads.extend(cells);
+            }
+        }
     }
 
     /// What a place reads: the cells that it may be, and what its indices read.
     pub(super) fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
-        for index in place.indices() {
-            self.of_expr(at, index, found);
-        }
+        self.led_to(at, place, found);
         match self.cells(at, place) {
             Some(cells) => found.reads.extend(cells),
             None => found.anything = true,
@@ -500,9 +529,7 @@ impl Lower<'_> {
 
     /// What writing a place writes; what its indices read.
     pub(super) fn written(&mut self, at: &Context, place: &Place, found: &mut Effects) {
-        for index in place.indices() {
-            self.of_expr(at, index, found);
-        }
+        self.led_to(at, place, found);
         match self.cells(at, place) {
             Some(cells) => found.writes.extend(cells),
             None => found.anything = true,
@@ -514,8 +541,7 @@ impl Lower<'_> {
         if let Root::Temporary(_) = place.root {
             return Some(Cells::new());
         }
-        let mut spot = self.root(at, place.root, 0).ok()?;
-        let mut unit = self.root_unit(at, place.root);
+        let spot = self.root(at, place.root, 0).ok()?;
         let mut found = Cells::new();
         match place.root {
             Root::Variable(id) => self.add_address(id, &spot, &mut found),
@@ -523,22 +549,67 @@ impl Lower<'_> {
                 let text = self.tree.address(id).text.clone();
                 add_bits(&text, &spot, &mut found);
             }
-            Root::This | Root::Program(_) | Root::Temporary(_) => {}
+            Root::This | Root::Program(_) | Root::Temporary(_) | Root::Target(_) => {}
         }
-        for step in &place.steps {
-            if let Step::Bit(_) = step {
-                break;
-            }
-            // From an element of unknown number on, the whole array is meant.
-            let Some(next) = self.stepped(&spot, unit, step) else { break };
-            if let Step::Member(id) = step {
-                self.add_address(*id, &next, &mut found);
-            }
-            unit = self.unit_of(next.ty);
-            spot = next;
-        }
-        add(&mut found, spot.tag.regions());
+        let unit = self.root_unit(at, place.root);
+        self.add_cells(spot, unit, &place.steps, &mut found);
         Some(found)
+    }
+
+    fn add_cells(&mut self, spot: Spot, unit: Option<UnitId>, steps: &[Step], found: &mut Cells) {
+        let Some((step, rest)) = steps.split_first() else {
+            return add(found, spot.tag.regions());
+        };
+        if matches!(step, Step::Dereference) {
+            for at in self.candidates(spot.ty) {
+                let target = self.memory.targets.spots[at].clone();
+                let unit = self.unit_of(target.ty);
+                self.add_cells(target, unit, rest, found);
+            }
+            return;
+        }
+        match self.stepped(&spot, unit, step) {
+            Some(next) => {
+                if let Step::Member(id) = step {
+                    self.add_address(*id, &next, found);
+                }
+                let unit = self.unit_of(next.ty);
+                self.add_cells(next, unit, rest, found);
+            }
+            None => {
+                // From an element of unknown number on, the whole array is meant, and all that references in it can mean.
+                add(found, spot.tag.regions());
+                if let (Step::Element(_), Typed::Array(_, of)) =
+                    (step, self.tree.types.get(spot.ty))
+                {
+                    self.add_through(*of, rest, found);
+                }
+            }
+        }
+    }
+
+    /// The cells of what references can mean that lie behind an element of unknown number.
+    fn add_through(
+        &mut self,
+        of: scanbound_iec_tree::types::TypeId,
+        steps: &[Step],
+        found: &mut Cells,
+    ) {
+        let mut ty = of;
+        for (at, step) in steps.iter().enumerate() {
+            if matches!(step, Step::Dereference) {
+                for target in self.candidates(ty) {
+                    let target = self.memory.targets.spots[target].clone();
+                    let unit = self.unit_of(target.ty);
+                    self.add_cells(target, unit, &steps[at + 1..], found);
+                }
+                return;
+            }
+            match self.step_type(ty, step) {
+                Some(next) => ty = next,
+                None => return,
+            }
+        }
     }
 
     fn add_address(&self, id: VarId, spot: &Spot, found: &mut Cells) {

@@ -9,6 +9,7 @@ mod enable;
 mod extents;
 mod loops;
 mod places;
+mod references;
 mod standard;
 mod start;
 mod statements;
@@ -23,6 +24,7 @@ use super::types::Extent;
 use super::value::Value;
 use effects::Effects;
 use places::{Instance, Spot};
+use references::Targets;
 use scanbound_base::facts::StatedCall;
 use scanbound_iec::Project;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
@@ -56,22 +58,29 @@ struct Lower<'t> {
     tree: &'t Tree,
     project: &'t Project,
     options: Options,
-    /// How types are laid out, by their numbers.
-    layouts: Vec<Option<Type>>,
-    /// Where the variables of a unit lie in its instances.
-    positions: BTreeMap<(UnitId, VarId), usize>,
+    memory: Memory,
     instances: Vec<Instance>,
     /// Instances by the names of their places.
     by_name: BTreeMap<String, usize>,
-    globals: BTreeMap<VarId, Spot>,
-    addresses: BTreeMap<AddressId, Spot>,
-    /// The variables of methods, by instance.
-    frames: BTreeMap<(usize, RoutineId), Spot>,
     routines: Routines,
     given_back: Vec<GivenBack>,
     /// What routines read and write, when it has been asked for.
     effects: BTreeMap<(usize, Entry), Effects>,
     kept: Kept,
+}
+
+/// Where variables lie.
+#[derive(Default)]
+struct Memory {
+    /// How types are laid out, by their numbers.
+    layouts: Vec<Option<Type>>,
+    /// Where the variables of a unit lie in its instances.
+    positions: BTreeMap<(UnitId, VarId), usize>,
+    globals: BTreeMap<VarId, Spot>,
+    addresses: BTreeMap<AddressId, Spot>,
+    /// The variables of methods, by instance.
+    frames: BTreeMap<(usize, RoutineId), Spot>,
+    targets: Targets,
 }
 
 /// What the body that is lowered keeps.
@@ -127,13 +136,9 @@ impl<'t> Lower<'t> {
             tree,
             project,
             options,
-            layouts: vec![None; tree.types.count()],
-            positions: BTreeMap::new(),
+            memory: Memory { layouts: vec![None; tree.types.count()], ..Memory::default() },
             instances: Vec::new(),
             by_name: BTreeMap::new(),
-            globals: BTreeMap::new(),
-            addresses: BTreeMap::new(),
-            frames: BTreeMap::new(),
             routines: Routines::default(),
             given_back: Vec::new(),
             effects: BTreeMap::new(),

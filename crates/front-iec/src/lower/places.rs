@@ -93,7 +93,7 @@ fn too_large(line: u32, name: &str) -> Fault {
 impl<'t> Lower<'t> {
     /// How a type is laid out.
     pub(super) fn layout(&mut self, ty: TypeId, line: u32) -> Result<Type, Fault> {
-        if let Some(known) = &self.layouts[ty.index()] {
+        if let Some(known) = &self.memory.layouts[ty.index()] {
             return Ok(known.clone());
         }
         let tree = self.tree;
@@ -136,7 +136,7 @@ impl<'t> Lower<'t> {
             Typed::Faulty(at) => return Err(tree.types.fault(*at)),
             Typed::Untyped | Typed::Unknown | Typed::Nothing => Type::Words(1),
         };
-        self.layouts[ty.index()] = Some(found.clone());
+        self.memory.layouts[ty.index()] = Some(found.clone());
         Ok(found)
     }
 
@@ -151,7 +151,7 @@ impl<'t> Lower<'t> {
     }
 
     /// How many instances of units' blocks a variable of this type holds.
-    fn instances_of(&self, ty: TypeId) -> u64 {
+    pub(super) fn instances_of(&self, ty: TypeId) -> u64 {
         match self.tree.types.get(ty) {
             Typed::Block(unit) => {
                 let members = self.tree.members(*unit).into_iter();
@@ -197,23 +197,23 @@ impl<'t> Lower<'t> {
     }
 
     pub(super) fn global(&mut self, id: VarId) -> Result<Spot, Fault> {
-        if let Some(known) = self.globals.get(&id) {
+        if let Some(known) = self.memory.globals.get(&id) {
             return Ok(known.clone());
         }
         let one = self.tree.variable(id);
         let (ty, line, name) = (one.ty, one.line, self.full_name(id));
         let spot = self.placed(&name, ty, line)?;
-        self.globals.insert(id, spot.clone());
+        self.memory.globals.insert(id, spot.clone());
         Ok(spot)
     }
 
-    fn address(&mut self, id: AddressId, line: u32) -> Result<Spot, Fault> {
-        if let Some(known) = self.addresses.get(&id) {
+    fn direct(&mut self, id: AddressId, line: u32) -> Result<Spot, Fault> {
+        if let Some(known) = self.memory.addresses.get(&id) {
             return Ok(known.clone());
         }
         let own = self.tree.address(id);
         let spot = self.placed(&own.text, own.ty, line)?;
-        self.addresses.insert(id, spot.clone());
+        self.memory.addresses.insert(id, spot.clone());
         Ok(spot)
     }
 
@@ -266,7 +266,7 @@ impl<'t> Lower<'t> {
 
     /// The variables of a method of an instance.
     pub(super) fn frame(&mut self, instance: usize, method: RoutineId) -> Result<Spot, Fault> {
-        if let Some(known) = self.frames.get(&(instance, method)) {
+        if let Some(known) = self.memory.frames.get(&(instance, method)) {
             return Ok(known.clone());
         }
         let tree = self.tree;
@@ -282,19 +282,19 @@ impl<'t> Lower<'t> {
         let tag = tag.ok_or_else(|| too_large(own.line, &name))?;
         let ty = tree.types.elementary(scanbound_iec_tree::types::Elementary::Bool);
         let spot = Spot { name, tag, ty };
-        self.frames.insert((instance, method), spot.clone());
+        self.memory.frames.insert((instance, method), spot.clone());
         Ok(spot)
     }
 
     /// Where a variable of a unit lies in its instances.
     fn position(&mut self, unit: UnitId, id: VarId) -> Option<usize> {
-        if let Some(&known) = self.positions.get(&(unit, id)) {
+        if let Some(&known) = self.memory.positions.get(&(unit, id)) {
             return Some(known);
         }
         for (at, one) in self.tree.members(unit).into_iter().enumerate() {
-            self.positions.insert((unit, one), at);
+            self.memory.positions.insert((unit, one), at);
         }
-        self.positions.get(&(unit, id)).copied()
+        self.memory.positions.get(&(unit, id)).copied()
     }
 
     /// A variable of an instance.
@@ -338,8 +338,9 @@ impl<'t> Lower<'t> {
                 let instance = self.program_instance(number)?;
                 Ok(self.instances[instance].spot.clone())
             }
-            Root::Address(id) => self.address(id, line),
+            Root::Address(id) => self.direct(id, line),
             Root::Temporary(id) => Err(self.nothing_kept(id, line)),
+            Root::Target(number) => Ok(self.memory.targets.spots[number as usize].clone()),
         }
     }
 
@@ -383,6 +384,7 @@ impl<'t> Lower<'t> {
             Root::This => Some(self.instances[at.instance].unit),
             Root::Program(number) => Some(self.tree.programs[number].unit),
             Root::Variable(id) => self.unit_of(self.tree.variable(id).ty),
+            Root::Target(number) => self.unit_of(self.memory.targets.spots[number as usize].ty),
             Root::Address(_) | Root::Temporary(_) => None,
         }
     }
@@ -403,6 +405,9 @@ impl<'t> Lower<'t> {
 
     /// What a place is; its indices are worked out.
     pub(super) fn find(&mut self, at: &Context, place: &Place, line: u32) -> Result<Found, Fault> {
+        if let Some(own) = self.only_target(at, place, line)? {
+            return self.find(at, &own, line);
+        }
         let mut found = Found::Spot(self.root(at, place.root, line)?);
         let mut unit = self.root_unit(at, place.root);
         for step in &place.steps {

@@ -47,12 +47,12 @@ impl Lower<'_> {
             }
         }
         for id in tree.globals.iter().flat_map(|list| &list.variables) {
-            if let Some(spot) = self.globals.get(id).cloned() {
+            if let Some(spot) = self.memory.globals.get(id).cloned() {
                 values.extend(self.starts(&mut known, *id, &spot));
             }
         }
         self.latch_within(&mut known);
-        for (id, spot) in &self.addresses {
+        for (id, spot) in &self.memory.addresses {
             if tree.address(*id).text.starts_with("%I") {
                 known.inputs.extend(spot.tag.regions());
             }
@@ -177,7 +177,7 @@ impl Lower<'_> {
                 }
             }
         }
-        for (id, spot) in &self.globals {
+        for (id, spot) in &self.memory.globals {
             if tree.variable(*id).retain && matches!(tree.variable(*id).owner, Owner::Global(_)) {
                 found.extend(spot.tag.regions());
             }

@@ -124,8 +124,38 @@ impl Lower<'_> {
     ) -> Result<(), Fault> {
         let line = one.line;
         match &one.kind {
+            StatementKind::Assign(target, value) if Self::is_referred(target) => {
+                self.stays(at, target, value, line)?;
+                self.through(at, target, one, targets, &|place| {
+                    StatementKind::Assign(place, value.clone())
+                })
+            }
+            StatementKind::Latch(target, set, condition) if Self::is_referred(target) => {
+                self.stays(at, target, condition, line)?;
+                self.through(at, target, one, targets, &|place| {
+                    StatementKind::Latch(place, *set, condition.clone())
+                })
+            }
+            StatementKind::Copy(target, from) if Self::is_referred(target) => {
+                self.through(at, target, one, targets, &|place| {
+                    StatementKind::Copy(place, from.clone())
+                })
+            }
+            StatementKind::Copy(target, from) if Self::is_referred(from) => {
+                self.through(at, from, one, targets, &|place| {
+                    StatementKind::Copy(target.clone(), place)
+                })
+            }
             StatementKind::Assign(target, value) => {
                 let value = value.unconverted();
+                if self.moves_element(at, target, value) && self.is_reference(target.ty) {
+                    let what = format!(
+                        "which variable {} means may change while the value is worked out",
+                        target.text
+                    );
+                    let help = "assign the value to a variable of its own before";
+                    return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
+                }
                 if self.moves_element(at, target, value) {
                     return self.assign_either_way(at, target, value, line);
                 }
@@ -204,6 +234,22 @@ impl Lower<'_> {
             StatementKind::Nothing => Ok(()),
             StatementKind::Fault(fault) => Err((**fault).clone()),
         }
+    }
+
+    /// Executes a statement for each variable that a reference can mean.
+    fn through(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        of: &Statement,
+        targets: &mut JumpTargets,
+        kind: &dyn Fn(Place) -> StatementKind,
+    ) -> Result<(), Fault> {
+        let done = self.each_target(at, place, of.line, &mut |own, place| {
+            let one = Statement { kind: kind(place), ..of.clone() };
+            own.statement(at, &one, targets).map(|()| Value::Any)
+        });
+        done.map(|_| ())
     }
 
     /// One of two bodies, which have the same statements in different orders: they are counted once.

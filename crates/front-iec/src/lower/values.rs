@@ -15,7 +15,7 @@ use scanbound_iec_tree::standard::Function;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root};
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
-use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, Write};
+use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, WordSource, Write};
 
 /// What works out some values, from right to left where that is asked for.
 type Work<'w, 't> = dyn FnMut(&mut Lower<'t>, bool) -> Result<Vec<Value>, Fault> + 'w;
@@ -271,6 +271,8 @@ impl<'t> Lower<'t> {
             }
             ExprKind::Call(call) => self.called(at, call, line)?,
             ExprKind::Standard(applied) => self.applied(at, applied, line)?,
+            ExprKind::Address(place) => self.address(at, place, line)?,
+            ExprKind::Null => Value::Constant(0),
             ExprKind::Either(None) => Value::Any,
             ExprKind::Either(Some(both)) => {
                 let one = self.value(at, &both.0)?;
@@ -292,6 +294,10 @@ impl<'t> Lower<'t> {
             }
             return Ok(found);
         }
+        let through = &mut |own: &mut Self, place: Place| own.read(at, &place, line);
+        if let Some(found) = self.each_target(at, place, line, through)? {
+            return Ok(found);
+        }
         let found = self.find(at, place, line)?;
         if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
             let message = format!("{} is an instance: as a value it is not followed", place.text);
@@ -309,6 +315,10 @@ impl<'t> Lower<'t> {
     /// What lies at a spot.
     pub(super) fn read_spot(&mut self, spot: &Spot) -> Value {
         let Some(cell) = spot.tag.cell() else { return Value::Any };
+        if self.is_reference(spot.ty) {
+            let words = vec![WordSource::Cell(cell)];
+            return Value::Address(Number::Words(words), self.candidates(spot.ty));
+        }
         match self.simple(spot) {
             Ty::Bit => Value::Bit(Logic::cell(cell)),
             ty @ Ty::Number(_) => self.as_count(Some(cell), read(cell, &ty)),
@@ -325,7 +335,13 @@ impl<'t> Lower<'t> {
     }
 
     /// The value of an element whose number is worked out.
-    fn element(&mut self, element: &Element) -> Value {
+    pub(super) fn element(&mut self, element: &Element) -> Value {
+        if self.is_reference(element.spot.ty) {
+            let Some(address) = element.address(false) else { return Value::Any };
+            let run = Input::Run(address, Shape::Cells, Count::Exactly(1));
+            let number = self.worked_out(1, Some((Operation::Copy, vec![run], 1)));
+            return Value::Address(number, self.candidates(element.spot.ty));
+        }
         let simple = self.simple(&element.spot);
         let is_bit = matches!(simple, Ty::Bit);
         let Some(address) = element.address(is_bit) else { return Value::Any };
@@ -542,6 +558,12 @@ impl<'t> Lower<'t> {
             self.keep(id, of, value);
             return Ok(());
         }
+        let through = &mut |own: &mut Self, place: Place| {
+            own.assign(at, &place, of, value.clone(), line).map(|()| Value::Any)
+        };
+        if self.each_target(at, target, line, through)?.is_some() {
+            return Ok(());
+        }
         let found = self.find(at, target, line)?;
         self.assign_found(found, of, value, line)
     }
@@ -618,6 +640,10 @@ impl<'t> Lower<'t> {
             Found::Element(element) => return self.element_writes(&element, value, line),
             Found::Spot(spot) => spot,
         };
+        if let (true, Some(cell)) = (self.is_reference(spot.ty), spot.tag.cell()) {
+            let number = self.reference_word(spot.ty, value, line)?;
+            return Ok(vec![Write::Words(targets(cell, 1), number)]);
+        }
         Ok(match (self.simple(&spot), spot.tag.cell()) {
             (Ty::Bit, Some(cell)) => {
                 vec![Write::Bit(BitTarget::Cell(cell), self.as_bit(value, line)?)]
@@ -657,6 +683,9 @@ impl<'t> Lower<'t> {
         let input = match simple {
             Ty::Bit => Input::Truth(self.as_bit(value, line)?),
             Ty::Number(kind) => Input::Number(self.as_number(value, kind, line)?),
+            _ if self.is_reference(element.spot.ty) => {
+                Input::Number(self.reference_word(element.spot.ty, value, line)?)
+            }
             _ => return Ok(Vec::new()),
         };
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };

@@ -7,7 +7,8 @@ use crate::blocks::StandardBlock;
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::standard::Function;
 use crate::tree::{
-    Applied, Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Root, StatementKind, Target,
+    Applied, Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Root, StatementKind, Step,
+    Target,
 };
 use crate::types::{Type, TypeId};
 use scanbound_base::code::Code;
@@ -90,7 +91,7 @@ impl Resolver<'_> {
             return self.standard(scope, name, given, line);
         }
         if let Some((owner, name)) = path.split_last() {
-            let place = self.place(scope, &owner, line)?;
+            let place = self.owner(scope, &owner, line)?;
             if let Type::Block(unit) = *self.tree.types.get(place.ty)
                 && let Some(method) = self.index.method(unit, name)
             {
@@ -276,6 +277,37 @@ impl Resolver<'_> {
         variable.map(Parameter::Variable)
     }
 
+    /// The instance of which a method or an action is named; an interface stands for one.
+    fn owner(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Place, Fault> {
+        let mut place = self.place(scope, path, line)?;
+        if let Type::Interface(unit) = *self.tree.types.get(place.ty) {
+            place.steps.push(Step::Dereference);
+            place.ty = self.block(unit);
+        }
+        Ok(place)
+    }
+
+    /// Whether a type is that of references, pointers or interfaces.
+    pub(super) fn is_reference(&self, ty: TypeId) -> bool {
+        matches!(self.tree.types.get(ty), Type::Reference(..) | Type::Interface(_))
+    }
+
+    /// A reference as it is.
+    pub(super) fn reference_place(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        line: u32,
+    ) -> Result<Place, Fault> {
+        match self.reference(scope, path, line)? {
+            Found::Place(place) => Ok(place),
+            _ => {
+                let told = format!("{} is no reference", show::path(path));
+                Err(Fault::new(line, told).code(Code::Operand))
+            }
+        }
+    }
+
     fn parameter_type(&self, parameter: Parameter) -> TypeId {
         match parameter {
             Parameter::Pin(pin) => self.tree.types.elementary(pin.of()),
@@ -326,7 +358,11 @@ impl Resolver<'_> {
                 let passed = match taken(&one.value) {
                     Some((path, negated)) => {
                         let ty = self.parameter_type(parameter);
-                        Passed::Output(self.target(scope, path, ty, line)?, negated)
+                        let place = match self.is_reference(ty) {
+                            true => self.reference_place(scope, path, line)?,
+                            false => self.target(scope, path, ty, line)?,
+                        };
+                        Passed::Output(place, negated)
                     }
                     None => Passed::Dropped,
                 };
@@ -341,7 +377,11 @@ impl Resolver<'_> {
                 let told = format!("{}.{name}", self.callee_name(callee));
                 return Err(unknown_name(line, &told));
             };
-            let value = self.expression(scope, &one.value, line);
+            let ty = self.parameter_type(parameter);
+            let value = match self.is_reference(ty) {
+                true => self.address(scope, &one.value, line),
+                false => self.expression(scope, &one.value, line),
+            };
             found.push((parameter, self.pass(parameter, value, line)?));
         }
         if matches!(callee, Callee::Unit(_) | Callee::Method(_)) {
@@ -451,7 +491,13 @@ impl Resolver<'_> {
         };
         let ast::Expr::Variable(path) = &of.value else { return Ok(None) };
         if which.is_none() && ["ADR", "REF", "__ISVALIDREF"].contains(&upper.as_str()) {
-            return Err(not_yet(line, "addresses"));
+            if upper == "__ISVALIDREF" {
+                let word = self.address(scope, &of.value, line);
+                let none = self.null(line);
+                return Ok(Some(self.operation(ast::Operator::NotEqual, word, none)));
+            }
+            let place = self.place(scope, path, line)?;
+            return self.address_of(place, line).map(Some);
         }
         if !["SIZEOF", "LOWER_BOUND", "UPPER_BOUND"].contains(&upper.as_str()) {
             return Ok(None);
@@ -585,7 +631,7 @@ impl Resolver<'_> {
             _ => {}
         }
         if let Some((owner, name)) = target.split_last()
-            && let Ok(place) = self.place(scope, &owner, line)
+            && let Ok(place) = self.owner(scope, &owner, line)
             && let Type::Block(unit) = *self.tree.types.get(place.ty)
         {
             let found = self.member_called(scope, place, unit, name, given, line)?;

@@ -8,7 +8,7 @@ use crate::types::{Elementary, Kind, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, EITHER, Literal, Operator};
 use scanbound_iec::fault::Fault;
-use scanbound_iec::show;
+use scanbound_iec::{same, show};
 
 impl Resolver<'_> {
     /// An expression; what is wrong with it is one, too.
@@ -27,6 +27,12 @@ impl Resolver<'_> {
     fn found(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Result<Expr, Fault> {
         let (kind, ty) = match one {
             ast::Expr::Literal(literal) => self.literal(literal, one, line)?,
+            ast::Expr::Variable(path) if self.is_null(scope, path) => {
+                return Ok(self.null(line));
+            }
+            ast::Expr::Variable(path) if path.as_name().is_some_and(|name| same(name, "THIS")) => {
+                return Ok(self.address(scope, one, line));
+            }
             ast::Expr::Variable(path) => match self.path(scope, path, line)? {
                 Found::Constant(constant) => return Ok(constant),
                 Found::Property(property) => {
@@ -74,7 +80,7 @@ impl Resolver<'_> {
     }
 
     /// Two operands, each as one of the type in which they meet.
-    fn operation(&mut self, operator: Operator, left: Expr, right: Expr) -> Expr {
+    pub(super) fn operation(&mut self, operator: Operator, left: Expr, right: Expr) -> Expr {
         let line = left.line;
         let types = &mut self.tree.types;
         let ty = operated(types, operator, left.ty, right.ty);

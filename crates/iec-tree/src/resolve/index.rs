@@ -63,7 +63,10 @@ impl Index {
         for number in 0..tree.units.len() {
             let (mut actions, mut methods) = (ByName::new(), ByName::new());
             let mut properties = ByName::new();
-            for unit in tree.lineage(UnitId::at(number)) {
+            let own = UnitId::at(number);
+            let is_interface = tree.unit(own).kind == PouKind::Interface;
+            let more = tree.unit(own).interfaces.iter().copied().filter(|_| is_interface);
+            for unit in tree.lineage(own).into_iter().chain(more) {
                 let unit = tree.unit(unit);
                 for &one in &unit.actions {
                     actions.entry(key(&tree.routine(one).name)).or_insert(one);

@@ -106,6 +106,7 @@ impl<'p> Resolver<'p> {
                 name: pou.name.clone(),
                 kind: pou.kind,
                 base: base.and_then(Result::ok),
+                interfaces: self.interfaces(pou),
                 variables: Vec::new(),
                 result: None,
                 body,
@@ -139,6 +140,20 @@ impl<'p> Resolver<'p> {
                 self.tree.programs.push(ProgramInstance { name, unit });
             }
         }
+    }
+
+    /// The interfaces that a unit implements, or is, with those that they extend.
+    fn interfaces(&self, pou: &Pou) -> Vec<UnitId> {
+        let mut found: Vec<UnitId> = Vec::new();
+        let mut open: Vec<&str> = pou.implements.iter().map(String::as_str).collect();
+        while let Some(unit) = open.pop().and_then(|name| self.index.unit(name)) {
+            if !found.contains(&unit) {
+                found.push(unit);
+                let more = &self.project.pous[unit.index()].implements;
+                open.extend(more.iter().map(String::as_str));
+            }
+        }
+        found
     }
 
     fn routine(
@@ -296,7 +311,10 @@ impl<'p> Resolver<'p> {
 
     fn initial_one(&mut self, scope: Scope, id: VarId, one: &Declared) {
         let Some(initial) = &one.initial else { return };
-        let found = self.initial(scope, initial, one.line);
+        let found = match self.tree.types.get(self.tree.variable(id).ty) {
+            Type::Reference(..) | Type::Interface(_) => self.address(scope, initial, one.line),
+            _ => self.initial(scope, initial, one.line),
+        };
         self.tree.variables[id.index()].initial = Some(found);
     }
 

@@ -3,7 +3,7 @@
 use super::{Declared, Resolver, Scope, not_yet, unknown_name};
 use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
 use crate::tree::{Expr, ExprKind, Place, Root, Step};
-use crate::types::{Elementary, Kind, Type, TypeId, holding};
+use crate::types::{Elementary, Kind, Refers, Type, TypeId, holding};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
@@ -36,8 +36,27 @@ fn is_this(name: &str) -> bool {
 }
 
 impl Resolver<'_> {
-    /// What a path means.
+    /// What a path means; a reference at its end stands for what it refers to.
     pub(super) fn path(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Found, Fault> {
+        self.path_to(scope, (path, true), line)
+    }
+
+    /// The same, with a reference at the end as it is.
+    pub(super) fn reference(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        self.path_to(scope, (path, false), line)
+    }
+
+    fn path_to(
+        &mut self,
+        scope: Scope,
+        (path, to_end): (&Path, bool),
+        line: u32,
+    ) -> Result<Found, Fault> {
         if path.first.starts_with('~') && self.own_variable(scope, &path.first).is_none() {
             return match self.kept.get(&path.first) {
                 Some(&id) if path.rest.is_empty() => {
@@ -61,7 +80,7 @@ impl Resolver<'_> {
                 let (owner, name) = (start, name.clone());
                 return Ok(Found::Property(Property { owner, of_base: true, unit: base, name }));
             }
-            return self.follow(scope, start, &rest[behind..], path, line);
+            return self.follow(scope, start, &rest[behind..], (path, to_end), line);
         }
         let own = self.own_variable(scope, &path.first);
         if matches!(rest, [Part::Name(flag)] if same(flag, "X") || same(flag, "T"))
@@ -84,19 +103,19 @@ impl Resolver<'_> {
         let variable = own.or_else(|| self.global(scope, &path.first));
         if let Some(variable) = variable {
             let start = self.start(variable);
-            return self.follow(scope, start, rest, path, line);
+            return self.follow(scope, start, rest, (path, to_end), line);
         }
         if let [Part::Name(name), rest @ ..] = rest
             && let Some(variable) = self.index.listed(&path.first, name)
         {
             let start = self.start(variable);
-            return self.follow(scope, start, rest, path, line);
+            return self.follow(scope, start, rest, (path, to_end), line);
         }
         if let Some(at) = self.program_instance(&path.first) {
             let unit = self.tree.programs[at].unit;
             let ty = self.block(unit);
             let start = start(Root::Program(at), ty);
-            return self.follow(scope, start, rest, path, line);
+            return self.follow(scope, start, rest, (path, to_end), line);
         }
         let last = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
         let number = self.constants.named(&path.first).or_else(|| {
@@ -108,7 +127,7 @@ impl Resolver<'_> {
         }
         if path.first.starts_with('%') {
             let start = self.direct(&path.first);
-            return self.follow(scope, start, rest, path, line);
+            return self.follow(scope, start, rest, (path, to_end), line);
         }
         Err(self.not_declared(scope, path, line))
     }
@@ -297,12 +316,15 @@ impl Resolver<'_> {
         scope: Scope,
         start: Place,
         rest: &[Part],
-        path: &Path,
+        (path, to_end): (&Path, bool),
         line: u32,
     ) -> Result<Found, Fault> {
         let mut place = Place { text: show::path(path).into(), ..start };
-        self.is_followed(&place, line)?;
+        self.has_type(&place)?;
         for (number, part) in rest.iter().enumerate() {
+            if self.dereferenced(&mut place, part, line)? && *part == Part::Dereference {
+                continue;
+            }
             if let (Type::Block(unit), Part::Name(name)) = (self.tree.types.get(place.ty), part)
                 && self.index.member(*unit, name).is_none()
                 && self.index.has_property(*unit, name)
@@ -324,15 +346,106 @@ impl Resolver<'_> {
             }
             place.steps.push(step);
             place.ty = ty;
-            self.is_followed(&place, line)?;
+            self.has_type(&place)?;
+        }
+        if let (Type::Reference(Refers::Reference, to), true) =
+            (self.tree.types.get(place.ty), to_end)
+        {
+            place.ty = *to;
+            place.steps.push(Step::Dereference);
+            self.has_type(&place)?;
         }
         Ok(Found::Place(place))
     }
 
-    fn is_followed(&mut self, place: &Place, line: u32) -> Result<(), Fault> {
+    /// Goes through a reference before a part of what it means. Whether there is one.
+    fn dereferenced(&mut self, place: &mut Place, part: &Part, line: u32) -> Result<bool, Fault> {
+        place.ty = match *self.tree.types.get(place.ty) {
+            Type::Reference(Refers::Pointer, _) if *part != Part::Dereference => {
+                let told = format!("{} is a pointer: behind it ^ was expected", place.text);
+                return Err(Fault::new(line, told).code(Code::NotModelled));
+            }
+            Type::Reference(_, to) => to,
+            Type::Interface(unit) => self.block(unit),
+            _ => return Ok(false),
+        };
+        place.steps.push(Step::Dereference);
+        self.has_type(place)?;
+        Ok(true)
+    }
+
+    /// The address that an expression is where a reference is asked for.
+    pub(super) fn address(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
+        match self.find_address(scope, one, line) {
+            Ok(found) => found,
+            Err(fault) => self.faulty(fault, line),
+        }
+    }
+
+    fn find_address(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Result<Expr, Fault> {
+        let path = match one {
+            ast::Expr::Literal(ast::Literal::Int(0, _)) => return Ok(self.null(line)),
+            ast::Expr::Variable(path) if self.is_null(scope, path) => return Ok(self.null(line)),
+            ast::Expr::Variable(path) => path,
+            ast::Expr::Call(..) => return Ok(self.expression(scope, one, line)),
+            _ => {
+                let told = format!("what {} refers to is not followed", show::expr(one));
+                return Err(Fault::new(line, told).code(Code::NotModelled));
+            }
+        };
+        match self.reference(scope, path, line)? {
+            Found::Place(place) => match self.tree.types.get(place.ty) {
+                Type::Reference(..) | Type::Interface(_) => {
+                    let ty = place.ty;
+                    Ok(Expr { kind: ExprKind::Read(place), ty, line })
+                }
+                _ => self.address_of(place, line),
+            },
+            Found::Property(property) => self.property_read(scope, &property, line),
+            Found::Constant(_) => {
+                let told = format!("{} has no address", show::path(path));
+                Err(Fault::new(line, told).code(Code::NotModelled))
+            }
+        }
+    }
+
+    /// The address of a variable.
+    pub(super) fn address_of(&mut self, place: Place, line: u32) -> Result<Expr, Fault> {
+        // What is handed over in and out is followed as a copy.
+        let members = place.steps.iter().filter_map(|step| match step {
+            Step::Member(id) => Some(*id),
+            _ => None,
+        });
+        let root = match place.root {
+            Root::Variable(id) => Some(id),
+            _ => None,
+        };
+        let is_copy = |id: &VarId| self.tree.variable(*id).section == Section::InOut;
+        if root.into_iter().chain(members).any(|id| is_copy(&id)) {
+            let what = format!(
+                "the address of {} is taken, which is handed over in and out: not followed",
+                place.text
+            );
+            let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
+            return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+        }
+        let ty = self.tree.types.id(Type::Reference(Refers::Pointer, place.ty));
+        Ok(Expr { kind: ExprKind::Address(place), ty, line })
+    }
+
+    pub(super) fn is_null(&self, scope: Scope, path: &Path) -> bool {
+        path.as_name().is_some_and(|name| same(name, "NULL"))
+            && self.own_variable(scope, "NULL").is_none()
+            && self.index.globals("NULL").is_empty()
+    }
+
+    pub(super) fn null(&mut self, line: u32) -> Expr {
+        let ty = self.tree.types.id(Type::Untyped);
+        Expr { kind: ExprKind::Null, ty, line }
+    }
+
+    fn has_type(&self, place: &Place) -> Result<(), Fault> {
         match self.tree.types.get(place.ty) {
-            Type::Reference(..) => Err(not_yet(line, "references and pointers")),
-            Type::Interface(_) => Err(not_yet(line, "interfaces")),
             Type::Faulty(at) => Err(self.tree.types.fault(*at)),
             _ => Ok(()),
         }

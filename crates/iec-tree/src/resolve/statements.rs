@@ -3,7 +3,7 @@
 use super::paths::Found;
 use super::{Resolver, Scope, not_yet};
 use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
-use crate::types::Type;
+use crate::types::{Refers, Type};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Kind};
 use scanbound_iec::fault::Fault;
@@ -81,6 +81,13 @@ impl Resolver<'_> {
                     return Err(*fault);
                 }
                 StatementKind::Keep(self.temporary(&target.first, value.ty), value)
+            }
+            Kind::Assign(path, value) if self.takes_address(scope, path, line) => {
+                let target = self.reference_place(scope, path, line)?;
+                match self.address(scope, value, line) {
+                    Expr { kind: ExprKind::Fault(fault), .. } => StatementKind::Fault(fault),
+                    value => StatementKind::Assign(target, value),
+                }
             }
             Kind::Assign(path, value) => {
                 let target = match self.path(scope, path, line)? {
@@ -195,13 +202,29 @@ impl Resolver<'_> {
             Kind::Unread(what) => {
                 return Err(Fault::new(line, what.clone()).code(Code::NotModelled));
             }
-            Kind::Refer(..) => return Err(not_yet(line, "references and pointers")),
+            Kind::Refer(target, value) => {
+                let target = self.reference_place(scope, target, line)?;
+                if !self.is_reference(target.ty) {
+                    let told = format!("{} is no reference", target.text);
+                    return Err(Fault::new(line, told).code(Code::Operand));
+                }
+                StatementKind::Assign(target, self.address(scope, value, line))
+            }
             Kind::Either(what, one, other) => {
                 let one = self.statements(scope, one, labels);
                 StatementKind::Either(what, one, self.statements(scope, other, labels))
             }
             Kind::Foreign(..) => return Err(not_yet(line, "code of other languages")),
         })
+    }
+
+    /// Whether an assignment to a path changes what a pointer or an interface means.
+    fn takes_address(&mut self, scope: Scope, path: &ast::Path, line: u32) -> bool {
+        let Ok(Found::Place(place)) = self.reference(scope, path, line) else { return false };
+        matches!(
+            self.tree.types.get(place.ty),
+            Type::Reference(Refers::Pointer, _) | Type::Interface(_)
+        )
     }
 
     /// A value goes to a variable: an elementary one, or a whole.

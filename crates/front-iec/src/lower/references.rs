@@ -1,0 +1,402 @@
+//! References, pointers and interfaces: a word that says which of the variables is meant whose address the project takes.
+//!
+//! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is done through
+//! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
+
+use super::super::value::{Value, constant};
+use super::places::{Context, Found, Spot};
+use super::{Entry, Lower};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::resolve::not_yet;
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
+use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
+use std::collections::BTreeMap;
+
+/// More variables than this, one reference is not taken to mean.
+const MOST: usize = 64;
+
+/// How often all code is gone through until it is known which variables references can mean.
+const MOST_ROUNDS: u32 = 50;
+
+/// The variables whose addresses are taken; the word for each is its number here, from 1.
+#[derive(Default)]
+pub(super) struct Targets {
+    pub(super) spots: Vec<Spot>,
+    numbers: BTreeMap<String, usize>,
+}
+
+/// The word of the target of this index.
+fn word(index: usize) -> i64 {
+    i64::try_from(index + 1).unwrap_or(i64::MAX)
+}
+
+fn not_followed(line: u32, what: String) -> Fault {
+    let help = "let it refer to variables of its own type, which the project names (ADR, REF=)";
+    Fault::new(line, what).code(FaultCode::NotModelled).help(help)
+}
+
+/// Whether words are a number.
+fn is_number(words: &[WordSource], number: i64, size: u32) -> Logic {
+    Logic::Compare(Box::new(Compare {
+        relation: Relation::Equal,
+        format: if size == 1 { NumberFormat::Unsigned } else { NumberFormat::Signed },
+        left: Number::Words(words.to_vec()),
+        right: constant(number, size),
+    }))
+}
+
+/// Where a path goes through a reference first.
+fn through(place: &Place) -> Option<usize> {
+    place.steps.iter().position(|step| matches!(step, Step::Dereference))
+}
+
+impl<'t> Lower<'t> {
+    /// Whether a type is that of references, pointers or interfaces.
+    pub(super) fn is_reference(&self, ty: TypeId) -> bool {
+        matches!(self.tree.types.get(ty), Typed::Reference(..) | Typed::Interface(_))
+    }
+
+    /// Whether a type holds references.
+    pub(super) fn has_reference(&self, ty: TypeId) -> bool {
+        let tree = self.tree;
+        match tree.types.get(ty) {
+            Typed::Reference(..) | Typed::Interface(_) => true,
+            Typed::Array(_, of) => self.has_reference(*of),
+            Typed::Struct(id) => {
+                tree.types.parts(*id).iter().any(|(_, ty)| self.has_reference(*ty))
+            }
+            Typed::Block(unit) => {
+                let members = tree.members(*unit).into_iter();
+                { members }.any(|one| self.has_reference(tree.variable(one).ty))
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a reference of a type can mean a variable.
+    fn can_mean(&self, reference: TypeId, spot: &Spot) -> bool {
+        let tree = self.tree;
+        let unit = self.unit_of(spot.ty);
+        match tree.types.get(reference) {
+            Typed::Interface(interface) => unit.is_some_and(|unit| {
+                let units = tree.lineage(unit).into_iter();
+                { units }.any(|one| tree.unit(one).interfaces.contains(interface))
+            }),
+            Typed::Reference(_, to) => match (self.unit_of(*to), unit) {
+                (Some(base), Some(unit)) => tree.lineage(unit).contains(&base),
+                _ => *to == spot.ty,
+            },
+            _ => false,
+        }
+    }
+
+    /// The indices of the variables that a reference of a type can mean.
+    pub(super) fn candidates(&self, reference: TypeId) -> Vec<usize> {
+        let spots = self.memory.targets.spots.iter().enumerate();
+        spots.filter(|(_, spot)| self.can_mean(reference, spot)).map(|(at, _)| at).collect()
+    }
+
+    /// The index of a variable whose address is taken.
+    pub(super) fn target(&mut self, spot: &Spot) -> usize {
+        let targets = &mut self.memory.targets;
+        if let Some(&known) = targets.numbers.get(&spot.name) {
+            return known;
+        }
+        targets.spots.push(spot.clone());
+        targets.numbers.insert(spot.name.clone(), targets.spots.len() - 1);
+        targets.spots.len() - 1
+    }
+
+    /// Finds the variables that references can mean.
+    pub(super) fn find_targets(&mut self) -> Result<(), Fault> {
+        let tree = self.tree;
+        if !tree.types.has_references() {
+            return Ok(());
+        }
+        if tree.units.iter().any(|unit| unit.begins_with_method) {
+            return Err(not_yet(1, "references beside FB_Init"));
+        }
+        for _ in 0..MOST_ROUNDS {
+            let before = self.memory.targets.spots.len();
+            for (task, all) in self.routines.tasks.clone().into_iter().enumerate() {
+                self.routines.task = task;
+                self.effects.clear();
+                for instance in all {
+                    self.effects_of((instance, Entry::Body));
+                }
+            }
+            self.initial_targets()?;
+            self.routines.task = 0;
+            self.effects.clear();
+            if self.memory.targets.spots.len() == before {
+                return Ok(());
+            }
+        }
+        let told = "which variables references can mean is not found in time";
+        let help = "let references mean fewer variables";
+        Err(Fault::new(1, told).code(FaultCode::NotModelled).help(help))
+    }
+
+    /// The variables that declarations say references mean at first.
+    fn initial_targets(&mut self) -> Result<(), Fault> {
+        let tree = self.tree;
+        let mut all = Vec::new();
+        for instance in 0..self.instances.len() {
+            let members = tree.members(self.instances[instance].unit);
+            all.extend(members.into_iter().map(|id| (instance, id)));
+        }
+        all.extend(tree.globals.iter().flat_map(|list| &list.variables).map(|&id| (0, id)));
+        for (instance, id) in all {
+            let one = tree.variable(id);
+            let Some(initial) = &one.initial else { continue };
+            if matches!(initial.kind, ExprKind::List(_)) && self.has_reference(one.ty) {
+                return Err(not_yet(one.line, "values for references in what a variable holds"));
+            }
+            if let ExprKind::Fault(fault) = &initial.kind
+                && self.is_reference(one.ty)
+            {
+                return Err((**fault).clone());
+            }
+            let at = Context { instance, frame: None };
+            self.of_expr(&at, initial, &mut super::effects::Effects::default());
+        }
+        Ok(())
+    }
+
+    /// The word that goes into a reference.
+    pub(super) fn reference_word(
+        &mut self,
+        reference: TypeId,
+        value: Value,
+        line: u32,
+    ) -> Result<Number, Fault> {
+        match value {
+            Value::Constant(0) => Ok(constant(0, 1)),
+            Value::Address(number, from) => {
+                let can = self.candidates(reference);
+                match from.iter().find(|one| !can.contains(one)) {
+                    None => Ok(number),
+                    Some(&other) => {
+                        let other = &self.memory.targets.spots[other].name;
+                        let what =
+                            format!("a reference may refer to {other}, which is of another type");
+                        Err(not_followed(line, what))
+                    }
+                }
+            }
+            _ => Err(not_followed(line, "what a reference refers to is not followed".to_owned())),
+        }
+    }
+
+    /// The address of a variable.
+    pub(super) fn address(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let through = &mut |own: &mut Self, place: Place| own.address(at, &place, line);
+        if let Some(found) = self.each_target(at, place, line, through)? {
+            return Ok(found);
+        }
+        let what = || not_followed(line, format!("the address of {} is not followed", place.text));
+        match self.find(at, place, line)? {
+            Found::Spot(spot) => {
+                let index = self.target(&spot);
+                Ok(Value::Address(constant(word(index), 1), vec![index]))
+            }
+            Found::Element(element) => {
+                let Typed::Array(dimensions, _) = self.tree.types.get(element.whole.ty) else {
+                    return Err(what());
+                };
+                let ([(low, high)], Some(Step::Element(indices))) =
+                    (&dimensions[..], place.steps.last())
+                else {
+                    return Err(what());
+                };
+                let ([index], (low, high)) = (&indices[..], (*low, *high)) else {
+                    return Err(what());
+                };
+                if usize::try_from(high - low).is_ok_and(|many| many >= MOST) {
+                    return Err(what());
+                }
+                let value = self.value(at, index)?;
+                let number = self.as_number(value, DINT, line)?;
+                let words = self.copied(number, 2);
+                let (mut known, mut ends) = (None, Vec::new());
+                for number in low..=high {
+                    let mut one = place.clone();
+                    let kind = ExprKind::Named(number);
+                    one.steps.pop();
+                    one.steps.push(Step::Element(vec![Expr { kind, ..index.clone() }]));
+                    let skip = (number < high)
+                        .then(|| self.jump(is_number(&words, number, 2).not(), None));
+                    let found = self.address(at, &one, line)?;
+                    known = Some(self.gathered(known, found));
+                    self.past(skip, &mut ends);
+                }
+                self.all_land(ends);
+                Ok(known.unwrap_or(Value::Any))
+            }
+            Found::WordBit(..) => Err(what()),
+        }
+    }
+
+    /// Ends what is for one number alone.
+    fn past(&mut self, skip: Option<usize>, ends: &mut Vec<usize>) {
+        let Some(skip) = skip else { return };
+        ends.push(self.jump(Logic::Const(true), None));
+        self.land(skip);
+        self.landing();
+    }
+
+    fn all_land(&mut self, ends: Vec<usize>) {
+        ends.into_iter().for_each(|end| self.land(end));
+        self.landing();
+    }
+
+    /// A value of one way, with that of the ways before.
+    fn gathered(&mut self, known: Option<Value>, value: Value) -> Value {
+        match known {
+            None => self.stored(value, true),
+            Some(known) => self.merged(known, value),
+        }
+    }
+
+    /// A path up to a step.
+    fn before(&self, at: &Context, place: &Place, end: usize) -> Option<Place> {
+        let mut ty = self.root_type(at, place)?;
+        for step in &place.steps[..end] {
+            ty = self.step_type(ty, step)?;
+        }
+        Some(Place { steps: place.steps[..end].to_vec(), ty, ..place.clone() })
+    }
+
+    /// The references that a path goes through, each by the path to it.
+    pub(super) fn references_in(&self, at: &Context, place: &Place) -> Vec<Place> {
+        match through(place) {
+            Some(end) => self.before(at, place, end).into_iter().collect(),
+            None => Vec::new(),
+        }
+    }
+
+    /// Does something to each variable that the first reference of a path can mean; the value that it gives, if there is one.
+    pub(super) fn each_target(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+        act: &mut dyn FnMut(&mut Lower<'t>, Place) -> Result<Value, Fault>,
+    ) -> Result<Option<Value>, Fault> {
+        let Some(end) = through(place) else { return Ok(None) };
+        let shown = || place.text.trim_end_matches('^').to_owned();
+        let Some(before) = self.before(at, place, end) else {
+            return Err(not_followed(line, format!("{} is not followed", shown())));
+        };
+        let can = self.candidates(before.ty);
+        if can.is_empty() {
+            return Err(not_followed(line, format!("nothing says what {} refers to", shown())));
+        }
+        if can.len() > MOST {
+            let what = format!("{} may refer to {} variables", shown(), can.len());
+            return Err(not_followed(line, what));
+        }
+        self.cost(&["LD"], "contact");
+        let is_element = before.steps.iter().any(|step| matches!(step, Step::Element(_)));
+        // With one variable to mean, nothing but whether it means any hangs on the word.
+        let words = match (can.len(), is_element) {
+            (1, true) => Vec::new(),
+            (1, false) if !self.stops_on_error => Vec::new(),
+            _ => {
+                let value = match self.find(at, &before, line)? {
+                    Found::Spot(spot) => self.read_spot(&spot),
+                    Found::Element(element) => self.element(&element),
+                    Found::WordBit(..) => Value::Any,
+                };
+                match value {
+                    Value::Address(number, _) => self.copied(number, 1),
+                    _ if can.len() == 1 => Vec::new(),
+                    _ => return Err(not_followed(line, format!("{} is not followed", shown()))),
+                }
+            }
+        };
+        if !words.is_empty() {
+            let means = |&index: &usize| is_number(&words, word(index), 1);
+            self.stops_where(Logic::Any(can.iter().map(means).collect()).not());
+        }
+        let (mut known, mut ends) = (None, Vec::new());
+        for (number, &index) in can.iter().enumerate() {
+            let is_last = number + 1 == can.len();
+            let skip = (!is_last).then(|| self.jump(is_number(&words, word(index), 1).not(), None));
+            let root = Root::Target(u32::try_from(index).unwrap_or(u32::MAX));
+            let steps = place.steps[end + 1..].to_vec();
+            let value = act(self, Place { root, steps, ..place.clone() })?;
+            known = Some(match can.len() {
+                1 => value,
+                _ => self.gathered(known, value),
+            });
+            self.past(skip, &mut ends);
+        }
+        if can.len() > 1 {
+            self.all_land(ends);
+        }
+        Ok(Some(known.unwrap_or(Value::Any)))
+    }
+
+    /// Whether a path goes through a reference.
+    pub(super) fn is_referred(place: &Place) -> bool {
+        through(place).is_some()
+    }
+
+    /// The one variable that the references of a path mean, where they can mean one alone.
+    pub(super) fn only_target(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<Option<Place>, Fault> {
+        let Some(end) = through(place) else { return Ok(None) };
+        let before = self.before(at, place, end);
+        let can = before.map(|before| self.candidates(before.ty)).unwrap_or_default();
+        let [only] = can[..] else {
+            let what = format!(
+                "{} may mean one of several variables, which is not followed here",
+                place.text
+            );
+            let help = "assign it to a variable of its own before, or call it in a statement";
+            return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
+        };
+        self.cost(&["LD"], "contact");
+        let root = Root::Target(u32::try_from(only).unwrap_or(u32::MAX));
+        Ok(Some(Place { root, steps: place.steps[end + 1..].to_vec(), ..place.clone() }))
+    }
+
+    /// Refuses a value that may change which variable a reference means before that is used.
+    pub(super) fn stays(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        value: &Expr,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if !self.calls_own(value) {
+            return Ok(());
+        }
+        let references = self.references_in(at, place);
+        for before in references {
+            let is_one = self.candidates(before.ty).len() < 2;
+            let read = Expr { ty: before.ty, kind: ExprKind::Read(before), line };
+            if !is_one && self.order_matters(at, value, &read) {
+                let what = format!(
+                    "which variable {} means may change while the value is worked out",
+                    place.text
+                );
+                let help = "assign the value to a variable of its own before";
+                return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
+            }
+        }
+        Ok(())
+    }
+}
