@@ -121,7 +121,9 @@ pub struct Unit {
     pub fault: Option<Fault>,
     /// Whether it keeps all its variables when the power fails.
     pub retain: bool,
-    /// Whether it has a method that is executed when its instances begin.
+    /// Its methods that are executed before the first scan for each instance (`FB_Init`, `FB_Reinit`).
+    pub begins_with: Vec<RoutineId>,
+    /// Whether a method is executed when its instances begin or end.
     pub begins_with_method: bool,
     /// Its file.
     pub file: usize,

@@ -4,11 +4,10 @@
 //! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
 use super::super::value::{Value, constant};
-use super::places::{Context, Found, Spot};
+use super::places::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::resolve::not_yet;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
@@ -16,6 +15,9 @@ use std::collections::BTreeMap;
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
+
+/// Larger arrays are not gone through.
+const MOST_ELEMENTS: i64 = 4096;
 
 /// How often all code is gone through until it is known which variables references can mean.
 const MOST_ROUNDS: u32 = 50;
@@ -115,9 +117,6 @@ impl<'t> Lower<'t> {
         if !tree.types.has_references() {
             return Ok(());
         }
-        if tree.units.iter().any(|unit| unit.begins_with_method) {
-            return Err(not_yet(1, "references beside FB_Init"));
-        }
         for _ in 0..MOST_ROUNDS {
             let before = self.memory.targets.spots.len();
             for (task, all) in self.routines.tasks.clone().into_iter().enumerate() {
@@ -139,30 +138,98 @@ impl<'t> Lower<'t> {
         Err(Fault::new(1, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// The variables that declarations say references mean at first.
+    /// The variables that references mean at first: by declarations, and by what is executed before the first scan.
     fn initial_targets(&mut self) -> Result<(), Fault> {
         let tree = self.tree;
-        let mut all = Vec::new();
-        for instance in 0..self.instances.len() {
-            let members = tree.members(self.instances[instance].unit);
-            all.extend(members.into_iter().map(|id| (instance, id)));
+        let programs: Vec<usize> = self.routines.tasks.iter().flatten().copied().collect();
+        for instance in programs {
+            self.instance_begins(instance)?;
         }
-        all.extend(tree.globals.iter().flat_map(|list| &list.variables).map(|&id| (0, id)));
-        for (instance, id) in all {
+        let at = Context { instance: 0, frame: None };
+        for &id in tree.globals.iter().flat_map(|list| &list.variables) {
             let one = tree.variable(id);
-            let Some(initial) = &one.initial else { continue };
-            if matches!(initial.kind, ExprKind::List(_)) && self.has_reference(one.ty) {
-                return Err(not_yet(one.line, "values for references in what a variable holds"));
+            if self.matters(one.ty) {
+                let spot = self.global(id)?;
+                self.begins(&at, &spot, one.initial.as_ref())?;
             }
-            if let ExprKind::Fault(fault) = &initial.kind
-                && self.is_reference(one.ty)
-            {
-                return Err((**fault).clone());
-            }
-            let at = Context { instance, frame: None };
-            self.of_expr(&at, initial, &mut super::effects::Effects::default());
         }
         Ok(())
+    }
+
+    fn instance_begins(&mut self, instance: usize) -> Result<(), Fault> {
+        let tree = self.tree;
+        let Instance { unit, spot } = self.instances[instance].clone();
+        let at = Context { instance, frame: None };
+        for id in tree.members(unit) {
+            let one = tree.variable(id);
+            if let (true, Some(part)) = (self.matters(one.ty), self.member(&spot, unit, id)) {
+                self.begins(&at, &part, one.initial.as_ref())?;
+            }
+        }
+        for method in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).begins_with) {
+            self.effects_of((instance, Entry::Routine(*method)));
+        }
+        Ok(())
+    }
+
+    /// What a variable begins with, and the instances in it.
+    fn begins(&mut self, at: &Context, spot: &Spot, initial: Option<&Expr>) -> Result<(), Fault> {
+        let tree = self.tree;
+        if let Some(initial) = initial {
+            let mut fault = None;
+            initial.each(&mut |one| {
+                if let ExprKind::Fault(own) = &one.kind {
+                    fault = Some((**own).clone());
+                }
+            });
+            if let Some(fault) = fault {
+                return Err(fault);
+            }
+            self.of_expr(at, initial, &mut super::effects::Effects::default());
+        }
+        match tree.types.get(spot.ty) {
+            Typed::Block(unit) => {
+                let instance = self.instance(spot, *unit);
+                self.instance_begins(instance)
+            }
+            Typed::Struct(id) => {
+                for (number, (name, ty)) in tree.types.parts(*id).iter().enumerate() {
+                    let Some(tag) = spot.tag.part_at(number).filter(|_| self.matters(*ty)) else {
+                        continue;
+                    };
+                    let name = format!("{}.{name}", spot.name);
+                    self.begins(at, &Spot { name, tag, ty: *ty }, None)?;
+                }
+                Ok(())
+            }
+            Typed::Array(dimensions, of) if self.matters(*of) => {
+                let [(low, high)] = dimensions[..] else {
+                    let told = format!("{}: several dimensions of references", spot.name);
+                    return Err(Fault::new(1, told).code(FaultCode::NotModelled));
+                };
+                if high - low >= MOST_ELEMENTS {
+                    let told = format!("{} is too large to hold references", spot.name);
+                    return Err(Fault::new(1, told).code(FaultCode::NotModelled));
+                }
+                for number in low..=high {
+                    let Some(tag) = spot.tag.element(number) else { continue };
+                    let name = format!("{}[{number}]", spot.name);
+                    self.begins(at, &Spot { name, tag, ty: *of }, None)?;
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether what a variable of a type begins with may say what references mean.
+    fn matters(&self, ty: TypeId) -> bool {
+        match self.tree.types.get(ty) {
+            Typed::Reference(..) | Typed::Interface(_) | Typed::Block(_) => true,
+            Typed::Array(_, of) => self.matters(*of),
+            Typed::Struct(id) => self.tree.types.parts(*id).iter().any(|(_, ty)| self.matters(*ty)),
+            _ => false,
+        }
     }
 
     /// The word that goes into a reference.

@@ -101,7 +101,7 @@ impl<'p> Resolver<'p> {
                 self.tree.routines[id.index()].is_private = one.is_private;
                 id
             });
-            let methods = methods.collect();
+            let methods: Vec<RoutineId> = methods.collect();
             self.tree.units.push(Unit {
                 name: pou.name.clone(),
                 kind: pou.kind,
@@ -111,10 +111,18 @@ impl<'p> Resolver<'p> {
                 result: None,
                 body,
                 actions,
-                methods,
                 fault,
                 retain: project.retains(number),
+                begins_with: { &methods }
+                    .iter()
+                    .copied()
+                    .filter(|&one: &RoutineId| {
+                        let name = &self.tree.routine(one).name;
+                        ["FB_Init", "FB_Reinit"].iter().any(|own| same(own, name))
+                    })
+                    .collect(),
                 begins_with_method: pou.methods.iter().any(begins),
+                methods,
                 file: pou.file,
                 line: pou.line,
             });
@@ -311,23 +319,74 @@ impl<'p> Resolver<'p> {
 
     fn initial_one(&mut self, scope: Scope, id: VarId, one: &Declared) {
         let Some(initial) = &one.initial else { return };
-        let found = match self.tree.types.get(self.tree.variable(id).ty) {
-            Type::Reference(..) | Type::Interface(_) => self.address(scope, initial, one.line),
-            _ => self.initial(scope, initial, one.line),
-        };
+        let found = self.initial(scope, initial, self.tree.variable(id).ty, one.line);
         self.tree.variables[id.index()].initial = Some(found);
     }
 
-    fn initial(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
+    /// What a declaration gives a variable of a type, or a part of one.
+    fn initial(&mut self, scope: Scope, one: &ast::Expr, of: TypeId, line: u32) -> Expr {
         use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
-        if let ast::Expr::Call(path, given) = one
-            && [CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str())
-        {
-            let all = given.iter().map(|one| self.initial(scope, &one.value, line)).collect();
-            let ty = self.tree.types.id(Type::Unknown);
-            return Expr { kind: ExprKind::List(all), ty, line };
+        if self.is_reference(of) {
+            return self.address(scope, one, line);
         }
-        self.expression(scope, one, line)
+        let listed = match one {
+            ast::Expr::Call(path, given)
+                if [CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str()) =>
+            {
+                Some((path.first == UNREAD, given))
+            }
+            _ => None,
+        };
+        let Some((is_unread, given)) = listed else { return self.expression(scope, one, line) };
+        if is_unread && self.holds_reference(of) {
+            let told = "what references mean at first is not followed where it cannot be read";
+            let help = "assign them in the program";
+            let fault = Fault::new(line, told).code(FaultCode::NotModelled).help(help);
+            return self.faulty(fault, line);
+        }
+        let mut all = Vec::new();
+        for part in given {
+            let own = self.part_type(of, part.name.as_deref());
+            all.push(self.initial(scope, &part.value, own, line));
+        }
+        let ty = self.unknown();
+        Expr { kind: ExprKind::List(all), ty, line }
+    }
+
+    /// The type of an element, of a part, or of what the method takes that begins an instance.
+    fn part_type(&mut self, of: TypeId, name: Option<&str>) -> TypeId {
+        let unknown = self.unknown();
+        match (self.tree.types.get(of).clone(), name) {
+            (Type::Array(_, of), _) => of,
+            (Type::Struct(id), Some(name)) => {
+                let parts = self.tree.types.parts(id);
+                parts.iter().find(|(own, _)| same(own, name)).map_or(unknown, |part| part.1)
+            }
+            (Type::Block(unit), Some(name)) => {
+                let units = self.tree.lineage(unit).into_iter();
+                let methods = units.flat_map(|unit| self.tree.unit(unit).begins_with.clone());
+                let methods: Vec<RoutineId> = methods.collect();
+                let taken = methods.iter().find_map(|&method| self.index.local(method, name));
+                let own = taken.or_else(|| self.index.member(unit, name));
+                own.map_or(unknown, |own| self.tree.variable(own).ty)
+            }
+            _ => unknown,
+        }
+    }
+
+    fn holds_reference(&self, ty: TypeId) -> bool {
+        match self.tree.types.get(ty) {
+            Type::Reference(..) | Type::Interface(_) => true,
+            Type::Array(_, of) => self.holds_reference(*of),
+            Type::Struct(id) => {
+                self.tree.types.parts(*id).iter().any(|(_, ty)| self.holds_reference(*ty))
+            }
+            Type::Block(unit) => {
+                let members = self.tree.members(*unit).into_iter();
+                { members }.any(|one| self.holds_reference(self.tree.variable(one).ty))
+            }
+            _ => false,
+        }
     }
 
     fn bodies(&mut self) {
