@@ -8,12 +8,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     if names.is_empty() {
         names.push("samples/filler/MAIN.csv".to_owned());
     }
+    println!("{}", bound(&names)?);
+    Ok(())
+}
+
+/// The bound of these files as one project, in words.
+///
+/// # Errors
+/// A file cannot be read, or the project cannot be analysed.
+pub fn bound(names: &[String]) -> Result<String, Box<dyn Error>> {
     let mut analysis = scanbound::Analysis::new();
     for name in names {
-        let content = std::fs::read(&name)?;
-        analysis = analysis.file(name, content);
+        analysis = analysis.file(name, std::fs::read(name)?);
     }
     let report = analysis.run()?;
-    println!("longest scan found: {}, bound: {}", report.lower(), report.upper());
-    Ok(())
+    Ok(format!("longest scan found: {}, bound: {}", report.lower(), report.upper()))
 }

@@ -10,26 +10,29 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "samples/transfer-line/line.il".to_owned());
     let limit = arguments.next().unwrap_or_else(|| "10ms".to_owned());
+    let (answer, code) = check(&name, &limit)?;
+    println!("{answer}");
+    Ok(ExitCode::from(code))
+}
+
+/// The verdict in words, and its exit code.
+///
+/// # Errors
+/// A file cannot be read, the program cannot be analysed, or the limit is not a time.
+pub fn check(name: &str, limit: &str) -> Result<(String, u8), Box<dyn Error>> {
     let facts = std::fs::read_to_string("samples/transfer-line/facts.toml")?;
     let report = scanbound::Analysis::new()
-        .file(name.as_str(), std::fs::read(&name)?)
+        .file(name, std::fs::read(name)?)
         .cpu("Q26UDV")
         .facts("facts.toml", facts)
         .run()?;
     let limit: Picos = limit.parse()?;
     Ok(match report.check(limit) {
-        Verdict::Proved => {
-            println!("proved: no scan takes more than {limit}");
-            ExitCode::SUCCESS
-        }
-        Verdict::Refuted => {
-            println!("refuted: a scan takes {}", report.lower());
-            ExitCode::from(1)
-        }
+        Verdict::Proved => (format!("proved: no scan takes more than {limit}"), 0),
+        Verdict::Refuted => (format!("refuted: a scan takes {}", report.lower()), 1),
         Verdict::Undecided(reasons) => {
-            println!("undecided:");
-            reasons.iter().for_each(|reason| println!("- {reason}"));
-            ExitCode::from(3)
+            let reasons = reasons.iter().map(|reason| format!("\n- {reason}"));
+            (format!("undecided:{}", reasons.collect::<String>()), 3)
         }
     })
 }

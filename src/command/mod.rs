@@ -12,12 +12,14 @@ mod diff;
 mod doctor;
 mod documents;
 mod emulate;
+mod exit;
 mod explain;
 mod export;
 mod facts;
 mod line;
 mod live;
 mod options;
+mod outcome;
 mod output;
 mod progress;
 mod project_file;
@@ -34,10 +36,10 @@ mod values;
 mod version;
 mod watch;
 
+pub use exit::code;
+pub use outcome::{Failure, Outcome};
+
 use clap::{ColorChoice, CommandFactory, Parser, Subcommand};
-use scanbound::base::diagnostic::Diagnostic;
-use scanbound::report::format::Checked;
-use std::panic::{UnwindSafe, catch_unwind};
 
 /// How long can one scan of a PLC program take at most?
 ///
@@ -102,132 +104,6 @@ enum Command {
     Man(completions::Man),
 }
 
-/// How a command ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// Done; for `check`: proved.
-    Done,
-    /// `check`: refuted. `compare`: a measurement exceeds the bound. `diff`: the bound grew by more than is allowed.
-    /// `cpus`: no CPU stays within the limit. `doctor`: something prevents a bound.
-    Refuted,
-    /// `check`: undecided.
-    Undecided,
-    /// The most serious exit code of several projects. The user has already been told.
-    Told(u8),
-}
-
-impl Outcome {
-    /// The exit code.
-    pub fn code(self) -> u8 {
-        match self {
-            Outcome::Done => 0,
-            Outcome::Refuted => 1,
-            Outcome::Undecided => 3,
-            Outcome::Told(code) => code,
-        }
-    }
-}
-
-/// Why a command ended without a result.
-#[derive(Debug)]
-pub enum Failure {
-    /// The input cannot be analysed.
-    Input(Vec<Diagnostic>),
-    /// Wrong arguments, or files that cannot be read or written.
-    Usage(anyhow::Error),
-    /// A fault of this program.
-    Internal(String),
-}
-
-impl From<anyhow::Error> for Failure {
-    fn from(error: anyhow::Error) -> Failure {
-        Failure::Usage(error)
-    }
-}
-
-impl From<Vec<Diagnostic>> for Failure {
-    fn from(faults: Vec<Diagnostic>) -> Failure {
-        Failure::Input(faults)
-    }
-}
-
-impl From<scanbound::audit::Failure> for Failure {
-    fn from(failure: scanbound::audit::Failure) -> Failure {
-        match failure {
-            scanbound::audit::Failure::Input(faults) => Failure::Input(faults),
-            scanbound::audit::Failure::Internal(what) => Failure::Internal(what),
-        }
-    }
-}
-
-impl Failure {
-    /// The exit code.
-    pub fn code(&self) -> u8 {
-        match self {
-            Failure::Input(_) | Failure::Usage(_) => 2,
-            Failure::Internal(_) => 70,
-        }
-    }
-
-    /// A copy of this failure, to report it a second time.
-    pub fn again(&self) -> Failure {
-        match self {
-            Failure::Input(faults) => Failure::Input(faults.clone()),
-            Failure::Usage(error) => Failure::Usage(anyhow::anyhow!("{error:#}")),
-            Failure::Internal(what) => Failure::Internal(what.clone()),
-        }
-    }
-
-    /// The result of a project whose check failed in this way.
-    pub fn checked(&self) -> Checked<'_> {
-        match self {
-            Failure::Input(faults) => Checked::Faulty(faults),
-            Failure::Usage(error) => Checked::Failed(format!("{error:#}")),
-            Failure::Internal(what) => Checked::Failed(format!("internal error: {what}")),
-        }
-    }
-
-    /// The message for the user.
-    pub fn message(&self) -> String {
-        match self {
-            Failure::Input(faults) => {
-                scanbound::report::render::diagnostics(faults, output::terminal())
-            }
-            Failure::Usage(error) => output::complaint(&format!("{error:#}")),
-            Failure::Internal(what) => output::complaint(&format!(
-                "internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it."
-            )),
-        }
-    }
-}
-
-/// Runs a command and returns its exit code. If it failed, the reason is written to stderr. A panic is an internal
-/// error.
-pub fn code(command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe) -> u8 {
-    code_of(ended(command))
-}
-
-/// The exit code of a command's result.
-fn code_of(end: Result<Outcome, Failure>) -> u8 {
-    match end {
-        Ok(outcome) => outcome.code(),
-        Err(failure) => {
-            output::say(&failure.message());
-            failure.code()
-        }
-    }
-}
-
-fn ended(
-    command: impl FnOnce() -> Result<Outcome, Failure> + UnwindSafe,
-) -> Result<Outcome, Failure> {
-    catch_unwind(command).unwrap_or_else(|panic| {
-        let what = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-        let what = what.or_else(|| panic.downcast_ref::<String>().cloned());
-        Err(Failure::Internal(what.unwrap_or_else(|| "a panic".to_owned())))
-    })
-}
-
 /// Runs the command that the arguments name. If it fails, nothing is written to stdout, except by formats that report
 /// faults.
 pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
@@ -260,9 +136,11 @@ pub fn run(cli: &Cli) -> Result<Outcome, Failure> {
 
 #[cfg(test)]
 mod tests {
+    use super::exit::ended;
     use super::*;
     use anyhow::anyhow;
     use scanbound::base::code::Code;
+    use scanbound::base::diagnostic::Diagnostic;
 
     fn told(failure: &Failure) -> String {
         anstream::adapter::strip_str(&failure.message()).to_string()

@@ -246,3 +246,16 @@ pub fn say(text: &str) {
     // If stderr is closed, nobody can be told.
     let _ = anstream::stderr().lock().write_all(text.as_bytes());
 }
+
+impl Failure {
+    /// The message for the user.
+    pub fn message(&self) -> String {
+        match self {
+            Failure::Input(faults) => scanbound::report::render::diagnostics(faults, terminal()),
+            Failure::Usage(error) => complaint(&format!("{error:#}")),
+            Failure::Internal(what) => complaint(&format!(
+                "internal error: {what}\nThis is a fault of scanbound and says nothing about your program. Please report it."
+            )),
+        }
+    }
+}

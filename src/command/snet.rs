@@ -5,23 +5,18 @@ mod check;
 mod convert;
 mod draw;
 mod monitor;
+mod net;
 mod serve;
 mod simulate;
 mod terminal;
 mod translate;
 mod verify;
 
-use super::output::Target;
+pub(super) use draw::draw_marks;
+pub(super) use net::read_sound;
+
 use super::{Failure, Outcome};
-use anyhow::Context;
-use clap::{Args, Subcommand, ValueEnum};
-use scanbound::audit::Audit;
-use scanbound::front::input::aside;
-use scanbound::report::snet::View;
-use scanbound::snet::faults::faults;
-use scanbound::snet::translate::assign;
-use scanbound::snet::{Diagram, pnml, text};
-use std::path::Path;
+use clap::{Args, Subcommand};
 
 /// The arguments of `snet`.
 #[derive(Debug, Args)]
@@ -53,16 +48,6 @@ enum Command {
     Verify(verify::Arguments),
 }
 
-/// How the code gets the initial marks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Initial {
-    /// Not at all: the operator sets them
-    #[default]
-    LeftOut,
-    /// The PLC's first scan sets them
-    FirstScan,
-}
-
 /// Does it.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match &arguments.command {
@@ -76,40 +61,4 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Command::Bound(arguments) => bound::run(arguments),
         Command::Verify(arguments) => verify::run(arguments),
     }
-}
-
-/// Reads a net from a file.
-fn read(file: &Path) -> Result<Diagram, Failure> {
-    let name = file.display().to_string();
-    let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
-    let input = scanbound::front::Input { name: name.clone(), bytes };
-    let text = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
-    let is_pnml = pnml::is_pnml(&text);
-    Ok(if is_pnml { pnml::read(&name, &text)? } else { text::read(&name, &text)? })
-}
-
-/// Reads a net from a file and refuses one that is not valid. Assigns relays to elements without one, if requested.
-pub(super) fn read_sound(file: &Path, assigns: bool) -> Result<Diagram, Failure> {
-    let mut diagram = read(file)?;
-    let found = faults(&diagram);
-    if !found.is_empty() {
-        return Err(found.into());
-    }
-    if assigns {
-        assign(&mut diagram);
-    }
-    Ok(diagram)
-}
-
-/// Draws a net with the marks at the start of an audit's longest scan.
-pub(super) fn draw_marks(
-    net: &Diagram,
-    audit: &Audit,
-    file: &Path,
-    drawing: Target,
-) -> Result<(), Failure> {
-    let Some(found) = &audit.net else { return Ok(()) };
-    let view = View::marked(net, &found.places);
-    let picture = draw::picture(net, &view, draw::Format::of(file, None));
-    drawing.write(&picture)
 }

@@ -52,7 +52,7 @@ impl WatchOptions {
             // The state before the run: a change during the run starts another one.
             let before = State::of(&files, written);
             bell.watch(&files);
-            let code = super::code_of(run());
+            let code = super::exit::code_of(run());
             if !stop.load(Ordering::Relaxed) {
                 say(&format!("watching {}; Ctrl-C ends\n", before.count()));
             }

@@ -11,6 +11,7 @@ use super::made_from::sources;
 use super::method::SearchUse;
 use super::model_search::Prepared;
 use super::names::Names;
+use super::parts::possible;
 use super::proved::Proved;
 use super::real::{RunResults, other_starts};
 use super::request::Request;
@@ -23,7 +24,7 @@ use super::unknown_writes;
 use super::weight::weights;
 use super::{
     ApproximationUse, Audit, Bound, ChargeUse, Cycle, Exclusion, FreeValue, GroupUse, NetworkUse,
-    OverheadUse, PathStep, RunScan, RungUse, Tie, Value, Watchdog, possible,
+    OverheadUse, PathStep, RunScan, RungUse, Tie, Value, Watchdog,
 };
 use scanbound_base::budget::EarlyStop;
 use scanbound_base::diagnostic::Diagnostic;

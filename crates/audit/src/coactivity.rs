@@ -5,18 +5,10 @@ use super::Value;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
+use super::requested::Coactivity;
 use super::solved_bound::SolvedBound;
 use scanbound_ir::Program;
 use std::time::Duration;
-
-/// How mutual exclusion in charts affects the bound.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Coactivity {
-    /// The bound if steps and stored actions were not mutually exclusive.
-    pub without: SolvedBound,
-    /// The steps that are active and the stored actions that are on when the longest scan starts.
-    pub active: Vec<String>,
-}
 
 /// The minimum share of the time limit for this audit: one tenth, however much of the limit the first audit used.
 const LEAST_SHARE: u32 = 10;

@@ -1,6 +1,6 @@
 //! Why a bound may be too low: what it needs and nobody stated, with the message for each case.
 
-use super::{Audit, Cycle, LoopUse, NetworkUse};
+use super::{Cycle, LoopUse, NetworkUse};
 use scanbound_base::time::Picos;
 use scanbound_ir::Program;
 use scanbound_timing::price::{MorePoints, Prices, UnstatedPoints};
@@ -144,26 +144,6 @@ impl Doubt {
             Doubt::ConstantScan { .. } => "the constant scan time",
             Doubt::OutlastsTimer(_) => "timers that run out within a scan",
         }
-    }
-}
-
-impl Audit {
-    /// All reasons why the bound may be too low, including unstated points.
-    #[must_use]
-    pub fn all_doubts(&self) -> Vec<Doubt> {
-        let is_more = |points: &&UnstatedPoints| {
-            points.most.as_ref().is_none_or(|most| most.more > Picos::ZERO)
-        };
-        let points = self.points.iter().filter(is_more).cloned().map(Doubt::Points);
-        points.chain(self.doubts.iter().cloned()).collect()
-    }
-
-    /// The reasons that [`Audit::upper_with_all_points`] does not cover. Unstated points are not among them if the
-    /// table says how many the CPU can have.
-    #[must_use]
-    pub fn uncounted_doubts(&self) -> Vec<Doubt> {
-        let is_unknown = self.points.iter().any(|points| points.most.is_none());
-        if is_unknown { self.all_doubts() } else { self.doubts.clone() }
     }
 }
 

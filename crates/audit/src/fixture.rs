@@ -3,6 +3,10 @@
 use super::method::SearchUse;
 use super::*;
 use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::location::Location;
+use scanbound_base::time::Picos;
+use std::time::Duration;
 
 fn us(time: u64) -> Picos {
     Picos(time * 1_000_000)

@@ -3,109 +3,15 @@
 
 use super::failure::Failure;
 use super::hints::Hints;
-use super::own::{NotOwn, Owners};
+use super::own::Owners;
 use super::pipeline::{Concluded, audit};
 use super::reachable::Relays;
 use super::request::{Progress, Request};
+use super::requested::NetBound;
+pub use super::requested::{Dropped, Set, Why};
 use super::{Audit, Value};
-use scanbound_base::time::Picos;
 use scanbound_ir::{BitTarget, Program};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-
-/// How a net changes the bound of its code.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NetBound {
-    /// The net's file.
-    pub net: String,
-    /// The bound if relays could be on in any combination when a scan starts.
-    pub without: Picos,
-    /// The bound without the net: combinations are excluded only if the audit finds that itself.
-    pub alone: Picos,
-    /// Sets that the net states and the code preserves.
-    pub kept: Vec<Set>,
-    /// Sets that the net states and that are not used.
-    pub dropped: Vec<Dropped>,
-    /// For each place of the net: whether it is marked when the longest scan starts, if that scan depends on it. A
-    /// counter counts as marked once it has counted.
-    pub places: Vec<Option<bool>>,
-    /// The names of the marked places.
-    pub marked: Vec<String>,
-}
-
-/// Elements of a net, with their relays, that are never all on.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Set {
-    /// Their names.
-    pub elements: Vec<String>,
-    /// Their relays.
-    pub relays: Vec<String>,
-    /// Whether all of them are boxes, timers or counters, and none a transition.
-    pub is_of_places: bool,
-    /// The largest number of them that can be on at once: one, or all but one.
-    pub most: usize,
-}
-
-/// A set that the net states and that is not used.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Dropped {
-    /// Elements that are never all on, according to the net.
-    pub set: Set,
-    /// Why the set is not used.
-    pub why: Why,
-}
-
-/// Why a set that the net states is not used.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Why {
-    /// The CPU has no such relay, or the element has no address.
-    NoRelay(String),
-    /// The value of this element's relay at the start of a scan is unknown.
-    NotOwn(String, NotOwn),
-    /// The program never turns on this element's relay, so others may do so at any time.
-    NeverOn(String),
-    /// No scan depends on the start value of this element's relay.
-    NotRead(String),
-    /// A scan of the code violates it.
-    Broken,
-    /// The time was over.
-    NoTime,
-}
-
-impl Why {
-    /// The element because of which the set is not used, if it is only one.
-    #[must_use]
-    pub fn element(&self) -> Option<&str> {
-        match self {
-            Why::NoRelay(name) | Why::NotOwn(name, _) | Why::NeverOn(name) | Why::NotRead(name) => {
-                Some(name)
-            }
-            Why::Broken | Why::NoTime => None,
-        }
-    }
-
-    /// The reason, without the name of the element.
-    #[must_use]
-    pub fn reason(&self) -> String {
-        match self {
-            Why::NoRelay(_) => "it has no relay in this code".to_owned(),
-            Why::NotOwn(_, why) => why.to_string(),
-            Why::NeverOn(_) => "the code never turns it on, so others may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
-            Why::NotRead(_) => "no scan depends on its value from the scan before".to_owned(),
-            Why::Broken => "a scan of the code can turn them all on".to_owned(),
-            Why::NoTime => "not decided within the time limit".to_owned(),
-        }
-    }
-}
-
-impl fmt::Display for Why {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(name) = self.element() {
-            write!(f, "{name}: ")?;
-        }
-        f.write_str(&self.reason())
-    }
-}
 
 /// Sorts a net's sets into used and unused ones.
 struct Judge<'a> {

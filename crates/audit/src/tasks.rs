@@ -3,32 +3,9 @@
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
+use super::requested::TaskUse;
 use scanbound_base::time::Picos;
 use scanbound_ir::Task;
-
-/// A task and its bound.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TaskUse {
-    /// Its name.
-    pub name: String,
-    /// Its interval, if it is cyclic.
-    pub interval: Option<Picos>,
-    /// Its priority: 0 is the highest.
-    pub priority: Option<i64>,
-    /// The programs that it calls, in their order.
-    pub programs: Vec<String>,
-    /// No run of it takes longer if nothing interrupts it. `None` if it may never end.
-    pub upper: Option<Picos>,
-    /// Some run of it takes this long.
-    pub lower: Picos,
-    /// The tasks that interrupt it.
-    pub interrupted_by: Vec<String>,
-    /// The tasks of the same priority that it may have to wait for.
-    pub waits_for: Vec<String>,
-    /// The longest time from its due time to its end, computed from the bounds and intervals of those tasks. `Err` has
-    /// the reason if there is none.
-    pub response: Result<Picos, String>,
-}
 
 /// Adds each task of the project, audited separately, if there are several. Each audit may use the whole time limit.
 /// Nothing is added if only a limit is to be decided.

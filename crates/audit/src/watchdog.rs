@@ -1,9 +1,9 @@
 //! The times that limit a scan or extend it: the watchdog and its restarts, and a constant scan time.
 
+use super::cycle::{Cycle, SettingUse, Stretch, Watchdog};
 use super::real::{RunResults, Search};
-use super::{Audit, stretch};
+use super::stretch;
 use scanbound_base::facts::Facts;
-use scanbound_base::location::Location;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
 use scanbound_replay::run::{Outside, OutsideValues, Run};
@@ -11,78 +11,10 @@ use scanbound_replay::{Event, RealRun};
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 /// The number of scans that are simulated to see what they set, and the most instructions in each.
 const SCANS: usize = 3;
 const MOST_RUN: u64 = 400_000;
-
-/// An instruction that sets the watchdog or the constant scan time.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SettingUse {
-    /// Its place.
-    pub at: Location,
-    /// Its text.
-    pub instruction: Arc<str>,
-    /// The smallest and the largest time that it sets, if known.
-    pub times: Option<(Picos, Picos)>,
-    /// The device that holds the time, if the time is unknown.
-    pub from: Option<String>,
-}
-
-/// A part of a scan that was run, between restarts of the watchdog, and the longest time to which the watchdog can be
-/// set in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
-    /// A lower bound on its time.
-    pub took: Picos,
-    /// The largest possible watchdog time. `None` if unknown.
-    pub watchdog: Option<Picos>,
-    /// Whether the run begins at power-up.
-    pub is_reached: bool,
-}
-
-/// The watchdog of a program.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Watchdog {
-    /// Its time unless the program sets another: stated, or from the table.
-    pub default: Option<Picos>,
-    /// Whether the user states it.
-    pub is_stated: bool,
-    /// The device that holds it. Empty if there is none.
-    pub device: &'static str,
-    /// The instructions that set it.
-    pub settings: Vec<SettingUse>,
-    /// The smallest time to which it can be set, if known.
-    pub least: Option<Picos>,
-    /// The number of instructions that restart it.
-    pub restarts: usize,
-    /// If there are any: an upper bound on the time without a restart, with all points that the CPU can have.
-    pub upper: Option<Picos>,
-    /// Parts of real runs without a restart.
-    pub found: Vec<Stretch>,
-}
-
-/// The minimum scan time: constant scan.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Cycle {
-    /// An upper bound on the constant scan time, if one is set.
-    pub upper: Option<Picos>,
-    /// Some scan is extended to at least this time.
-    pub lower: Option<Picos>,
-    /// The instructions that set its time.
-    pub settings: Vec<SettingUse>,
-    /// The instructions that switch it on.
-    pub switches: Vec<SettingUse>,
-    /// The devices of its time and of its switch. Empty if there are none.
-    pub devices: [&'static str; 2],
-    /// Whether the program may switch it on with an unknown time.
-    pub is_unknown: bool,
-    /// Whether the user states it.
-    pub is_stated: bool,
-    /// The name of the CPU parameter that may set it, if nobody states whether it does.
-    pub unstated: Option<&'static str>,
-}
 
 /// The program and settings for which runs are examined.
 pub(super) struct Look<'a> {
@@ -367,31 +299,5 @@ impl Look<'_> {
             is_stated: stated.is_some(),
             unstated: control.by_parameters.filter(|_| stated.is_none()),
         }
-    }
-}
-
-impl Audit {
-    /// An upper bound on the scan time, including the wait for the constant scan time.
-    #[must_use]
-    pub fn cycle_upper(&self) -> Picos {
-        self.bound.upper.max(self.cycle.upper.unwrap_or_default())
-    }
-
-    /// The same with all points that the CPU can have, if their number is not stated.
-    #[must_use]
-    pub fn cycle_with_all_points(&self) -> Picos {
-        self.upper_with_all_points().max(self.cycle.upper.unwrap_or_default())
-    }
-
-    /// Some scan takes this long, including the wait for the constant scan time.
-    #[must_use]
-    pub fn cycle_lower(&self) -> Picos {
-        self.possible().max(self.cycle.lower.unwrap_or_default())
-    }
-
-    /// The same without the points that are not stated.
-    #[must_use]
-    pub fn cycle_without_points(&self) -> Picos {
-        self.lower_without_points().max(self.cycle.lower.unwrap_or_default())
     }
 }

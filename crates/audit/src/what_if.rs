@@ -7,6 +7,7 @@ use super::assumption::Assumption;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
+use super::requested::{Minor, Own, Step, WhatIf};
 use super::solved_bound::SolvedBound;
 use super::stated;
 use super::unknown::{Unknown, UnknownKind};
@@ -25,46 +26,6 @@ const MOST_STEPS: usize = 5;
 const MOST_PRICING: usize = 64;
 /// A change of the bound by less than the bound divided by this is not listed.
 const SMALLEST: u64 = 1000;
-
-/// Bounds with additional statements.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct WhatIf {
-    /// The limits of counts that were tried, ascending.
-    pub most: Vec<u32>,
-    /// One count after the other. In each step, those of all earlier steps are limited, too.
-    pub steps: Vec<Step>,
-    /// The assumptions that are too small to be listed, together.
-    pub minor: Option<Minor>,
-    /// What would lower the bound if the user stated that only the program writes it.
-    pub own: Option<Own>,
-}
-
-/// A count that is limited in addition to those before it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
-    /// The count.
-    pub unknown: Unknown,
-    /// The bound for each of [`WhatIf::most`]. `None` if the count cannot have that limit.
-    pub solved: Vec<Option<SolvedBound>>,
-}
-
-/// Assumptions that hardly change the bound, each alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Minor {
-    /// The number of them.
-    pub count: usize,
-    /// The bound without all of them.
-    pub without: SolvedBound,
-}
-
-/// Devices that would lower the bound if only the program wrote them.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Own {
-    /// The names of the words and relays.
-    pub devices: Vec<String>,
-    /// The bound if that is stated for all of them.
-    pub bound: SolvedBound,
-}
 
 /// Adds to an audit how much its unknown counts and its assumptions are worth.
 ///

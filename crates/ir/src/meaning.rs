@@ -25,7 +25,7 @@
 
 use super::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
-    WordSource, WordTarget, reads,
+    WordSource, WordTarget, source,
 };
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
@@ -357,7 +357,7 @@ pub enum Unary {
 }
 
 impl ChoiceKind {
-    /// Calls `see` with every word that the operation reads, except those read at computed addresses.
+    /// Calls `see` with every word that the operation source, except those read at computed addresses.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::External
@@ -374,12 +374,12 @@ impl ChoiceKind {
             match input {
                 Operand::Words(sources) => words(sources),
                 Operand::Bits(_) => {}
-                Operand::Number(number) => reads::number(number, &mut |source| {
+                Operand::Number(number) => source::number(number, &mut |source| {
                     if let Source::Word(word) = source {
                         words(&[word]);
                     }
                 }),
-                Operand::Truth(logic) => reads::logic(logic, &mut |source| {
+                Operand::Truth(logic) => source::logic(logic, &mut |source| {
                     if let Source::Word(word) = source {
                         words(&[word]);
                     }
@@ -408,8 +408,8 @@ impl Meaning {
             match input {
                 Operand::Words(words) => words.iter().for_each(|&one| source(Source::Word(one))),
                 Operand::Bits(bits) => bits.iter().for_each(|&one| source(Source::Bit(one))),
-                Operand::Number(number) => reads::number(number, &mut source),
-                Operand::Truth(logic) => reads::logic(logic, &mut source),
+                Operand::Number(number) => source::number(number, &mut source),
+                Operand::Truth(logic) => source::logic(logic, &mut source),
                 Operand::Run(..) => {}
             }
         }

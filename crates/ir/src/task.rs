@@ -1,6 +1,5 @@
 //! Tasks, some of which may interrupt others.
 
-use super::{Interrupt, Program};
 use scanbound_base::time::Picos;
 
 /// A task that runs programs cyclically or at an event.
@@ -27,17 +26,5 @@ impl Task {
     #[must_use]
     pub fn delays(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own <= others)
-    }
-}
-
-impl Program {
-    /// The interrupt routines for which the user states no rate. Tasks whose priority is too low to interrupt the scan
-    /// are omitted.
-    pub fn unstated_interrupts(&self) -> impl Iterator<Item = &Interrupt> {
-        let is_task = |one: &Interrupt| self.tasks.iter().find(|task| task.name == one.name);
-        let comes = move |one: &&Interrupt| {
-            is_task(one).zip(self.tasks.first()).is_none_or(|(task, own)| task.interrupts(own))
-        };
-        self.interrupts.iter().filter(|one| !one.stated).filter(comes)
     }
 }

@@ -1,6 +1,7 @@
 //! `scanbound snet bound`.
 
-use super::{Initial, draw_marks, read_sound};
+use super::draw::draw_marks;
+use super::net::{Initial, read_sound};
 use crate::command::options::{ProjectOptions, ReportOptions, SearchOptions};
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};

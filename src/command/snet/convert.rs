@@ -1,6 +1,6 @@
 //! `scanbound snet convert`.
 
-use super::read;
+use super::net::read;
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};

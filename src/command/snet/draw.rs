@@ -1,9 +1,10 @@
 //! `scanbound snet draw`.
 
-use super::read;
+use super::net::read;
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
+use scanbound::audit::Audit;
 use scanbound::report::snet::{View, dot, svg};
 use scanbound::snet::Diagram;
 use scanbound::snet::picture::sheets;
@@ -66,4 +67,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let format = Format::of(file, arguments.format);
     target.write(&picture(&diagram, &View::initial(&diagram), format))?;
     Ok(Outcome::Done)
+}
+
+/// Draws a net with the marks at the start of an audit's longest scan.
+pub(in crate::command) fn draw_marks(
+    net: &Diagram,
+    audit: &Audit,
+    file: &Path,
+    drawing: Target,
+) -> Result<(), Failure> {
+    let Some(found) = &audit.net else { return Ok(()) };
+    let view = View::marked(net, &found.places);
+    let picture = picture(net, &view, Format::of(file, None));
+    drawing.write(&picture)
 }

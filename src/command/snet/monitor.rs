@@ -1,6 +1,6 @@
 //! `scanbound snet monitor`: watches a C200H that runs a net's code.
 
-use super::read;
+use super::net::read;
 use super::terminal::{Pages, Pressed};
 use crate::command::line::LineOptions;
 use crate::command::options::stop_on_interrupt;

@@ -1,6 +1,6 @@
 //! `scanbound snet serve`: an emulated C200H that runs a net's code.
 
-use super::{Initial, read_sound};
+use super::net::{Initial, read_sound};
 use crate::command::serve::ServeOptions;
 use crate::command::{Failure, Outcome};
 use clap::Args;

@@ -1,7 +1,7 @@
 //! `scanbound snet simulate`: simulates a net, on a terminal step by step or with a stimulus.
 
+use super::net::{Initial, read_sound};
 use super::terminal::{Pages, Pressed};
-use super::{Initial, read_sound};
 use crate::command::output::{Target, apart, say};
 use crate::command::sink::Sink;
 use crate::command::{Failure, Outcome, values};

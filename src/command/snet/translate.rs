@@ -1,6 +1,6 @@
 //! `scanbound snet translate`.
 
-use super::{Initial, read_sound};
+use super::net::{Initial, read_sound};
 use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};

@@ -1,0 +1,243 @@
+//! The result of auditing one project.
+
+use super::assumption::Assumption;
+use super::cycle::{Cycle, Watchdog};
+use super::doubt::Doubt;
+use super::drawn::Ladder;
+use super::exactness::Exactness;
+use super::fact::Fact;
+use super::made_from::Source;
+use super::parts::{
+    ApproximationUse, Bound, ChargeUse, FreeValue, GroupUse, LoopUse, NetworkUse, OverheadUse,
+    PathStep, RunScan, TableUse, possible,
+};
+use super::requested::{Coactivity, NetBound, TaskUse, WhatIf};
+use super::response;
+use super::unknown::Unknown;
+use scanbound_base::budget::EarlyStop;
+use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::time::Picos;
+use scanbound_timing::price::{UnstatedBase, UnstatedPoints, more_points, unsure};
+use std::time::Duration;
+
+/// The result of auditing one project.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Audit {
+    /// The files, as the user named them, in the order of execution.
+    pub files: Vec<String>,
+    /// Indices into `files` of those that contain only subroutines: they run only if they are called.
+    pub standby: Vec<usize>,
+    /// The files and the table that the audit was made from.
+    pub sources: Vec<Source>,
+    /// The dialect's name.
+    pub dialect: String,
+    /// The CPU that the source or the user names.
+    pub cpu: Option<String>,
+    /// The number of instructions in the source.
+    pub instructions: usize,
+    /// The number of rungs.
+    pub blocks: u32,
+    /// The number of words in a scan, for a machine that executes one word per clock cycle.
+    pub clocked: Option<u64>,
+    /// The timing table, and which of its times are uncertain.
+    pub table: TableUse,
+    /// The bounds.
+    pub bound: Bound,
+    /// The minimum scan time that the CPU or the program sets, if any.
+    pub cycle: Cycle,
+    /// The watchdog, and what restarts it.
+    pub watchdog: Watchdog,
+    /// The time of each scan in addition to its instructions.
+    pub overhead: Vec<OverheadUse>,
+    /// Charges that have the same time in every scan.
+    pub always: Vec<ChargeUse>,
+    /// The groups, numbered from 1.
+    pub groups: Vec<GroupUse>,
+    /// The free values of the scan that takes `Bound::lower`.
+    pub witness: Vec<FreeValue>,
+    /// The time of the model's scan that starts with the witness. Each [`FreeValue::worth`] is a part of it. It can be
+    /// longer than the scan found, because that one may have stopped early.
+    pub weighed: Picos,
+    /// The scans of a run from power-up to one that takes `Bound::lower`, if such a run was found.
+    pub witness_run: Vec<RunScan>,
+    /// Why the scan that takes `Bound::lower` stopped early, or may take longer than is known.
+    pub stands_between: Option<String>,
+    /// Its path through the program, if not every instruction runs exactly once. Otherwise empty.
+    pub path: Vec<PathStep>,
+    /// Loops in which a scan can stay for ever. If there are any, no time is a bound: all figures are then for scans
+    /// that end after such a loop ran once.
+    pub unbounded: Vec<LoopUse>,
+    /// The user's statements on which the bound rests.
+    pub facts: Vec<Fact>,
+    /// Inputs or outputs whose number of refreshed points is not stated.
+    pub points: Vec<UnstatedPoints>,
+    /// Inputs or outputs whose base units are not stated. The slowest base was charged.
+    pub bases: Vec<UnstatedBase>,
+    /// Network devices that the program uses whose refresh time is not stated. It is not in the bound.
+    pub networks: Vec<NetworkUse>,
+    /// Other reasons why the bound may be too low: facts that it needs and nobody stated.
+    pub doubts: Vec<Doubt>,
+    /// Derived values of words at the start of a scan that lower counts. They hold only if the program alone writes
+    /// these words.
+    pub assumptions: Vec<Assumption>,
+    /// Unknown counts on which the bound depends, the one with the most time first.
+    pub unknowns: Vec<Unknown>,
+    /// How much stating these, and how much the assumptions, change the bound, if that was requested.
+    pub what_if: Option<WhatIf>,
+    /// How much the mutual exclusion of steps and stored actions lowers the bound, if there are charts.
+    pub coactivity: Option<Coactivity>,
+    /// The tasks of the project, if there are several and that was requested. The first is the one whose scan is
+    /// bounded.
+    pub tasks: Vec<TaskUse>,
+    /// How a net's knowledge changes the bound of its code, if that was requested.
+    pub net: Option<NetBound>,
+    /// The rungs for drawing, if they were requested.
+    pub ladder: Option<Ladder>,
+    /// Places that are over-approximated.
+    pub approximations: Vec<ApproximationUse>,
+    /// How much of the source is followed exactly, if its dialect lists statements.
+    pub exactness: Option<Exactness>,
+    /// Findings that did not stop the audit.
+    pub warnings: Vec<Diagnostic>,
+    /// The worst-case response time, if it was requested.
+    pub response: Option<response::Response>,
+    /// Which writers between scans were assumed.
+    pub trust: scanbound_passes::values::Trust,
+    /// Whether the search ended before the longest scan was known, because it was decided whether any scan exceeds the
+    /// limit.
+    pub ended_early: bool,
+    /// The stages that the time limit or the user cut short, and what they left open.
+    pub cuts: Vec<EarlyStop>,
+    /// The command line arguments that name the project, quoted for a shell. Empty if none is needed.
+    pub named: String,
+    /// How long the audit took.
+    pub elapsed: Duration,
+}
+
+impl Audit {
+    /// The time of the longest scan that is known to be possible by the table. It is the lower bound without the
+    /// tolerance of a clock, since no scan is known to need that.
+    #[must_use]
+    pub fn possible(&self) -> Picos {
+        possible(&self.bound, self.table.factor.as_ref(), self.clocked.is_some())
+    }
+
+    /// Whether a scan was found that stays in a loop for ever.
+    #[must_use]
+    pub fn is_endless(&self) -> bool {
+        self.unbounded.iter().any(|one| one.certain)
+    }
+
+    /// Whether a run from power-up to the scan that takes `Bound::lower` was found.
+    #[must_use]
+    pub fn is_reached(&self) -> bool {
+        !self.witness_run.is_empty()
+    }
+
+    /// The upper bound with all points that the CPU can have, where their number is not stated and the table gives it.
+    #[must_use]
+    pub fn upper_with_all_points(&self) -> Picos {
+        self.bound.upper + more_points(&self.points)
+    }
+
+    /// The lower bound without points whose number is not stated, and on the fastest base where the base is not stated.
+    #[must_use]
+    pub fn lower_without_points(&self) -> Picos {
+        let unsure = unsure(&self.points, &self.bases);
+        self.possible().checked_sub(unsure).unwrap_or_default()
+    }
+
+    /// The lower bound with the points that are charged, on the fastest base where the base is not stated.
+    #[must_use]
+    pub fn lower_on_least_bases(&self) -> Picos {
+        let saves = self.bases.iter().map(|base| base.saves).sum();
+        self.possible().checked_sub(saves).unwrap_or_default()
+    }
+
+    /// The shortest limit that a check proves. `None` if it proves none because the bound may be too low.
+    #[must_use]
+    pub fn proved(&self) -> Option<Picos> {
+        let is_proved = self.unbounded.is_empty() && self.uncounted_doubts().is_empty();
+        is_proved.then(|| self.upper_with_all_points())
+    }
+
+    /// Converts a time of the report to one without the table's factor.
+    #[must_use]
+    pub fn bare(&self, time: Picos) -> Picos {
+        let factor = self.table.factor.as_ref();
+        factor.map_or(time, |factor| scanbound_timing::table::taken_off(factor.millionths, time))
+    }
+
+    /// The groups that matter: those with at least a two-hundredth of the bound, at most `most`. The others follow as
+    /// the second part.
+    #[must_use]
+    pub fn main_groups(&self, most: usize) -> (&[GroupUse], &[GroupUse]) {
+        let main = |group: &&GroupUse| Audit::is_main(group.upper, self.bound.upper);
+        let shown = self.groups.iter().take(most).take_while(main).count();
+        self.groups.split_at(shown)
+    }
+
+    pub(super) fn is_main(group: Picos, upper: Picos) -> bool {
+        u128::from(group.0) * 200 >= u128::from(upper.0)
+    }
+}
+
+impl Audit {
+    /// A lower bound on every scan by the table: the charges that no condition avoids, without the table's factor.
+    #[must_use]
+    pub fn least(&self) -> Picos {
+        let always = self.bound.always + self.bound.overhead;
+        let always = always.checked_sub(unsure(&self.points, &self.bases)).unwrap_or_default();
+        let Some(factor) = &self.table.factor else { return always };
+        // The same share as of the whole bound, rounded down.
+        let part = u128::from(always.0) * u128::from(factor.without.0);
+        let least = part.checked_div(u128::from(self.bound.upper.0)).unwrap_or(0);
+        Picos(u64::try_from(least).unwrap_or(always.0))
+    }
+}
+
+impl Audit {
+    /// An upper bound on the scan time, including the wait for the constant scan time.
+    #[must_use]
+    pub fn cycle_upper(&self) -> Picos {
+        self.bound.upper.max(self.cycle.upper.unwrap_or_default())
+    }
+
+    /// The same with all points that the CPU can have, if their number is not stated.
+    #[must_use]
+    pub fn cycle_with_all_points(&self) -> Picos {
+        self.upper_with_all_points().max(self.cycle.upper.unwrap_or_default())
+    }
+
+    /// Some scan takes this long, including the wait for the constant scan time.
+    #[must_use]
+    pub fn cycle_lower(&self) -> Picos {
+        self.possible().max(self.cycle.lower.unwrap_or_default())
+    }
+
+    /// The same without the points that are not stated.
+    #[must_use]
+    pub fn cycle_without_points(&self) -> Picos {
+        self.lower_without_points().max(self.cycle.lower.unwrap_or_default())
+    }
+}
+
+impl Audit {
+    /// All reasons why the bound may be too low, including unstated points.
+    #[must_use]
+    pub fn all_doubts(&self) -> Vec<Doubt> {
+        let is_more = |points: &&UnstatedPoints| {
+            points.most.as_ref().is_none_or(|most| most.more > Picos::ZERO)
+        };
+        let points = self.points.iter().filter(is_more).cloned().map(Doubt::Points);
+        points.chain(self.doubts.iter().cloned()).collect()
+    }
+
+    /// The reasons that [`Audit::upper_with_all_points`] does not cover. Unstated points are not among them if the
+    /// table says how many the CPU can have.
+    #[must_use]
+    pub fn uncounted_doubts(&self) -> Vec<Doubt> {
+        let is_unknown = self.points.iter().any(|points| points.most.is_none());
+        if is_unknown { self.all_doubts() } else { self.doubts.clone() }
+    }
+}
