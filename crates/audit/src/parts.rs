@@ -98,8 +98,8 @@ pub struct FactorUse {
     pub without: Picos,
     /// The factor in millionths.
     pub millionths: u64,
-    /// The time that it adds to the parts of the bound. With the other parts without the factor ([`Audit::bare`]), the
-    /// sum is the bound.
+    /// The time that it adds to the parts of the bound. With the other parts without the factor
+    /// ([`Audit::bare`](super::Audit::bare)), the sum is the bound.
     pub part: Picos,
 }
 
@@ -320,7 +320,8 @@ pub struct FreeValue {
     pub at_start: bool,
     /// Whether it is needed to show that the scan takes this time.
     pub matters: bool,
-    /// How much shorter the model's scan ([`Audit::weighed`]) would be if only this value were different.
+    /// How much shorter the model's scan ([`Audit::weighed`](super::Audit::weighed)) would be if only this value were
+    /// different.
     pub worth: Picos,
 }
 
