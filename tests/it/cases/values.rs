@@ -126,6 +126,11 @@ fn a_scan_that_writes_outside_an_array_is_none() {
             assert_ne!(run.code, Some(1), "{body}: {}", run.stdout);
         }
     }
+    // No scan at all is possible, whichever way it takes.
+    let input = "VAR i AT %IW0 : INT; a AT %IX9.0 : BOOL; b AT %IX9.1 : BOOL; h : ARRAY[2..2] OF INT; x : INT; END_VAR";
+    let body = "x := i MOD 2; IF a THEN Op4(); x := x * x; END_IF; IF b THEN Op1(); END_IF; h[x] := 1; IF a OR b THEN Op4(); END_IF; IF i > 7 THEN Op1(); END_IF;";
+    let (lower, upper, exact) = bounds(&program(input, body), "--trust all");
+    assert_eq!((lower, upper, exact), (0, 10, false));
     let inside = program(array, "h[i] := 1; IF i = 3 THEN Op4(); END_IF;");
     assert_eq!(bounds(&inside, "--trust all"), (4, 4, true));
 }

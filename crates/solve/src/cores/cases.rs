@@ -225,7 +225,8 @@ impl<'g> Split<'g> {
                 let level = trail.level();
                 if trail.assume(literal).is_none() {
                     let off = Slices::of(&self.open(trail), trail).off;
-                    sides.push((left - off, literal, left));
+                    // More may be off than is left where the constraints exclude every scan of the case.
+                    sides.push((left.saturating_sub(off), literal, left));
                     trail.back(level);
                 }
             }
@@ -254,7 +255,7 @@ impl<'g> Split<'g> {
         }
         let most = self.most - self.loses(trail.since(self.propagator.length()));
         let off = Slices::of(&self.open(&trail), &mut trail).off;
-        let case = Case { upper: case.upper.min(most - off), ..case };
+        let case = Case { upper: case.upper.min(most.saturating_sub(off)), ..case };
         if case.upper <= known.lower() {
             return (Vec::new(), None);
         }

@@ -111,6 +111,10 @@ impl Search<'_, '_> {
                 continue;
             }
             let core = shrunk(core, objective, &mut extraction.probe, self.limits);
+            if core.is_empty() {
+                // The constraints exclude every scan.
+                return false;
+            }
             let weight = objective.subtract_core(&core);
             self.bounds().step(|| self.core(&core, weight));
             let new = objective.relax(&core, weight, |_, _| false);
