@@ -3,6 +3,7 @@
 
 use super::tally::Tally;
 use super::types::Kind;
+use scanbound_base::code::Code;
 use scanbound_base::location::Location;
 use scanbound_front::builder::{Builder, always};
 use scanbound_iec::fault::Fault;
@@ -13,6 +14,7 @@ use scanbound_ir::{
     Units, WordSource, WordTarget, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
 
 /// The areas of variables, of what charts remember, and of values between.
 pub(super) const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
@@ -60,6 +62,8 @@ pub(super) struct Assembler {
     between: [u32; 2],
     /// Whether the controller stops at a division by zero and the like.
     pub(super) stops_on_error: bool,
+    /// When the time limit is over.
+    pub(super) deadline: Option<Instant>,
 }
 
 impl Assembler {
@@ -76,7 +80,20 @@ impl Assembler {
             counts: BTreeSet::new(),
             between: [0, 0],
             stops_on_error: true,
+            deadline: None,
         }
+    }
+
+    /// Whether the time limit is over; then it is a fault.
+    pub(super) fn is_late(&mut self) -> bool {
+        let is_late = self.deadline.is_some_and(|end| Instant::now() >= end);
+        if is_late {
+            let help =
+                "give it more time (--time-limit): there is no bound before all of it is read";
+            let told = "the time limit was over before the program was read";
+            self.fault(Fault::new(1, told).code(Code::TooMany).help(help));
+        }
+        is_late
     }
 
     /// Takes note of a fault in the code that is lowered.

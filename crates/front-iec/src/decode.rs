@@ -7,12 +7,11 @@ use super::first_values::{self, First, FirstValue};
 use super::refer;
 use super::references::References;
 use super::resolve::full_name;
-use super::types::{Ty, is_elementary, lineage};
+use super::types::{Ty, lineage};
 use super::within::calls;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
-use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Task, TypeRef, Variable, same};
 use scanbound_iec_tree::constants::Scope;
@@ -133,7 +132,7 @@ fn emitted(
             first = emit.first_scan();
         }
         if number == 0 {
-            constants = emit.begin_constants();
+            constants = emit.begin_constants(project);
             image = emit.begin_image(project);
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.
@@ -162,7 +161,8 @@ fn emitted(
     let located = super::address::located(emit);
     let shared = merged(super::address::share(emit, &located, &given_back));
     emit.begin_shared(image, &located);
-    emit.give_constants(constants);
+    let given = emit.constants();
+    emit.give_constants(constants, given);
     let instances = emit.instances.iter().map(|one| one.place.clone());
     let all: Vec<Place> = instances.chain(emit.globals.values().cloned()).collect();
     emit.bound_bytes(&located, &all);
@@ -438,22 +438,6 @@ fn power_up(emit: &mut Emit<'_>) -> (PowerUp, Vec<FirstValue>) {
         values.clear();
     }
     (known, values)
-}
-
-/// Whether a declaration gives an instance or a structure values for its parts, which is not followed: then no instance is known
-/// to begin with 0.
-pub(super) fn gives_parts_apart(project: &Project) -> bool {
-    let gives = |one: &Variable| {
-        let is_literal = |initial: &Expr| matches!(initial, Expr::Literal(_));
-        !is_elementary(one) && one.initial.as_ref().is_some_and(|initial| !is_literal(initial))
-    };
-    let parts = project.types.iter().filter_map(|one| match &one.of {
-        TypeRef::Struct(parts) => Some(parts),
-        _ => None,
-    });
-    let own = project.pous.iter().map(|pou| &pou.variables).chain(parts);
-    let mut declared = own.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-    declared.any(gives)
 }
 
 /// Whether something is executed before the first scan that may write variables.

@@ -7,13 +7,12 @@ use super::types::{Extent, Ty, Types, first_name, layout};
 use super::value::Value;
 use scanbound_base::code::Code;
 use scanbound_base::facts::{ActionOrder, StatedCall};
-use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{Pou, PouKind, Project, TypeRef, Variable, same};
+use scanbound_iec::{Pou, Project};
+use scanbound_iec_tree::resolve;
 use scanbound_ir::{Area, AreaKind, Cell, Logic, Program, Radix, Role, Step, Tag};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
-use std::time::Instant;
 
 /// What of an instance is carried out.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -82,8 +81,6 @@ pub(super) struct Emit<'p> {
     pub(super) drawn_last_scan: bool,
     /// Whether others than the program may write variables.
     pub(super) others_write: bool,
-    /// When the time limit is over.
-    pub(super) deadline: Option<Instant>,
     /// What is stated of units whose bodies are not there, by name as [`scanbound_base::facts::plain`] has it.
     pub(super) calls: BTreeMap<String, StatedCall>,
     /// How often loops are stated to go round, by their places.
@@ -120,7 +117,7 @@ impl<'p> Emit<'p> {
             returned: BTreeMap::new(),
             references: References::default(),
             keeps_places: false,
-            gives_parts: gives_parts(project),
+            gives_parts: resolve::gives_parts(project),
             tasks: 1,
             task: 0,
             actions_first: false,
@@ -129,7 +126,6 @@ impl<'p> Emit<'p> {
             action_order: None,
             drawn_last_scan: false,
             others_write: true,
-            deadline: None,
             calls: BTreeMap::new(),
             stated_turns: BTreeMap::new(),
             is_incomplete: false,
@@ -202,18 +198,6 @@ impl<'p> Emit<'p> {
         Some(Place { name: format!("{}.{own}", place.name), tag, ty: ty.clone() })
     }
 
-    /// Whether the time limit is over; then it is a fault.
-    pub(super) fn is_late(&mut self) -> bool {
-        let is_late = self.deadline.is_some_and(|end| Instant::now() >= end);
-        if is_late {
-            let help =
-                "give it more time (--time-limit): there is no bound before all of it is read";
-            let told = "the time limit was over before the program was read";
-            self.fault(Fault::new(1, told).code(Code::TooMany).help(help));
-        }
-        is_late
-    }
-
     /// The instance at a place.
     pub(super) fn instance(&mut self, place: &Place, pou: usize) -> usize {
         let key = place.name.to_ascii_uppercase();
@@ -248,34 +232,5 @@ impl Deref for Emit<'_> {
 impl DerefMut for Emit<'_> {
     fn deref_mut(&mut self) -> &mut Assembler {
         &mut self.assembler
-    }
-}
-
-/// Whether a declaration gives values to the variables of an instance of the project's blocks.
-fn gives_parts(project: &Project) -> bool {
-    let gives = |one: &Variable| {
-        !matches!(one.initial, None | Some(Expr::Literal(_))) && holds_block(project, &one.of)
-    };
-    let parts = project.types.iter().filter_map(|one| match &one.of {
-        TypeRef::Struct(parts) => Some(parts),
-        _ => None,
-    });
-    let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
-    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-    all.any(gives)
-}
-
-/// Whether variables of a type are, or hold, instances of the project's blocks.
-fn holds_block(project: &Project, of: &TypeRef) -> bool {
-    match of {
-        TypeRef::Named(name) => {
-            let is_block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
-            let own = project.types.iter().find(|one| same(&one.name, name));
-            project.pous.iter().any(is_block)
-                || own.is_some_and(|own| holds_block(project, &own.of))
-        }
-        TypeRef::Array(_, of) => holds_block(project, of),
-        TypeRef::Struct(parts) => parts.iter().any(|one| holds_block(project, &one.of)),
-        _ => false,
     }
 }

@@ -8,7 +8,7 @@ use scanbound_front::builder::always;
 use scanbound_iec::ast::{Argument, Expr, Literal};
 use scanbound_iec::parse::{CONSTRUCTED, LISTED};
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
-use scanbound_iec_tree::constants::Scope;
+use scanbound_iec_tree::constants::{Constants, Scope};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, When, WordSource,
     WordTarget, Write, flow,
@@ -41,12 +41,6 @@ pub(super) struct FirstValue {
     pub(super) first: First,
 }
 
-/// The first value of a variable that is not 0: its words, or nothing for a bit that is on.
-pub(super) fn first_value(region: Region, cell: Cell, words: Option<Number>) -> FirstValue {
-    let first = words.map_or(First::On(cell), |words| First::Words(cell, words));
-    FirstValue { regions: vec![region], first }
-}
-
 /// A declaration: the type, what is written as initial value, if anything, and what hides global names in that.
 #[derive(Clone, Copy)]
 struct Declared<'e> {
@@ -55,10 +49,16 @@ struct Declared<'e> {
     scope: &'e Scope<'e>,
 }
 
-impl Emit<'_> {
+/// What declarations give to variables at first.
+pub(super) struct Firsts<'f> {
+    pub(super) project: &'f Project,
+    pub(super) constants: &'f Constants<'f>,
+}
+
+impl Firsts<'_> {
     /// What a variable and its parts begin with; `scope`: what hides global names where it is declared. Nothing is said of
     /// text, nor of what stands in instances of the project's blocks.
-    pub(super) fn first_values(
+    pub(super) fn of(
         &self,
         variable: &Variable,
         place: &Place,
@@ -105,7 +105,7 @@ impl Emit<'_> {
                     return found.push(all(First::Unknown));
                 };
                 for one in parts {
-                    let Some(part) = Self::part(place, &one.name) else { continue };
+                    let Some(part) = Emit::part(place, &one.name) else { continue };
                     let own = given.iter().find(|own| is_for(own, &one.name));
                     let (initial, scope) = match own {
                         Some(own) => (Some(&own.value), declared.scope),
@@ -119,7 +119,7 @@ impl Emit<'_> {
                     return found.push(all(First::Unknown));
                 };
                 for (own, ty) in parts.iter() {
-                    let Some(part) = Self::part(place, own) else { continue };
+                    let Some(part) = Emit::part(place, own) else { continue };
                     let initial = given.iter().find(|one| is_for(one, own)).map(|one| &one.value);
                     // Whether a falling edge is seen in the first call, controllers differ.
                     let first = match (*name, own.as_str(), initial) {
@@ -208,7 +208,7 @@ impl Emit<'_> {
                     found.of = &own.of;
                 }
                 TypeRef::Subrange(of, range) => {
-                    is_open |= self.types.constants.number(&range.0, found.scope) != Some(0);
+                    is_open |= self.constants.number(&range.0, found.scope) != Some(0);
                     found.of = of;
                 }
                 _ => break,
@@ -225,14 +225,14 @@ impl Emit<'_> {
             (Ty::Bit, Some(initial)) => {
                 let on = match self.constant_literal(initial, scope, 0) {
                     Some((Literal::Bool(on), negated)) => *on != negated,
-                    _ => self.types.constants.number(initial, scope)? != 0,
+                    _ => self.constants.number(initial, scope)? != 0,
                 };
                 return Some(if on { Single::On } else { Single::Zero });
             }
             (Ty::Number(kind @ Kind::Whole { .. }), _) => {
                 let value = match initial {
-                    Some(initial) => self.types.constants.number(initial, scope)?,
-                    None if matches!(of, TypeRef::Enumeration(..)) => self.types.first_named(of)?,
+                    Some(initial) => self.constants.number(initial, scope)?,
+                    None if matches!(of, TypeRef::Enumeration(..)) => self.first_named(of)?,
                     None => 0,
                 };
                 (holding(*kind, value) == *kind).then(|| within(*kind, value))?
@@ -287,7 +287,7 @@ impl Emit<'_> {
                     let initial = own.initial.as_ref().filter(|_| own.constant)?;
                     return deeper(initial, &scope[at..]);
                 }
-                let mut all = self.types.constants.globals(name);
+                let mut all = self.constants.globals(name);
                 let (list, variables, own) = all.next().filter(|_| all.next().is_none())?;
                 let initial = own.initial.as_ref().filter(|_| own.constant)?;
                 if list.is_empty() { deeper(initial, &[]) } else { deeper(initial, &[variables]) }
@@ -296,20 +296,30 @@ impl Emit<'_> {
         }
     }
 
-    /// Where constants get their values as each scan begins; which, is given when all of them are known.
-    pub(super) fn begin_constants(&mut self) -> Option<usize> {
-        let units = self.project.pous.iter().map(|pou| &pou.variables);
-        let mut all = units.chain(self.project.globals.iter().map(|(_, list)| list)).flatten();
-        all.any(is_given).then(|| {
-            self.at(1, "constants");
-            self.builder.add(None, Vec::new(), Step::Nothing)
-        })
+    /// The number of the first value of an enumeration.
+    fn first_named(&self, of: &TypeRef) -> Option<i64> {
+        let TypeRef::Enumeration(values, _) = of else { return None };
+        match values.first()? {
+            (_, Some(number)) => self.constants.number(number, &[]),
+            (_, None) => Some(0),
+        }
+    }
+}
+
+impl Emit<'_> {
+    /// What a variable and its parts begin with; `scope`: what hides global names where it is declared.
+    pub(super) fn first_values(
+        &self,
+        variable: &Variable,
+        place: &Place,
+        scope: &Scope<'_>,
+    ) -> Vec<FirstValue> {
+        let firsts = Firsts { project: self.project, constants: &self.types.constants };
+        firsts.of(variable, place, scope)
     }
 
-    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
-    /// hold something that is not known.
-    pub(super) fn give_constants(&mut self, at: Option<usize>) {
-        let Some(at) = at else { return };
+    /// The constants by their names, with what they hold.
+    pub(super) fn constants(&self) -> Vec<(String, Vec<FirstValue>)> {
         let project = self.project;
         let mut all: Vec<(String, Vec<FirstValue>)> = Vec::new();
         for instance in &self.instances {
@@ -336,6 +346,37 @@ impl Emit<'_> {
                 all.push((place.name.clone(), self.first_values(one, place, scope)));
             }
         }
+        all
+    }
+
+    /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
+    pub(super) fn first_scan(&mut self) -> Option<usize> {
+        let place = self.variable(FIRST_SCAN, Ty::Bit, 1).ok()?;
+        self.at(1, "first values");
+        let fires = Logic::cell(place.tag.cell()?);
+        Some(self.builder.add(None, Vec::new(), Step::Act { fires }))
+    }
+}
+
+impl Assembler {
+    /// Where constants get their values as each scan begins; which, is given when all of them are known.
+    pub(super) fn begin_constants(&mut self, project: &Project) -> Option<usize> {
+        let units = project.pous.iter().map(|pou| &pou.variables);
+        let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+        all.any(is_given).then(|| {
+            self.at(1, "constants");
+            self.builder.add(None, Vec::new(), Step::Nothing)
+        })
+    }
+
+    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
+    /// hold something that is not known.
+    pub(super) fn give_constants(
+        &mut self,
+        at: Option<usize>,
+        all: Vec<(String, Vec<FirstValue>)>,
+    ) {
+        let Some(at) = at else { return };
         let mut effects = Vec::new();
         for (name, found) in all {
             let is_unknown = found.iter().any(|one| one.first == First::Unknown);
@@ -363,16 +404,6 @@ impl Emit<'_> {
         self.program().instructions[at].effects = effects;
     }
 
-    /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
-    pub(super) fn first_scan(&mut self) -> Option<usize> {
-        let place = self.variable(FIRST_SCAN, Ty::Bit, 1).ok()?;
-        self.at(1, "first values");
-        let fires = Logic::cell(place.tag.cell()?);
-        Some(self.builder.add(None, Vec::new(), Step::Act { fires }))
-    }
-}
-
-impl Assembler {
     /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a parameter
     /// that somebody else may set.
     pub(super) fn note_first_values(

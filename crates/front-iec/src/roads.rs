@@ -250,12 +250,42 @@ mod tests {
     }
 
     #[test]
+    fn both_roads_follow_references_alike() {
+        let units = "INTERFACE I METHOD M : INT VAR_INPUT a : INT; END_VAR END_METHOD END_INTERFACE
+            FUNCTION_BLOCK A IMPLEMENTS I VAR n : INT; END_VAR
+                METHOD M : INT VAR_INPUT a : INT; END_VAR M := a + n; END_METHOD
+                PROPERTY P : INT GET P := n; END_GET SET n := P; END_SET END_PROPERTY END_FUNCTION_BLOCK
+            FUNCTION_BLOCK B IMPLEMENTS I VAR k : INT; END_VAR
+                METHOD M : INT VAR_INPUT a : INT; END_VAR k := k + a; M := k; END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK U VAR_INPUT r : REFERENCE TO INT; i : I; END_VAR VAR o : INT; END_VAR
+                r := r + 1; o := i.M(r); END_FUNCTION_BLOCK
+            FUNCTION_BLOCK C VAR p : POINTER TO INT; END_VAR
+                METHOD FB_Init : BOOL VAR_INPUT a : POINTER TO INT; END_VAR p := a; END_METHOD
+                IF p <> 0 THEN p^ := 1; END_IF END_FUNCTION_BLOCK";
+        for body in [
+            "IF in THEN p := ADR(x); ELSE p := ADR(y); END_IF p^ := p^ + 1;",
+            "IF in THEN it := a; ELSE it := b; END_IF x := it.M(3); u(r := x, i := it);",
+            "rr REF= arr[w]; rr := 5; y := rr; IF __ISVALIDREF(rr) THEN x := 2; END_IF",
+            "a.P := b.M(2); x := a.P; y := all[w].P; all[w].P := 3;",
+            "c(); many[w] := ADR(x); many[w]^ := y;",
+        ] {
+            let text = format!(
+                "{units} PROGRAM main VAR x, y : INT; p : POINTER TO INT; arr : ARRAY[0..3] OF INT; w AT %IW2 : INT; \
+                 in AT %IX0.0 : BOOL; a : A; b : B; all : ARRAY[0..2] OF A; it : I; u : U; rr : REFERENCE TO INT; \
+                 c : C(a := ADR(y)); many : ARRAY[0..1] OF POINTER TO INT := [ADR(x), ADR(y)]; END_VAR {body} END_PROGRAM"
+            );
+            assert_eq!(compared(&text), "same", "{body}");
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_told_alike_where_it_is_executed() {
         for (body, outcome) in [
             ("x := q;", "same fault"),
             ("x := LOWER(3);", "same fault"),
             ("FOR x := 1 TO 3 DO x := 2; END_FOR", "same fault"),
-            ("p^ := 1;", "not yet: references and pointers"),
+            ("p^ := 1;", "same fault"),
+            ("{x := 1;}", "not yet: code of other languages"),
         ] {
             let text = format!(
                 "FUNCTION never : INT never := nobody; END_FUNCTION \

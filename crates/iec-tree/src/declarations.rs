@@ -78,8 +78,6 @@ pub struct Variable {
     pub owner: Owner,
     /// What its declaration gives it at first.
     pub initial: Option<Expr>,
-    /// That value, where it is a whole number that is known.
-    pub value: Option<i64>,
     /// What it begins with without that.
     pub first: First,
     /// Whether what its type gives it at first calls anything.

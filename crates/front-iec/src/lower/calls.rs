@@ -441,6 +441,7 @@ impl Lower<'_> {
         let value = self.value(at, &index)?;
         let number = self.as_number(value, DINT, line)?;
         let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
         for number in low..=high {
             let skip = self.unless(&words, number);
             let done = act(self, Self::with_index(place, step, number, &index));
@@ -468,7 +469,7 @@ impl Lower<'_> {
         let value = self.value(at, &index)?;
         let number = self.as_number(value, DINT, line)?;
         let words = self.copied(number, 2);
-        self.stops_where(is_outside(&Number::Words(words.clone()), low, high));
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
         let (mut known, mut ends) = (None, Vec::new());
         for number in low..=high {
             let skip = (number < high).then(|| self.unless(&words, number));

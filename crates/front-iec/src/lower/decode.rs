@@ -44,6 +44,7 @@ pub(in super::super) fn decode(
         is_incomplete: asked.absent_calls_take_no_time,
     };
     let mut own = Lower::new(project, &tree, dialect, options);
+    own.deadline = asked.deadline;
     own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     own.assembler().faults.extend(project.unread.iter().cloned());
     let mut tasks = tasks(project, own.assembler());
@@ -67,7 +68,7 @@ impl Lower<'_> {
         let project = self.project;
         let mut entries = Vec::new();
         let mut main = 0..0;
-        let (mut first, mut image) = (None, None);
+        let (mut first, mut image, mut constants) = (None, None, None);
         self.place_programs(tasks);
         if let Err(fault) = self.find_targets() {
             self.assembler().faults.push((0, fault));
@@ -79,6 +80,7 @@ impl Lower<'_> {
                 first = self.first_scan();
             }
             if number == 0 {
+                constants = self.assembler().begin_constants(project);
                 image = self.assembler().begin_image(project);
             }
             // What tasks call is theirs: they may be in the midst of the same routine at once.
@@ -102,6 +104,9 @@ impl Lower<'_> {
         let shared = super::super::address::share(self.assembler(), &located, &given_back);
         let shared = merged(shared);
         self.assembler().begin_shared(image, &located);
+        let gives = resolve::gives_parts(project);
+        let given = self.given_constants(gives);
+        self.assembler().give_constants(constants, given);
         let instances = self.instances.iter().map(|one| self.old_instance(one));
         let globals = self.memory.globals.values().chain(self.memory.addresses.values());
         let all: Vec<Place> = instances.chain(globals.map(|spot| self.old_place(spot))).collect();
@@ -113,7 +118,6 @@ impl Lower<'_> {
             return Err(told(project, faults));
         }
         let begins = charts.begins_with_more || super::super::decode::begins_before(project);
-        let gives = super::super::decode::gives_parts_apart(project);
         let (mut known, values) = self.power_up(gives, begins);
         // What shares memory begins with what either of them declares.
         known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));

@@ -27,6 +27,7 @@ use places::{Instance, Spot};
 use references::Targets;
 use scanbound_base::facts::StatedCall;
 use scanbound_iec::Project;
+use scanbound_iec_tree::constants::Constants;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
 use scanbound_ir::{Area, AreaKind, Program, Radix, Role, Type};
@@ -57,6 +58,7 @@ struct Lower<'t> {
     assembler: Assembler,
     tree: &'t Tree,
     project: &'t Project,
+    constants: Constants<'t>,
     options: Options,
     memory: Memory,
     instances: Vec<Instance>,
@@ -135,6 +137,7 @@ impl<'t> Lower<'t> {
             assembler: Assembler::new(program, tally),
             tree,
             project,
+            constants: Constants::new(project),
             options,
             memory: Memory { layouts: vec![None; tree.types.count()], ..Memory::default() },
             instances: Vec::new(),

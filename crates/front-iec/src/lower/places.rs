@@ -10,8 +10,9 @@ use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
+use scanbound_ir::errors::is_outside;
 use scanbound_ir::meaning::{Address, IntegerFormat, Term};
-use scanbound_ir::{Cell, Region, Tag, Type, WordSource};
+use scanbound_ir::{Cell, Number, Region, Tag, Type, WordSource};
 use std::sync::Arc;
 
 /// The most instances of function blocks in one variable.
@@ -489,9 +490,12 @@ impl<'t> Lower<'t> {
         step.pop();
         let all: Vec<&Expr> = indices.iter().collect();
         let values = self.operands(at, &all, line, &mut |own, which| own.value(at, all[which]))?;
-        for ((value, (low, _)), step) in values.into_iter().zip(dimensions).zip(step.iter().rev()) {
+        for ((value, (low, high)), step) in
+            values.into_iter().zip(dimensions).zip(step.iter().rev())
+        {
             let value = self.as_number(value, DINT, line)?;
             let words = self.words(value, 2);
+            self.not_followed_where(is_outside(&Number::Words(words.clone()), *low, *high));
             terms.push((words, size.map(|size| size * step)));
             (0..2).for_each(|side| base[side] -= low * step * size[side]);
         }

@@ -371,27 +371,23 @@ impl<'t> Lower<'t> {
             return Err(not_followed(line, what));
         }
         self.cost(&["LD"], "contact");
-        let is_element = before.steps.iter().any(|step| matches!(step, Step::Element(_)));
-        // With one variable to mean, nothing but whether it means any hangs on the word.
-        let words = match (can.len(), is_element) {
-            (1, true) => Vec::new(),
-            (1, false) if !self.stops_on_error => Vec::new(),
-            _ => {
-                let value = match self.find(at, &before, line)? {
-                    Found::Spot(spot) => self.read_spot(&spot),
-                    Found::Element(element) => self.element(&element),
-                    Found::WordBit(..) => Value::Any,
-                };
-                match value {
-                    Value::Address(number, _) => self.copied(number, 1),
-                    _ if can.len() == 1 => Vec::new(),
-                    _ => return Err(not_followed(line, format!("{} is not followed", shown()))),
-                }
+        let value = match self.find(at, &before, line)? {
+            Found::Spot(spot) => self.read_spot(&spot),
+            Found::Element(element) => self.element(&element),
+            Found::WordBit(..) => Value::Any,
+        };
+        let words = match value {
+            Value::Address(number, _) => self.copied(number, 1),
+            // With one variable to mean, nothing but whether it means any hangs on the word.
+            _ if can.len() == 1 => {
+                self.not_followed_where(Logic::Const(true));
+                Vec::new()
             }
+            _ => return Err(not_followed(line, format!("{} is not followed", shown()))),
         };
         if !words.is_empty() {
             let means = |&index: &usize| is_number(&words, word(index), 1);
-            self.stops_where(Logic::Any(can.iter().map(means).collect()).not());
+            self.not_followed_where(Logic::Any(can.iter().map(means).collect()).not());
         }
         let (mut known, mut ends) = (None, Vec::new());
         for (number, &index) in can.iter().enumerate() {

@@ -1,18 +1,13 @@
 //! What is known of the state after power-up, and what keeps its values when the power fails.
 
-use super::super::first_values::{FirstValue, first_value};
-use super::super::types::{Kind, Ty};
-use super::super::value::{real, within};
+use super::super::first_values::{First, FirstValue, Firsts, is_given};
 use super::Lower;
 use super::places::{Instance, Spot};
-use scanbound_iec::PouKind;
-use scanbound_iec_tree::blocks::{Pin, StandardBlock};
-use scanbound_iec_tree::declarations::{First, Owner, VarId};
-use scanbound_iec_tree::tree::{Expr, ExprKind};
-use scanbound_iec_tree::types::Type as Typed;
+use scanbound_iec::{PouKind, Section, Variable};
+use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, flow};
 
-impl Lower<'_> {
+impl<'t> Lower<'t> {
     /// What is known of the state after power-up. `gives_parts`: whether a declaration gives an instance values for its parts.
     pub(super) fn power_up(
         &mut self,
@@ -65,89 +60,79 @@ impl Lower<'_> {
         (known, values)
     }
 
-    /// Takes note of the value with which a variable begins; that value, if it is another one than 0.
-    fn starts(&self, known: &mut PowerUp, id: VarId, spot: &Spot) -> Option<FirstValue> {
+    /// Takes note of what a variable begins with; the values that are others than 0.
+    fn starts(&self, known: &mut PowerUp, id: VarId, spot: &Spot) -> Vec<FirstValue> {
         let one = self.tree.variable(id);
         if one.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
             known.inputs.extend(spot.tag.regions());
-            return None;
+            return Vec::new();
         }
-        let regions = spot.tag.regions();
         if one.retain {
-            known.latched.extend(regions.iter().copied());
+            known.latched.extend(spot.tag.regions());
         }
-        if let Typed::Standard(block) = self.tree.types.get(spot.ty) {
-            if one.initial.is_some() {
-                return None;
+        let Some((variable, scope)) = self.declared(id).filter(|one| !is_given(one.0)) else {
+            return Vec::new();
+        };
+        let firsts = Firsts { project: self.project, constants: &self.constants };
+        let mut values = firsts.of(variable, &self.old_place(spot), &scope);
+        let zeros = values.extract_if(.., |one| one.first == First::Zero);
+        known.cleared.extend(zeros.flat_map(|one| one.regions));
+        values.retain(|one| one.first != First::Unknown);
+        values
+    }
+
+    /// A variable as it is declared, and what hides global names there.
+    fn declared(&self, id: VarId) -> Option<(&'t Variable, Vec<&'t [Variable]>)> {
+        let (tree, project) = (self.tree, self.project);
+        let kept = |all: &'t [Variable], at: usize| {
+            let is_kept =
+                |one: &&Variable| one.section != Section::External && !one.name.is_empty();
+            all.iter().filter(is_kept).nth(at)
+        };
+        match tree.variable(id).owner {
+            Owner::Unit(unit) => {
+                let at = tree.unit(unit).variables.iter().position(|&one| one == id)?;
+                let units = tree.lineage(unit).into_iter();
+                let scope = units.map(|unit| &project.pous[unit.index()].variables[..]);
+                Some((kept(&project.pous[unit.index()].variables, at)?, scope.collect()))
             }
-            // Whether a falling edge is seen in the first call, controllers differ.
-            let cleared = match block {
-                StandardBlock::FTrig => {
-                    let pin = |pin| spot.tag.part_at(block.position(pin)?);
-                    let parts = [Pin::Clk, Pin::Q].into_iter().filter_map(pin);
-                    parts.flat_map(|part| part.regions()).collect()
-                }
-                _ => regions,
-            };
-            known.cleared.extend(cleared);
-            return None;
-        }
-        let words = self.first_words(id, spot)?;
-        match words {
-            None => {
-                known.cleared.extend(regions);
-                None
+            Owner::Global(list) => {
+                let at = tree.globals[list].variables.iter().position(|&one| one == id)?;
+                let (name, all) = &project.globals[list];
+                let scope = if name.is_empty() { Vec::new() } else { vec![&all[..]] };
+                Some((&all[at], scope))
             }
-            Some(words) => Some(first_value(*regions.first()?, spot.tag.cell()?, words)),
+            Owner::Routine(_) => None,
         }
     }
 
-    /// The words with which a variable begins, if they are known: nothing for 0, and none for a bit that is on.
-    fn first_words(&self, id: VarId, spot: &Spot) -> Option<Option<Option<scanbound_ir::Number>>> {
-        let one = self.tree.variable(id);
-        if one.first == First::Unknown {
-            return None;
-        }
-        spot.tag.cell()?;
-        let initial = one.initial.as_ref();
-        let first = match one.first {
-            First::Number(number) => number,
-            _ => 0,
-        };
-        match self.simple(spot) {
-            Ty::Bit => {
-                let on = match initial.map(|one| &one.kind) {
-                    None => false,
-                    Some(ExprKind::Bool(on)) if is_literal(initial) => *on,
-                    Some(_) => one.value? != 0,
-                };
-                Some(on.then_some(None))
+    /// The constants by their names, with what they hold.
+    pub(super) fn given_constants(&mut self, gives_parts: bool) -> Vec<(String, Vec<FirstValue>)> {
+        let tree = self.tree;
+        let mut all = Vec::new();
+        for Instance { unit, spot } in self.instances.clone() {
+            let is_handed = gives_parts && tree.unit(unit).kind != PouKind::Program;
+            for id in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
+                if let Some(part) = self.member(&spot, unit, *id) {
+                    all.push((*id, part, is_handed));
+                }
             }
-            Ty::Number(kind) => {
-                let number = match (kind, initial) {
-                    (Kind::Whole { bits: ..=32, .. }, None) => within(kind, first),
-                    (Kind::Real | Kind::Time | Kind::Whole { .. }, None) => within(kind, 0),
-                    (Kind::Whole { bits: ..=32, .. }, Some(_)) => within(kind, one.value?),
-                    (Kind::Real, Some(initial)) => match &initial.kind {
-                        ExprKind::Real(text) => real(text)?,
-                        ExprKind::Whole(value) | ExprKind::Typed(value) => {
-                            real(&value.to_string())?
-                        }
-                        _ => return None,
-                    },
-                    (Kind::Time, Some(initial)) => match &initial.kind {
-                        ExprKind::Time(time) => {
-                            let ms = i32::try_from(time / 1_000_000).ok()?;
-                            (time % 1_000_000 == 0).then(|| within(kind, ms.into()))?
-                        }
-                        _ => return None,
-                    },
-                    _ => return None,
-                };
-                Some((number != within(kind, 0)).then_some(Some(number)))
-            }
-            _ => None,
         }
+        for id in tree.globals.iter().flat_map(|list| &list.variables) {
+            all.extend(self.memory.globals.get(id).map(|spot| (*id, spot.clone(), false)));
+        }
+        let mut found = Vec::new();
+        for (id, spot, is_handed) in all {
+            let declared = self.declared(id).filter(|one| is_given(one.0));
+            let Some((variable, scope)) = declared else { continue };
+            let firsts = Firsts { project: self.project, constants: &self.constants };
+            let mut values = firsts.of(variable, &self.old_place(&spot), &scope);
+            if is_handed {
+                values.iter_mut().for_each(|one| one.first = First::Unknown);
+            }
+            found.push((spot.name, values));
+        }
+        found
     }
 
     /// Whether an instance keeps what it holds when the power fails: it, or one that it stands in, is declared so.
@@ -204,8 +189,4 @@ fn holds(kept: Region, own: Region) -> bool {
         }
         _ => false,
     }
-}
-
-fn is_literal(one: Option<&Expr>) -> bool {
-    one.is_some_and(|one| matches!(one.kind, ExprKind::Bool(_)))
 }

@@ -104,6 +104,9 @@ impl Lower<'_> {
         targets: &mut JumpTargets,
     ) {
         for one in all {
+            if self.is_late() {
+                return;
+            }
             self.at(one.line, &one.text);
             let counted = self.begin_counted(one);
             let done = self.statement(at, one, targets);

@@ -47,14 +47,34 @@ pub fn tree(project: &Project) -> Tree {
     own.tree
 }
 
-/// Whether a declaration gives an instance or a structure values for its parts.
-fn gives_parts(project: &Project) -> bool {
+/// Whether a declaration gives values to the variables of an instance of the project's blocks.
+#[must_use]
+pub fn gives_parts(project: &Project) -> bool {
     let gives = |one: &Declared| {
-        !types::is_elementary(&one.of) && !matches!(one.initial, None | Some(ast::Expr::Literal(_)))
+        !matches!(one.initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, &one.of)
     };
-    let units = project.pous.iter().map(|pou| &pou.variables);
+    let parts = project.types.iter().filter_map(|one| match &one.of {
+        TypeRef::Struct(parts) => Some(parts),
+        _ => None,
+    });
+    let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
     let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
     all.any(gives)
+}
+
+/// Whether variables of a type are, or hold, instances of the project's blocks.
+fn holds_block(project: &Project, of: &TypeRef) -> bool {
+    match of {
+        TypeRef::Named(name) => {
+            let is_block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
+            let own = project.types.iter().find(|one| same(&one.name, name));
+            project.pous.iter().any(is_block)
+                || own.is_some_and(|own| holds_block(project, &own.of))
+        }
+        TypeRef::Array(_, of) => holds_block(project, of),
+        TypeRef::Struct(parts) => parts.iter().any(|one| holds_block(project, &one.of)),
+        _ => false,
+    }
 }
 
 /// A project while it is resolved.
@@ -245,7 +265,6 @@ impl<'p> Resolver<'p> {
                 None => First::Unknown,
             },
         };
-        let value = one.initial.as_ref().and_then(|one| self.constants.number(one, around));
         self.tree.variables.push(Variable {
             name: one.name.clone(),
             symbol: self.index.symbol(&one.name),
@@ -253,7 +272,6 @@ impl<'p> Resolver<'p> {
             ty,
             owner,
             initial: None,
-            value,
             first,
             type_calls: self.type_calls(&one.of, &mut Vec::new()),
             at: one.at.clone(),
