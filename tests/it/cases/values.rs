@@ -162,7 +162,7 @@ fn a_controller_that_stops_in_its_first_scan_makes_no_other() {
     assert_eq!((lower_ns(&report), upper_ns(&report)), (0, 1000));
     assert_eq!(report["scan"]["exact"], false);
     let between = report["scan"]["stands_between"].as_str().expect("a reason");
-    assert!(between.contains("stops the CPU in each scan"), "{between}");
+    assert!(between.contains("stops the CPU in every scan"), "{between}");
     let run = scanbound(
         "attack",
         "check null-interface-reached.st --table zero.csv --facts calls.toml --trust all --limit 500ns",
