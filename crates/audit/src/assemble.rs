@@ -227,6 +227,7 @@ impl<'a> Findings<'a> {
             ladder: None,
             bound,
             cycle,
+            holds_interrupts: self.program.scan_control.holds_interrupts,
             watchdog,
             overhead,
             always,

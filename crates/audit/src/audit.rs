@@ -45,6 +45,8 @@ pub struct Audit {
     pub bound: Bound,
     /// The minimum scan time that the CPU or the program sets, if any.
     pub cycle: Cycle,
+    /// Whether the program may let interrupts wait beyond the end of a scan.
+    pub holds_interrupts: bool,
     /// The watchdog, and what restarts it.
     pub watchdog: Watchdog,
     /// The time of each scan in addition to its instructions.
@@ -200,13 +202,13 @@ impl Audit {
     /// An upper bound on the scan time, including the wait for the constant scan time.
     #[must_use]
     pub fn cycle_upper(&self) -> Picos {
-        self.bound.upper.max(self.cycle.upper.unwrap_or_default())
+        self.bound.upper.max(self.cycle.longest().unwrap_or_default())
     }
 
     /// The same with all points that the CPU can have, if their number is not stated.
     #[must_use]
     pub fn cycle_with_all_points(&self) -> Picos {
-        self.upper_with_all_points().max(self.cycle.upper.unwrap_or_default())
+        self.upper_with_all_points().max(self.cycle.longest().unwrap_or_default())
     }
 
     /// Some scan takes this long, including the wait for the constant scan time.

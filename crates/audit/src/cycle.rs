@@ -55,6 +55,8 @@ pub struct Watchdog {
 pub struct Cycle {
     /// An upper bound on the constant scan time, if one is set.
     pub upper: Option<Picos>,
+    /// The most that interrupts add that occur just before the wait ends.
+    pub interrupts: Picos,
     /// Some scan is extended to at least this time.
     pub lower: Option<Picos>,
     /// The instructions that set its time.
@@ -69,4 +71,12 @@ pub struct Cycle {
     pub is_stated: bool,
     /// The name of the CPU parameter that may set it, if nobody states whether it does.
     pub unstated: Option<&'static str>,
+}
+
+impl Cycle {
+    /// An upper bound on a scan that waits: all interrupts of a scan may occur just before the wait ends.
+    #[must_use]
+    pub fn longest(&self) -> Option<Picos> {
+        self.upper.map(|time| time + self.interrupts)
+    }
 }

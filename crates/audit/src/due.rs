@@ -6,17 +6,20 @@ use scanbound_base::time::Picos;
 use scanbound_ir::{Interrupt, Program};
 use scanbound_replay::RealRun;
 
-/// How often an interrupt of this interval is due in a scan of this time: once at the start, and again each time the
-/// interval has passed.
-pub(super) fn due(scan: Picos, interval: Picos) -> u64 {
-    scan.0.div_ceil(interval.0.max(1)).max(1)
+/// How often an interrupt of this interval runs at most in a scan of this time: once at the start, and again each time the
+/// interval has passed. One that occurs during END processing waits for the next scan; since one that occurs in the END
+/// processing of this scan waits, too, this adds none. If the program can let interrupts wait (`holds_interrupts`), one
+/// more may be left from earlier scans.
+pub(super) fn due(scan: Picos, interval: Picos, holds_interrupts: bool) -> u64 {
+    let due = scan.0.div_ceil(interval.0.max(1)).max(1);
+    due.saturating_add(holds_interrupts.into())
 }
 
 /// The interrupts that, by their intervals, are due in the longest scan more often than they were charged.
 pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
     let of = |one: &Interrupt| {
         let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;
-        let due = due(longest, every);
+        let due = due(longest, every, program.scan_control.holds_interrupts);
         let (name, taken) = (one.name.clone(), one.times);
         let is_too_few = one.stated && due > u64::from(taken);
         is_too_few.then_some(Doubt::TooFewInterrupts { name, every, taken, due })

@@ -130,6 +130,7 @@ pub fn fixture() -> Audit {
             groups: Picos(240_500_000),
         },
         cycle: super::Cycle::default(),
+        holds_interrupts: false,
         watchdog: super::Watchdog {
             default: Some(us(200_000)),
             least: Some(us(200_000)),

@@ -32,23 +32,26 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
     let bound = |counts: &BTreeMap<String, u64>| {
         let facts = with(counts);
         let quick = Request { facts: &facts, proves_facts: false, limit: None, ..*request };
-        Ok::<_, Failure>(audit(&quick)?.bound.upper)
+        let audit = audit(&quick)?;
+        Ok::<_, Failure>((audit.bound.upper, audit.holds_interrupts))
     };
     let none: BTreeMap<String, u64> = intervals.keys().map(|name| (name.clone(), 0)).collect();
-    let alone = bound(&none)?;
+    let (alone, holds) = bound(&none)?;
     // The additional time of one interrupt of each routine.
     let mut each = BTreeMap::new();
     for name in intervals.keys() {
         let mut one = none.clone();
         one.insert(name.clone(), 1);
-        each.insert(name, bound(&one)?.checked_sub(alone).unwrap_or_default());
+        each.insert(name, bound(&one)?.0.checked_sub(alone).unwrap_or_default());
     }
     let mut scan = alone;
     let mut counts = none;
     let mut rounds = 0;
     loop {
-        let next: BTreeMap<String, u64> =
-            intervals.iter().map(|(name, &every)| (name.clone(), due(scan, every))).collect();
+        let next: BTreeMap<String, u64> = intervals
+            .iter()
+            .map(|(name, &every)| (name.clone(), due(scan, every, holds)))
+            .collect();
         if next.values().any(|&times| times > MOST) {
             return Err(no_time(request));
         }
@@ -56,8 +59,8 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
         counts = next;
         if is_same {
             // An estimate from these times. The audit then checks whether the counts suffice.
-            let found = bound(&counts)?;
-            if intervals.iter().all(|(name, &every)| due(found, every) <= counts[name]) {
+            let (found, _) = bound(&counts)?;
+            if intervals.iter().all(|(name, &every)| due(found, every, holds) <= counts[name]) {
                 return Ok(with(&counts));
             }
             rounds += 1;

@@ -57,6 +57,7 @@ mod remembered;
 mod request;
 mod requested;
 pub mod response;
+mod restarted;
 mod rung;
 mod search;
 mod solved_bound;

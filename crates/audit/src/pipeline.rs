@@ -476,7 +476,8 @@ impl Solved<'_> {
             proved = proved::proved(&search, request.facts, followed.structural_only, &mut found)
                 .map_err(Failure::Internal)?;
         }
-        let look = Look { program, prices, table, facts: request.facts };
+        let model_of_scan = Some(&model).filter(|_| !followed.structural_only);
+        let look = Look { program, prices, table, facts: request.facts, model: model_of_scan };
         let least = prices.least_times();
         let search = real::Search { program, least: &least, limits };
         let (watchdog, cycle) = look.see(&found, &search).map_err(Failure::Internal)?;

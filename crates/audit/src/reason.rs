@@ -50,6 +50,8 @@ pub enum Reason {
     ConstantScan {
         /// The largest constant scan time.
         most: Picos,
+        /// The most that interrupts add that occur just before the wait ends.
+        interrupts: Picos,
         /// The relay that switches it on.
         device: &'static str,
     },
@@ -112,14 +114,22 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Reason::Doubt(doubt) => doubt.fmt(f),
-            Reason::ConstantScan { most, device: "" } => write!(
-                f,
-                "a constant or minimum scan time of {most} is stated"
-            ),
-            Reason::ConstantScan { most, device } => write!(
-                f,
-                "a constant scan of {most} may be switched on ({device}): it is not decided whether a run does so"
-            ),
+            Reason::ConstantScan { most, interrupts, device } => {
+                match *device {
+                    "" => write!(f, "a constant or minimum scan time of {most} is stated"),
+                    _ => write!(
+                        f,
+                        "a constant scan of {most} may be switched on ({device}): it is not decided whether a run does so"
+                    ),
+                }?;
+                match *interrupts {
+                    Picos::ZERO => Ok(()),
+                    _ => write!(
+                        f,
+                        "; interrupts just before the end of the wait add up to {interrupts}"
+                    ),
+                }
+            }
             Reason::WatchdogUnknown { device, instruction, from } => {
                 write!(f, "`{instruction}` sets the watchdog ({device}) to an unknown value: state ")?;
                 if let Some(from) = from {

@@ -343,10 +343,15 @@ impl Check {
     /// Why a limit between the bounds is neither proved nor refuted, and what to do.
     fn open(&self, audit: &Audit) -> Vec<Reason> {
         let (limit, margin) = (self.limit, self.margin);
-        let most = audit.cycle.upper.filter(|&most| margin.on(most) > limit);
+        let cycle = &audit.cycle;
+        let most =
+            cycle.upper.filter(|_| cycle.longest().is_some_and(|most| margin.on(most) > limit));
         match self.measure {
             Measure::Cycle => match most {
-                Some(most) => vec![Reason::ConstantScan { most, device: audit.cycle.devices[1] }],
+                Some(most) => {
+                    let (interrupts, device) = (cycle.interrupts, cycle.devices[1]);
+                    vec![Reason::ConstantScan { most, interrupts, device }]
+                }
                 None => open(audit, limit, margin),
             },
             Measure::Execution | Measure::Stretch => {

@@ -2,12 +2,14 @@
 
 use super::cycle::{Cycle, SettingUse, Stretch, Watchdog};
 use super::real::{RunResults, Search};
-use super::stretch;
+use super::{restarted, stretch};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
+use scanbound_model::ScanModel;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Event, RealRun};
+use scanbound_solve::Limits;
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,6 +24,8 @@ pub(super) struct Look<'a> {
     pub prices: &'a Prices,
     pub table: &'a Table,
     pub facts: &'a Facts,
+    /// The model of the scan, unless it is the structural sum.
+    pub model: Option<&'a ScanModel>,
 }
 
 /// What was observed in runs from power-up.
@@ -55,7 +59,7 @@ impl Look<'_> {
             stretches = self.others(found, search, seen.sets_watchdog)?;
             stretches.extend(seen.stretches);
         }
-        Ok((self.watchdog(stretches), cycle))
+        Ok((self.watchdog(stretches, &search.limits), cycle))
     }
 
     fn uses(&self, settings: &BTreeMap<usize, Setting>) -> Vec<SettingUse> {
@@ -80,13 +84,14 @@ impl Look<'_> {
         self.facts.watchdog.or(self.table.watchdog())
     }
 
-    fn watchdog(&self, found: Vec<Stretch>) -> Watchdog {
+    fn watchdog(&self, found: Vec<Stretch>, limits: &Limits<'_>) -> Watchdog {
         let control = &self.program.scan_control;
         let default = self.default();
         let times = self.prices.times();
         let around = self.prices.overhead_sum() + self.prices.more_points();
         // All interrupts of a scan may occur before the watchdog is set or extended.
-        let before = around + stretch::interrupts(self.program, &times);
+        let interrupts = stretch::interrupts(self.program, &times);
+        let before = around + interrupts;
         let settings = control.watchdog.values();
         // A stated time replaces an unknown one.
         let set = settings.map(|setting| match setting.range() {
@@ -96,17 +101,26 @@ impl Look<'_> {
         let extensions = &control.extensions;
         let extended = default
             .map(|time| time + stretch::surely(self.program, &times, (time, before), extensions));
+        let least = match self.is_set_first(&times, before) {
+            true => set.min(),
+            false => set.chain(extended).min(),
+        };
+        // The model is asked where the structure of the program does not prove enough.
+        let upper = stretch::upper(self.program, &times, around).map(|upper| {
+            let is_enough = least.or(default).is_none_or(|least| upper <= least);
+            let model = self.model.filter(|_| !is_enough);
+            let closer =
+                model.and_then(|model| restarted::upper(self.program, model, around, limits));
+            closer.map_or(upper, |closer| upper.min(closer + interrupts))
+        });
         Watchdog {
             default,
             is_stated: self.facts.watchdog.is_some(),
             device: control.devices[0],
             settings: self.uses(&control.watchdog),
-            least: match self.is_set_first(&times, before) {
-                true => set.min(),
-                false => set.chain(extended).min(),
-            },
+            least,
             restarts: control.restarts.len(),
-            upper: stretch::upper(self.program, &times, around),
+            upper,
             found,
         }
     }
@@ -291,6 +305,7 @@ impl Look<'_> {
         let upper = known.into_iter().flatten().chain(stated).max();
         Cycle {
             upper: upper.filter(|&time| time > Picos::ZERO),
+            interrupts: stretch::interrupts(self.program, &self.prices.times()),
             lower: seen.constant.max(stated).filter(|&time| time > Picos::ZERO),
             settings: self.uses(&control.constant),
             switches: control.switches.keys().map(|&at| self.place(at)).collect(),

@@ -102,15 +102,37 @@ impl OmronBuilder {
         self.out.choice()
     }
 
-    /// A choice that something outside determines: elapsed time, or a value from the last scan. If the instruction may run several
-    /// times in a scan, it is an ordinary choice, because the earlier execution is not modelled.
-    pub(super) fn external_choice(&mut self) -> ChoiceId {
-        if self.repeated { self.out.choice() } else { self.out.external_choice() }
+    /// A choice that earlier scans determine: elapsed time, or a value from the last scan. A single scan may have any value;
+    /// in a run from power-up it is unknown. If the instruction may run several times in a scan, it is an ordinary choice,
+    /// because the earlier execution is not modelled.
+    pub(super) fn earlier_choice(&mut self) -> ChoiceId {
+        if self.repeated {
+            return self.out.choice();
+        }
+        let choice = self.out.external_choice();
+        self.out.program.timekeeping.untracked.insert(choice);
+        choice
+    }
+
+    /// Whether an input of the instruction changed since its last execution.
+    pub(super) fn changed(&mut self) -> Logic {
+        Logic::Bit(BitSource::Free(self.earlier_choice()))
+    }
+
+    /// A new cell in which the instruction remembers one of its inputs. `None` if it may run several times in a scan or be
+    /// skipped in an interlock.
+    pub(super) fn edge_memory(&mut self) -> Option<Cell> {
+        let is_modelled = !self.repeated && !self.interlocked;
+        is_modelled.then(|| {
+            self.edges += 1;
+            self.memory.edge(self.edges - 1)
+        })
     }
 
     /// A bit that something outside determines.
     pub(super) fn external_bit(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.external_choice()))
+        let choice = if self.repeated { self.out.choice() } else { self.out.external_choice() };
+        Logic::Bit(BitSource::Free(choice))
     }
 
     /// A bit that may have any value.
@@ -182,11 +204,7 @@ impl OmronBuilder {
     /// Whether a value has an edge since the next instruction last executed. If this instruction may run several times in a scan
     /// or be skipped in an interlock, the answer is a free bit.
     pub(super) fn edge(&mut self, value: Logic, edge: Edge) -> Logic {
-        if self.repeated || self.interlocked {
-            return self.unknown_edge(value, edge);
-        }
-        let memory = self.memory.edge(self.edges);
-        self.edges += 1;
+        let Some(memory) = self.edge_memory() else { return self.unknown_edge(value, edge) };
         self.remembered.push(always(Write::Bit(BitTarget::Cell(memory), value.clone())));
         let was = Logic::cell(memory);
         Logic::All(match edge {
@@ -196,7 +214,7 @@ impl OmronBuilder {
     }
 
     fn unknown_edge(&mut self, value: Logic, edge: Edge) -> Logic {
-        let changed = self.external_bit();
+        let changed = self.changed();
         Logic::All(match edge {
             Edge::Rising => vec![value, changed],
             Edge::Falling => vec![value.not(), changed],

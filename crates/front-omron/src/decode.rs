@@ -303,18 +303,21 @@ impl Decoder {
         {
             *target = end;
         }
-        self.note_extensions(&items, &starts);
+        self.note_scan_control(&items, &starts);
         self.collect(&items, &structure, &starts, calls, file);
         self.tasks.push((program.task, program.name.clone(), start..self.builder.next(), end));
     }
 
     /// Records by how much each WDT extends the cycle time monitoring time: 10 ms for each unit of its operand on CS, CJ and CP.
-    /// The value for the C series (100 ms) is unverified, so no bound uses it.
-    fn note_extensions(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
+    /// The value for the C series (100 ms) is unverified, so no bound uses it. Also records whether an instruction may let
+    /// interrupts wait.
+    fn note_scan_control(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
         const MS: u64 = 1_000_000_000;
         const MOST: u32 = 0x0F9F;
         let family = self.builder.memory.family;
         let program = &mut self.builder.out.program;
+        program.scan_control.holds_interrupts |=
+            items.iter().any(|item| matches!(&*item.name, "DI" | "MSKS" | "INT"));
         for (item, &start) in items.iter().zip(starts).filter(|(item, _)| item.name == "WDT") {
             let Some(start) = start else { continue };
             let priced = program.instructions[start..].iter().position(|one| one.timing.is_some());

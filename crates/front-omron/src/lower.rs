@@ -532,7 +532,7 @@ impl<'a> Lowering<'a> {
         if meaning == "pulse-fall" {
             self.builder.invert();
         }
-        let fires = Logic::All(vec![Logic::Condition, self.builder.external_bit()]);
+        let fires = Logic::All(vec![Logic::Condition, self.builder.changed()]);
         self.builder.act(fires, vec![fired(Write::Bit(target, Logic::Const(true)))], Some(key));
         if meaning == "pulse-fall" {
             self.builder.restore();

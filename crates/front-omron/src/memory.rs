@@ -324,9 +324,9 @@ impl Memory {
         let words = words.iter().map(|&area| Region::Area(AreaId(area)));
         // From here on, DM holds the words of special units.
         let data = if self.family == Family::C { 1_000 } else { 20_000 };
-        // Timers are reset when the program starts.
-        let timers = self.timers().map(|flag| self.runs(flag)).next();
-        let timers = timers.map(|runs| Region::Area(runs.area));
+        // Timers are reset when the program starts. On the C series, counters share their numbers.
+        let timers: &[u16] = if self.family == Family::C { &[8] } else { &[5, 6, 11] };
+        let timers = timers.iter().map(|&area| Region::Area(AreaId(area)));
         let cleared = [io, cells(4, 0, data)].into_iter().chain(words).chain(timers).collect();
         // The areas that are kept at power-off: holding relays and DM.
         let held = if self.family == Family::C { [1, 4] } else { [2, 4] };

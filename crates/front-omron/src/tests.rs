@@ -287,15 +287,14 @@ fn a_shift_register_shifts_on_the_rising_edge() {
     let program = c(
         "LD 00000\nLD 00001\nLD 00002\nSFT(10) 010 011\nLD 01100\nMOV(21) #1 DM 0\nLD 01000\nMOV(21) #2 DM 0\nEND(01)",
     );
-    let bits = |inputs: u16, edge: u16| {
-        let start = [("IR0", inputs), ("IR10", 0x8001)];
-        ["MOV(21) #1 DM 0", "MOV(21) #2 DM 0"]
-            .map(|text| fired(&program, text, &start, edge).unwrap())
+    let bits = |inputs: u16, was: u16| {
+        let start = [("IR0", inputs), ("IR10", 0x8001), ("EDGE-0", was)];
+        ["MOV(21) #1 DM 0", "MOV(21) #2 DM 0"].map(|text| fired(&program, text, &start, 0).unwrap())
     };
-    assert_eq!(bits(0b011, 1), [true, true]);
-    assert_eq!(bits(0b010, 1), [true, false]);
-    assert_eq!(bits(0b010, 0), [false, true]);
-    assert_eq!(bits(0b111, 1), [false, false]);
+    assert_eq!(bits(0b011, 0), [true, true]);
+    assert_eq!(bits(0b010, 0), [true, false]);
+    assert_eq!(bits(0b010, 1), [false, true]);
+    assert_eq!(bits(0b111, 0), [false, false]);
 }
 
 #[test]

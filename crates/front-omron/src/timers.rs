@@ -67,9 +67,9 @@ fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
 }
 
 impl Setting {
-    /// Whether the time or count is up, by an external choice.
+    /// Whether the time or count is up, by a choice that earlier scans determine.
     fn over(&self, builder: &mut OmronBuilder) -> Logic {
-        let over = builder.external_choice();
+        let over = builder.earlier_choice();
         self.over_by(builder, over)
     }
 
@@ -92,11 +92,16 @@ impl Setting {
             return self.over(builder);
         };
         let runs = builder.memory.runs(flag);
-        let over = builder.external_choice();
+        let over = builder.earlier_choice();
         if !builder.repeated {
             let on_delay = Expiry::of_on_delay(runs, setting, unit);
             let expiry = Expiry { is_decimal: self.is_decimal, ..on_delay };
-            builder.out.program.timekeeping.expiries.insert(over, expiry);
+            let timekeeping = &mut builder.out.program.timekeeping;
+            timekeeping.expiries.insert(over, expiry);
+            // A run tracks the time of a timer that restarts each time, not that of an accumulative timer.
+            if item.meaning() == "timer" {
+                timekeeping.untracked.remove(&over);
+            }
         }
         let ticks = builder.out.scan_ticks(unit, self.is_decimal);
         let number = |word| Number::Words(vec![word]);
@@ -162,10 +167,10 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
                         let bit = |cell, value| fired(Write::Bit(BitTarget::Cell(cell), value));
                         effects.push(bit(flag, Logic::Const(false)));
                         effects.push(fired(havoc_present(flag, choice)));
-                        // Whether a timer restarts while its condition stays on is unknown.
-                        let runs = builder.memory.runs(flag);
-                        let value = Logic::All(vec![Logic::cell(runs), builder.free_bit()]);
-                        effects.push(bit(runs, value));
+                        // Whether a timer restarts while its condition stays on is unknown, and so is where an accumulative
+                        // timer continues.
+                        let value = builder.free_bit();
+                        effects.push(bit(builder.memory.runs(flag), value));
                     }
                 }
                 None => effects.push(fired(Write::Havoc(Region::Everything, choice))),
@@ -225,6 +230,8 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
         Some(operand) => operand.bit_target(),
         None => None,
     };
+    // The inputs that it remembers after everything else.
+    let mut remembered: Option<Inputs> = None;
     match (item.meaning(), target, item.operands.first()) {
         ("keep", Some(target), _) => {
             builder.product(&[(0, true), (reset, false)]);
@@ -240,29 +247,65 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
                 None,
             );
         }
-        ("counter" | "timer-holding", Some(target), Some(Operand::Flag(flag))) => {
+        ("timer-holding", Some(target), Some(Operand::Flag(flag))) => {
             // Without a reset the flag can only come on.
             let setting = setting(builder, item);
+            let over = setting.elapsed(builder, item, *flag);
+            let done = Logic::Any(vec![Logic::cell(*flag), over]);
+            builder.product(&[(0, true), (reset, false)]);
+            let runs = builder.memory.runs(*flag);
+            let effects = vec![
+                fired(Write::Bit(target, done)),
+                fired(havoc_present(*flag, choice)),
+                fired(Write::Bit(BitTarget::Cell(runs), Logic::Const(true))),
+            ];
+            builder.act(Logic::Condition, effects, None);
+            reset_flag(builder, reset, *flag, &setting);
+            let value = setting.unless_wrong(builder, Logic::Const(false), runs);
+            let stops = fired(Write::Bit(BitTarget::Cell(runs), value));
+            builder.act(Logic::Condition, vec![stops], None);
+        }
+        ("counter", Some(target), Some(Operand::Flag(flag))) => {
+            // Without a reset the flag can only come on.
+            let setting = setting(builder, item);
+            let inputs = Inputs::of(builder, &[0]);
             let done = Logic::Any(vec![Logic::cell(*flag), setting.over(builder)]);
             builder.product(&[(0, true), (reset, false)]);
             let effects =
                 vec![fired(Write::Bit(target, done)), fired(havoc_present(*flag, choice))];
-            builder.act(Logic::Condition, effects, None);
+            let counts = inputs.rises(builder, 0);
+            builder.act(counts, effects, None);
             reset_flag(builder, reset, *flag, &setting);
+            remembered = Some(inputs);
         }
         ("counter-reversible", Some(target), Some(Operand::Flag(flag))) => {
             let setting = setting(builder, item);
-            for counting in [0, 1] {
-                builder.product(&[(counting, true), (reset, false)]);
+            let inputs = Inputs::of(builder, &[0, 1]);
+            // If both inputs rise, nothing is counted.
+            for (counting, other, is_on) in
+                [(0, 1, false), (0, 1, true), (1, 0, false), (1, 0, true)]
+            {
+                builder.product(&[(counting, true), (other, is_on), (reset, false)]);
                 let value = setting.over(builder);
                 let choice = builder.choice();
                 let effects =
                     vec![fired(Write::Bit(target, value)), fired(havoc_present(*flag, choice))];
-                builder.act(Logic::Condition, effects, None);
+                let rises = inputs.rises(builder, counting);
+                let counts = match is_on {
+                    true => Logic::All(vec![rises, inputs.rises(builder, other).not()]),
+                    false => rises,
+                };
+                builder.act(counts, effects, None);
             }
             reset_flag(builder, reset, *flag, &setting);
+            remembered = Some(inputs);
         }
-        ("shift-register", ..) => shift_register(builder, item, reset),
+        ("shift-register", ..) => {
+            let inputs = Inputs::of(builder, &[1]);
+            let moves = inputs.rises(builder, 1);
+            shift_register(builder, item, moves, reset);
+            remembered = Some(inputs);
+        }
         _ => {
             let regions =
                 item.operands.first().map(|operand| operand.regions(Some(1))).unwrap_or_default();
@@ -278,6 +321,41 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
         (item.meaning(), item.operands.first())
     {
         keep_time(builder, item, whole, *flag, branches);
+    }
+    if let Some(inputs) = remembered {
+        inputs.remember(builder, reset);
+    }
+}
+
+/// The branches of an instruction of which it detects edges, each with its memory. `None` if the memory is not modelled.
+struct Inputs(Vec<(u32, Option<Cell>)>);
+
+impl Inputs {
+    fn of(builder: &mut OmronBuilder, branches: &[u32]) -> Inputs {
+        Inputs(branches.iter().map(|&branch| (branch, builder.edge_memory())).collect())
+    }
+
+    /// Whether the condition holds and this branch, which is on, was off at the last execution.
+    fn rises(&self, builder: &mut OmronBuilder, branch: u32) -> Logic {
+        let memory = self.0.iter().find_map(|(one, memory)| memory.filter(|_| *one == branch));
+        let rises = match memory {
+            Some(memory) => Logic::cell(memory).not(),
+            None => builder.changed(),
+        };
+        Logic::All(vec![Logic::Condition, rises])
+    }
+
+    /// Stores the branches. Manuals do not say whether a branch counts as seen that is on during a reset.
+    fn remember(self, builder: &mut OmronBuilder, reset: u32) {
+        for (branch, memory) in self.0 {
+            let Some(memory) = memory.map(BitTarget::Cell) else { continue };
+            builder.product(&[(branch, true), (reset, false)]);
+            let seen = always(Write::Bit(memory, Logic::Condition));
+            builder.act(Logic::Condition, vec![seen], None);
+            builder.product(&[(branch, true), (reset, true)]);
+            let perhaps_seen = fired(Write::Bit(memory, builder.free_bit()));
+            builder.act(Logic::Condition, vec![perhaps_seen], None);
+        }
     }
 }
 
@@ -331,7 +409,7 @@ fn reset_flag(builder: &mut OmronBuilder, reset: u32, flag: Cell, setting: &Sett
 }
 
 /// SFT: on the rising edge of the second branch, all bits move one place up, and the first branch comes in.
-fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, reset: u32) {
+fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, moves: Logic, reset: u32) {
     let words = match (item.operands.first(), item.operands.get(1)) {
         (Some(Operand::Word(first)), Some(Operand::Word(last)))
             if first.area == last.area
@@ -342,8 +420,6 @@ fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, reset: u32) {
         }
         _ => None,
     };
-    let edge = builder.external_choice();
-    let moves = Logic::All(vec![Logic::Condition, Logic::Bit(scanbound_ir::BitSource::Free(edge))]);
     builder.product(&[(1, true), (reset, false)]);
     let Some((first, count)) = words else {
         let choice = builder.choice();

@@ -5,6 +5,7 @@
 
 pub mod emulated;
 mod exact;
+mod expiry;
 mod free;
 mod lists;
 mod machine;

@@ -145,6 +145,7 @@ impl<'p> Run<'p> {
     pub fn scan(&mut self, given: &OutsideValues<'p>, most: u64) -> RealRun {
         let program = self.outside.program;
         self.asked.borrow_mut().clear();
+        self.timer_memory.borrow_mut().begin_scan();
         let start = Start { run: self, given };
         let machine = Machine::new(program, self.times, start, Mode::Real);
         // This run does not try both cases of a loop that makes one iteration or none: it stops at such a loop.
@@ -214,6 +215,7 @@ impl<'p> Run<'p> {
         let next = coils.chain(expiries).min()?;
         drop(timer_memory);
         let scans = next.0.saturating_sub(self.now.0).div_ceil(took.0.max(1));
+        self.timer_memory.borrow_mut().repeat_scan(scans);
         self.now += Picos(took.0.checked_mul(scans)?);
         Some(scans)
     }

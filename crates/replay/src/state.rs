@@ -1,12 +1,9 @@
 //! The state of one scan: the memory, the values computed from it, and which of them are unknown in a real run.
 
 use super::free::{FreeValues, Mode};
-use super::timed::TimedInputs;
-use super::words::bcd;
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
-use scanbound_ir::timers::{Expiry, TimerOrCounter};
 use scanbound_ir::{
     AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
     NumberFormat, Program, Region, Relation, Resolution, StartRange, WordSource, WordTarget, Write,
@@ -84,8 +81,8 @@ type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
 /// The state of one scan: the cells, and the frames of the current call context.
 pub(super) struct State<'p, F> {
-    program: &'p Program,
-    free: F,
+    pub(super) program: &'p Program,
+    pub(super) free: F,
     cells: FxHashMap<Cell, Held>,
     /// The havocs of each area, oldest first.
     havocs: Vec<Vec<Havoc>>,
@@ -114,9 +111,11 @@ pub(super) struct State<'p, F> {
     /// Time since the scan began.
     pub(super) now: Picos,
     /// The memory cells of timers, each with the value it has while its timer is at rest.
-    memories: FxHashMap<Cell, u16>,
+    pub(super) memories: FxHashMap<Cell, u16>,
     /// Those memory cells whose timer was at rest at some moment of this scan.
     pub(super) rested: BTreeSet<Cell>,
+    /// The present values of timers, each with the instruction that first read its value at the start of the scan.
+    pub(super) presents: FxHashMap<Cell, Option<usize>>,
     /// Counts changes of cells, and questions whose answer may differ the next time. Used to detect identical
     /// iterations.
     pub(super) changes: u64,
@@ -126,6 +125,8 @@ impl<'p, F: FreeValues> State<'p, F> {
     pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
         let ranged = program.stated_ranges.iter().flat_map(|range| &range.cells);
         let expiries = program.timekeeping.expiries.values();
+        let timers =
+            program.timekeeping.instructions.values().filter(|timed| timed.kind.is_timer());
         State {
             program,
             free,
@@ -146,6 +147,10 @@ impl<'p, F: FreeValues> State<'p, F> {
             now: Picos::ZERO,
             memories: expiries.map(|one| (one.memory, one.idle)).collect(),
             rested: BTreeSet::new(),
+            presents: match mode {
+                Mode::Model => FxHashMap::default(),
+                Mode::Real => timers.map(|timed| (timed.present, None)).collect(),
+            },
             changes: 0,
         }
     }
@@ -229,102 +234,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.free.choice(key, kind)
     }
 
-    /// A value from outside that says whether a timer has run out, corrected by the time that can have passed.
-    fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
-        let timekeeping = &self.program.timekeeping;
-        if let Some(over) = timekeeping.elapsed.get(&choice) {
-            // A timer that starts in this scan has not run yet.
-            let expiry = timekeeping.expiries.get(over);
-            let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
-            return if starts { 0 } else { given };
-        }
-        let Some(expiry) = timekeeping.expiries.get(&choice) else { return given };
-        let Some(setting) = self.setting(expiry) else {
-            self.doubt = self.doubt.or(Some(self.at));
-            return given;
-        };
-        let given = self.expired_by_time(expiry, setting).unwrap_or(given);
-        let is_open = |state: &mut Self, stood: Cell| {
-            let stood = state.read(stood).cast_signed();
-            let setting = i64::from((setting as u16).cast_signed());
-            setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
-        };
-        if expiry.previous.is_some_and(|stood| is_open(self, stood)) {
-            self.doubt = self.doubt.or(Some(self.at));
-        }
-        given
-    }
-
-    /// Whether a choice depends on time that the run does not simulate.
-    fn is_uncounted(&self, choice: ChoiceId) -> bool {
-        self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
-    }
-
-    /// The set value of a timer. `None` if it is unknown.
-    fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
-        let program = self.program;
-        let changes = |word: &WordSource| match *word {
-            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.contains(cell)),
-            _ => false,
-        };
-        let outer = self.doubt.take();
-        let words: Vec<u16> = expiry.setting.iter().map(|&word| self.word(word)).collect();
-        let doubt = std::mem::replace(&mut self.doubt, outer);
-        let is_known = doubt.is_none() && !expiry.setting.iter().any(changes);
-        let setting = match expiry.is_decimal {
-            true => bcd(&words).and_then(|value| u64::try_from(value).ok()),
-            false => Some(words.iter().rev().fold(0, |all, &word| all << 16 | u64::from(word))),
-        };
-        setting.filter(|_| is_known)
-    }
-
-    /// Whether the timer has run out, if the possible elapsed times decide it: all below the set value, or all above
-    /// it.
-    fn expired_by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
-        let (least, most) = match self.has_rested(expiry.memory) {
-            true => (Picos::ZERO, self.now),
-            false => {
-                let (least, most) = self.free.ran_for(expiry.memory)?;
-                (least + self.now, most + self.now)
-            }
-        };
-        let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
-        if u128::from(most.0) < time(setting.saturating_sub(1)) {
-            return Some(u16::from(expiry.while_running));
-        }
-        let is_over = u128::from(least.0) > time(setting.saturating_add(1));
-        is_over.then_some(u16::from(!expiry.while_running))
-    }
-
-    /// Whether the timer with this memory cell was at rest at some moment of this scan.
-    fn has_rested(&mut self, memory: Cell) -> bool {
-        let started = self.free.start(memory, AreaKind::Word);
-        self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
-    }
-
     pub(super) fn choose_bit(&mut self, choice: ChoiceId) -> bool {
         self.choose(choice, AreaKind::Bit) & 1 == 1
-    }
-
-    /// The flag and present value after a timer or counter was executed, if time is simulated and its cells are known.
-    pub(super) fn executed(
-        &mut self,
-        timed: &TimerOrCounter,
-        now: Picos,
-        condition: bool,
-        inputs: Vec<bool>,
-    ) -> Option<(bool, u16)> {
-        if !self.free.simulates_time() {
-            return None;
-        }
-        let outer = self.doubt.take();
-        let setting = self.word(timed.setting);
-        let setting_doubt = self.doubt.take();
-        let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
-        let doubt = std::mem::replace(&mut self.doubt, outer);
-        let is_known = doubt.is_none();
-        let found = TimedInputs { now, condition, inputs, setting, flag, present, is_known };
-        if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
     }
 
     /// How the analysis resolved a choice in this call context.
@@ -375,6 +286,9 @@ impl<'p, F: FreeValues> State<'p, F> {
                 let value = self.free.start(cell, kind);
                 if let Some(started) = self.started.get_mut(&cell) {
                     *started = Some(value);
+                }
+                if let Some(read) = self.presents.get_mut(&cell) {
+                    read.get_or_insert(self.at);
                 }
                 let unknown = self.free.unknown(cell);
                 (value, (unknown != 0).then_some(self.at), unknown)

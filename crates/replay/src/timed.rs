@@ -9,8 +9,10 @@ use std::collections::BTreeMap;
 /// What timers and counters remember between two executions. The key is the cell of the flag.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TimerMemory {
-    /// The tick at which a running timer was last executed.
-    ran: BTreeMap<Cell, u64>,
+    /// The tick at which a running timer was last executed, and the number of that scan.
+    ran: BTreeMap<Cell, (u64, u64)>,
+    /// The number of the current scan, if scans are counted.
+    scan: u64,
     /// The inputs of a counter at its last execution.
     were: BTreeMap<Cell, Vec<bool>>,
 }
@@ -50,7 +52,7 @@ impl TimerMemory {
         else {
             return None;
         };
-        let last = *self.ran.get(&timed.flag)?;
+        let (last, _) = *self.ran.get(&timed.flag)?;
         let [setting, present] = at.map(|word| match timed.is_decimal {
             true => bcd(&[word]).and_then(|value| u64::try_from(value).ok()),
             false => Some(u64::from(word)),
@@ -68,14 +70,31 @@ impl TimerMemory {
         base.0.checked_mul(last.checked_add(ticks)?).map(Picos)
     }
 
-    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown.
+    /// Begins another scan.
+    pub(super) fn begin_scan(&mut self) {
+        self.scan += 1;
+    }
+
+    /// Repeats the last scan so many times.
+    pub(super) fn repeat_scan(&mut self, times: u64) {
+        let last = self.scan;
+        self.scan += times;
+        for (_, scan) in self.ran.values_mut().filter(|(_, scan)| *scan == last) {
+            *scan = self.scan;
+        }
+    }
+
+    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, or if
+    /// the timer was running and was not executed in the last scan: manuals do not say how much of that time counts.
     pub(super) fn execute(
         &mut self,
         timed: &TimerOrCounter,
         found: &TimedInputs,
     ) -> Option<(bool, u16)> {
         let (flag, present) = (found.flag, found.present);
-        let runs = self.ran.contains_key(&timed.flag);
+        let last = self.ran.get(&timed.flag);
+        let runs = last.is_some();
+        let was_skipped = last.is_some_and(|(_, scan)| scan + 1 < self.scan);
         let resets = found.inputs.last() == Some(&true);
         let left = self.leaves(timed, found, (flag, present));
         let is_new = match timed.kind {
@@ -85,7 +104,7 @@ impl TimerMemory {
                 resets
             }
         };
-        (found.is_known || is_new).then_some(left)
+        (is_new || (found.is_known && !was_skipped)).then_some(left)
     }
 
     /// As [`Self::execute`], where the earlier values are known.
@@ -146,7 +165,7 @@ impl TimerMemory {
             return None;
         }
         let now = found.now.0 / base.0.max(1);
-        let last = self.ran.insert(flag, now);
+        let last = self.ran.insert(flag, (now, self.scan)).map(|(tick, _)| tick);
         let ticks = u16::try_from(now - last.unwrap_or(now)).unwrap_or(u16::MAX);
         Some(Passed { begins: last.is_none(), ticks })
     }

@@ -244,3 +244,88 @@ fn repeat_begins_where_the_statement_behind_it_left_its_counter() {
     let run = on_list("retained.st", &retained, "check --limit 1ms");
     assert_ne!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
 }
+
+/// A table by which MOV takes 50 us, and all else next to nothing.
+const CJ: &str = "audit --cpu CJ2M --format json --table cj.csv";
+
+/// The JSON report on a list for CJ2M.
+fn cj(name: &str, list: &str, more: &str) -> Value {
+    let table = "instruction,on_us,off_us\nMOV,50,1\n@contact,0.1,\n@coil,0.1,\n@pulse,0.1,\n@timer,0.1,\n\
+                 @counter,0.1,\n@shift,0.1,\nEND,1,\n";
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-timers");
+    std::fs::create_dir_all(&directory).expect("a directory");
+    std::fs::write(directory.join("cj.csv"), table).expect("a file");
+    let arguments = CJ.replace("cj.csv", directory.join("cj.csv").to_str().expect("a name"));
+    let run = on_list(name, list, &format!("{arguments} {more}"));
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    run.json()
+}
+
+#[test]
+fn an_accumulative_timer_takes_its_time_in_a_run() {
+    // It is over when 0.05 has been on for 999.9 s, and stays so: then 0.05 goes off, and on again.
+    let list = "LD 0.05\nLD 0.06\nTTIM(087) 0 #9999\nLD 0.05\nANDNOT 10.00\nAND T0\nMOV(021) D0 D1\n\
+                LD 0.05\nOUT 10.00\nEND(001)\n";
+    for (name, list) in [
+        ("accumulates.il", list.to_owned()),
+        ("accumulates-binary.il", list.replace("TTIM(087) 0 #9999", "TTIMX(555) 0 &9999")),
+        ("accumulates-never-reset.il", list.replace("LD 0.06", "LD P_Off")),
+    ] {
+        let report = cj(name, &list, "");
+        assert_eq!(report["scan"]["lower_kind"], "reached", "{name}: {report}");
+        let run = run_of(&report);
+        let last = run.last().expect("scans");
+        // The scans before take no more than 10 us.
+        assert!(last.1 > 50_000 && last.0 > 90_000_000, "{name}: {run:?}");
+        assert!(run.iter().any(|scan| scan.0 == last.0 - 1), "{name}: {run:?}");
+    }
+    // One that is reset whenever it does not run is never over in the scan that starts it.
+    let restarts = list.replace("LD 0.06", "LDNOT 0.05").replace("ANDNOT 10.00", "UP(521)");
+    let report = cj("accumulates-anew.il", &restarts, "--trust all");
+    assert_ne!(report["scan"]["lower_kind"], "reached", "{report}");
+}
+
+#[test]
+fn counters_and_shift_registers_go_by_edges() {
+    // What the flag or bit was before the instruction, and that its input was on before: then it cannot come on.
+    let list = |coil: &str, bit: &str| {
+        format!(
+            "LD {bit}\nOUT W0.00\nLD P_On\n{coil}\nLD {bit}\nANDNOT W0.00\nAND W0.01\nMOV(021) D0 D1\n\
+             LD P_On\nOUT W0.01\nEND(001)\n"
+        )
+    };
+    for (name, coil, bit) in [
+        ("counts.il", "LD 0.06\nCNT 0 #9999", "C0"),
+        ("counts-both-ways.il", "LD P_Off\nLD 0.06\nCNTR(012) 0 #9999", "C0"),
+        ("shifts.il", "LD P_On\nLD 0.06\nSFT(010) W5 W5", "W5.00"),
+    ] {
+        // A shift register's first branch is its data, the second what shifts it.
+        let report = cj(name, &list(coil, bit), "--trust all");
+        let is_reached = report["scan"]["lower_kind"] == "reached";
+        assert!(!is_reached || lower_ns(&report) < 10_000, "{name}: {report}");
+        // An input that is off in between counts.
+        let counts = list(coil, bit).replacen("LD P_On", "LD 0.00", 1).replace("AND W0.01\n", "");
+        let report = cj(&format!("again-{name}"), &counts.replace("#9999", "#0002"), "");
+        assert_eq!(bounds(&report).0, bounds(&report).1, "{name}: {report}");
+    }
+}
+
+#[test]
+fn a_present_value_that_the_program_has_read_lets_one_unit_pass() {
+    // T0 stands at 1 of 9 when the scan begins: it is not over in it.
+    for timer in ["T0", "ST0"] {
+        let list = format!(
+            "LD= {timer} K1\nOUT M5\nLD X5\nOUT {timer} K9\nLD M5\nAND {timer}\nSwD D4\nEND\n"
+        );
+        let report = q(
+            &format!("seen-{timer}.il"),
+            &list,
+            "--time LD==0.1us --time OUT=0.1us --time OUT:ST=1us --time AND=0.1us",
+        );
+        assert!(lower_ns(&report) < 10_000, "{timer}: {report}");
+    }
+    // At 8 it may be.
+    let list = "LD= T0 K8\nOUT M5\nLD X5\nOUT T0 K9\nLD M5\nAND T0\nSwD D4\nEND\n";
+    let report = q("seen-last.il", list, "--time LD==0.1us --time OUT=0.1us --time AND=0.1us");
+    assert_eq!(lower_ns(&report), upper_ns(&report));
+}

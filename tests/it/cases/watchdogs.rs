@@ -85,6 +85,30 @@ const RESTARTED: [(&str, &str, &str); 12] = [
 ];
 
 #[test]
+fn a_restart_under_the_condition_of_what_is_behind_it_counts() {
+    // BMOV takes 120 ms, and the watchdog is 200 ms.
+    let heavy = "BMOV D0 D100 K10\n";
+    for (name, program, wanted) in [
+        ("same", "LD X1\nHEAVYLD X0\nWDT\nHEAVY", "proved"),
+        ("apart", "LD X1\nHEAVYLD X0\nWDT\nLD X2\nHEAVY", "refuted"),
+        ("edge", "LD X1\nHEAVYLD X0\nWDTP\nHEAVY", "refuted"),
+        ("narrower", "LD X1\nHEAVYLD X0\nWDT\nAND X2\nHEAVY", "proved"),
+        ("chosen", "LD X1\nHEAVYLD X0\nWDT\nLDI X0\nWDT\nLD X2\nHEAVY", "proved"),
+        ("either", "LD X1\nHEAVYLD X0\nWDT\nLD X3\nWDT\nLD X0\nOR X3\nHEAVY", "proved"),
+        ("three", "LD X1\nHEAVYLD X0\nWDT\nHEAVYLD X2\nWDT\nHEAVY", "proved"),
+        ("two", "LD X1\nHEAVYLD X0\nWDT\nHEAVYLD X2\nHEAVY", "refuted"),
+        ("jumped", "LD X1\nHEAVYLDI X0\nCJ P0\nLD SM400\nWDT\nP0\nLD X0\nHEAVY", "proved"),
+        ("looped", "FOR K3\nLD X0\nWDT\nHEAVYNEXT\n", "proved"),
+    ] {
+        let program = format!("{}END\n", program.replace("HEAVY", heavy));
+        let times = "--time BMOV=120ms/1us --time FOR=1us --time NEXT=1us";
+        let arguments = format!("--cpu Q26UDV --limit watchdog {times}");
+        let (verdict, report) = check(&format!("condition-{name}"), &program, "", &arguments);
+        assert_eq!(verdict, wanted, "{name} {} {}", report["check"], report["scan"]["watchdog"]);
+    }
+}
+
+#[test]
 fn only_a_restart_that_surely_comes_counts() {
     for (name, program, wanted) in RESTARTED {
         let arguments = "--cpu Q26UDV --limit watchdog --time BMOV=1ms --time WDT=1us";
@@ -273,6 +297,28 @@ fn parameters_may_set_a_constant_scan_where_nobody_states_it() {
         let facts = "[scan]\nconstant = \"none\"\n";
         let (verdict, report) = check(&format!("parameters-{cpu}"), program, facts, &arguments);
         assert_eq!((verdict.as_str(), &report["scan"]["constant_scan"]), ("proved", &Value::Null));
+    }
+}
+
+#[test]
+fn an_interrupt_at_the_end_of_the_wait_makes_the_cycle_longer() {
+    let list = "LD X0\nMOV K1 D0\nFEND\nI28\nLD SM400\nBMOV D0 D100 K10\nIRET\nEND\n";
+    let arguments = "--cpu Q26UDV --interrupts I28=2 --time BMOV=5ms --time IRET=1ms";
+    for (wait, verdict_of_21, verdict_of_40) in
+        [(20, "undecided", "proved"), (1, "proved", "proved")]
+    {
+        let facts = format!("[scan]\nconstant = \"{wait}ms\"\n");
+        let of = |limit: &str| check("late", list, &facts, &format!("{arguments} --limit {limit}"));
+        let (verdict, report) = of("21ms");
+        assert_eq!(verdict, verdict_of_21, "{}", report["check"]);
+        let scan = &report["scan"];
+        let ps = |value: &Value| value.as_u64().expect("a time");
+        let added = ps(&scan["constant_scan"]["interrupts_ps"]);
+        // Two of 6 ms and what it takes to begin each, with the factor of the table.
+        assert!((13_000_000_000..14_000_000_000).contains(&added), "{scan}");
+        let whole = ps(&scan["constant_scan"]["most_ps"]) + added;
+        assert_eq!(ps(&scan["cycle_ps"]), whole.max(ps(&scan["upper_ps"])));
+        assert_eq!(of("40ms").0, verdict_of_40);
     }
 }
 
@@ -502,6 +548,20 @@ fn interrupts_at_intervals_are_counted_as_often_as_they_are_due() {
             assert!(due(scan) > fewer, "{times}: {fewer} interrupts are enough");
         }
     }
+    // DI may let one wait for a later scan: it adds to those that are due there.
+    let list = std::fs::read_to_string(
+        super::case("fixed-scan-interrupt").join("fixed-scan-interrupt.il"),
+    );
+    let held = format!("DI\n{}", list.expect("the case"));
+    let files = [("p.il", held.as_str()), ("facts.toml", POINTS)];
+    let of = |count: &str| {
+        let arguments = format!(
+            "audit p.il --cpu Q26UDV --facts facts.toml --format json --interrupts I28={count}"
+        );
+        run("held", &files, &arguments).json()["scan"]["upper_ps"].as_u64().expect("a bound")
+    };
+    let due = of("4ms").div_ceil(4_000_000_000);
+    assert_eq!(of("4ms"), of(&(due + 1).to_string()));
     let arguments =
         "audit fixed-scan-interrupt.il --cpu Q26UDV --interrupts I28=4ms --time BMOV=5ms";
     let run = scanbound("fixed-scan-interrupt", arguments);

@@ -51,14 +51,19 @@ impl Lowering<'_> {
     /// The contact and current value of a timer whose coil is on, from its current value before. The elapsed time is external.
     pub(super) fn elapsed(
         &mut self,
-        (memory, before): (Cell, Cell),
+        (ran, value): (Option<Cell>, Cell),
         setting: WordSource,
         unit: Picos,
     ) -> (ChoiceId, ChoiceId) {
+        let before = self.stood_at(value);
         let word = |source| Operand::Words(vec![source]);
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
-        let on_delay = Expiry::of_on_delay(memory, setting, unit);
+        let on_delay = Expiry::of_on_delay(ran.unwrap_or(value), setting, unit);
         self.out.set_expiry([over, number], Expiry { previous: Some(before), ..on_delay });
+        // A run tracks the time of a timer that restarts each time. It does not track retentive timers, nor current values.
+        let is_retentive = ran.is_none();
+        let untracked = [Some(over).filter(|_| is_retentive), Some(number)];
+        self.out.program.timekeeping.untracked.extend(untracked.into_iter().flatten());
         let inputs = vec![
             Operand::Bits(vec![BitSource::Free(over)]),
             word(WordSource::Cell(before)),

@@ -167,7 +167,7 @@ impl Lowering<'_> {
             }
             Some(setting) => {
                 let unit = self.step_of(mnemonic, index);
-                self.elapsed((ran.unwrap_or(value), self.stood_at(value)), setting, unit)
+                self.elapsed((ran, value), setting, unit)
             }
             None => (self.choice(), self.choice()),
         };
@@ -234,7 +234,7 @@ impl Lowering<'_> {
     }
 
     /// The hidden word that holds the timer's current value from before this instruction.
-    fn stood_at(&self, value: Cell) -> Cell {
+    pub(super) fn stood_at(&self, value: Cell) -> Cell {
         Cell { area: const { area("stood at ") }, index: value.index }
     }
 

@@ -38,6 +38,8 @@ impl Lowering<'_> {
             self.out.program.scan_control.restarts.insert(at);
             return;
         }
+        self.out.program.scan_control.holds_interrupts |=
+            matches!(&*item.name, "DI" | "IMASK" | "SIMASK");
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return;
         }

@@ -40,6 +40,7 @@ fn setting(one: &scanbound_audit::SettingUse) -> Setting<'_> {
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Constant<'a> {
     most_ps: Option<u64>,
+    interrupts_ps: u64,
     found_ps: Option<u64>,
     stated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,6 +55,7 @@ pub(super) fn constant(audit: &Audit) -> Option<Constant<'_>> {
     let is_any = cycle.is_unknown || cycle.upper.is_some() || cycle.unstated.is_some();
     is_any.then(|| Constant {
         most_ps: cycle.upper.map(|time| time.0).filter(|_| !cycle.is_unknown),
+        interrupts_ps: cycle.interrupts.0,
         found_ps: cycle.lower.map(|time| time.0),
         stated: cycle.is_stated,
         by_parameters: cycle.unstated,

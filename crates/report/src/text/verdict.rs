@@ -118,7 +118,7 @@ fn bound(audit: &Audit) -> Answer {
             }
         }
     };
-    let wait = audit.cycle.upper.filter(|&most| most > upper);
+    let wait = audit.cycle.longest().filter(|&most| most > upper);
     let wait = wait.map(|most| {
         format!(" With the wait for the constant scan time a scan lasts up to {}.", at_most(most))
     });

@@ -30,7 +30,11 @@ pub(super) fn cycle(audit: &Audit) -> Option<String> {
             format!("{switch}, {time}: {}", by(audit, &all))
         }
     };
-    Some(format!("{whole} at most: each scan lasts {} ({set})", at_most(most)))
+    let interrupts = match cycle.interrupts {
+        Picos::ZERO => String::new(),
+        time => format!(", and interrupts at the end of the wait add up to {}", at_most(time)),
+    };
+    Some(format!("{whole} at most: each scan lasts {} ({set}){interrupts}", at_most(most)))
 }
 
 /// That the CPU's parameters may make each scan longer, where nobody states whether they do.

@@ -1,0 +1,148 @@
+//! Timers in real runs: whether a timer has run out, and its present value.
+
+use super::free::FreeValues;
+use super::state::State;
+use super::timed::TimedInputs;
+use super::words::bcd;
+use scanbound_base::time::Picos;
+use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
+use scanbound_ir::{AreaKind, Cell, ChoiceId, WordSource};
+
+impl<'p, F: FreeValues> State<'p, F> {
+    /// A value from outside that says whether a timer has run out, corrected by the time that can have passed.
+    pub(super) fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
+        let timekeeping = &self.program.timekeeping;
+        if let Some(over) = timekeeping.elapsed.get(&choice) {
+            // A timer that starts in this scan has not run yet.
+            let expiry = timekeeping.expiries.get(over);
+            let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
+            let given = if starts { 0 } else { given };
+            let stood = expiry.and_then(|expiry| self.stood(expiry, None));
+            if stood.is_some_and(|stood| i64::from(given.cast_signed()) > stood + 1) {
+                self.doubt = self.doubt.or(Some(self.at));
+            }
+            return given;
+        }
+        let Some(expiry) = timekeeping.expiries.get(&choice) else { return given };
+        let Some(setting) = self.setting(expiry) else {
+            self.doubt = self.doubt.or(Some(self.at));
+            return given;
+        };
+        // The run executes this timer by the simulated time. If it could not, the result is unknown.
+        let given = match self.free.counts_time() && self.current_timer().is_some() {
+            true => {
+                self.doubt = self.doubt.or(Some(self.at));
+                given
+            }
+            false => self.expired_by_time(expiry, setting).unwrap_or(given),
+        };
+        // One scan changes the present value by one unit. This matters if the program has read the value before.
+        let is_over = given & 1 != u16::from(expiry.while_running);
+        let left = self.stood(expiry, Some(setting));
+        if is_over && left.is_some_and(|left| left > 1) {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        let is_open = |state: &mut Self, stood: Cell| {
+            let stood = state.read(stood).cast_signed();
+            let setting = i64::from((setting as u16).cast_signed());
+            setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
+        };
+        if expiry.previous.is_some_and(|stood| is_open(self, stood)) {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        given
+    }
+
+    /// Whether a choice depends on time that the run does not simulate.
+    pub(super) fn is_uncounted(&self, choice: ChoiceId) -> bool {
+        self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
+    }
+
+    /// The set value of a timer. `None` if it is unknown.
+    fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
+        let program = self.program;
+        let changes = |word: &WordSource| match *word {
+            WordSource::Cell(cell) => program.volatile.iter().any(|region| region.contains(cell)),
+            _ => false,
+        };
+        let outer = self.doubt.take();
+        let words: Vec<u16> = expiry.setting.iter().map(|&word| self.word(word)).collect();
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let is_known = doubt.is_none() && !expiry.setting.iter().any(changes);
+        let setting = match expiry.is_decimal {
+            true => bcd(&words).and_then(|value| u64::try_from(value).ok()),
+            false => Some(words.iter().rev().fold(0, |all, &word| all << 16 | u64::from(word))),
+        };
+        setting.filter(|_| is_known)
+    }
+
+    /// Whether the timer has run out, if the possible elapsed times decide it: all below the set value, or all above
+    /// it.
+    fn expired_by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
+        let (least, most) = match self.has_rested(expiry.memory) {
+            true => (Picos::ZERO, self.now),
+            false => {
+                let (least, most) = self.free.ran_for(expiry.memory)?;
+                (least + self.now, most + self.now)
+            }
+        };
+        let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
+        if u128::from(most.0) < time(setting.saturating_sub(1)) {
+            return Some(u16::from(expiry.while_running));
+        }
+        let is_over = u128::from(least.0) > time(setting.saturating_add(1));
+        is_over.then_some(u16::from(!expiry.while_running))
+    }
+
+    /// Whether the timer with this memory cell was at rest at some moment of this scan.
+    fn has_rested(&mut self, memory: Cell) -> bool {
+        let started = self.free.start(memory, AreaKind::Word);
+        self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
+    }
+
+    /// The timer or counter that is being executed, and the index of its first instruction.
+    fn current_timer(&self) -> Option<(usize, &'p TimerOrCounter)> {
+        let (&first, timed) =
+            self.program.timekeeping.instructions.range(..=self.at).next_back()?;
+        let is_current = first == self.at || timed.parts.contains(&self.at);
+        is_current.then_some((first, timed))
+    }
+
+    /// The present value of the current timer at the start of the scan, or with a `setting` the rest that is left of it.
+    /// `None` if no other instruction has read the value before, or it is unknown.
+    fn stood(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
+        let (first, timed) = self.current_timer()?;
+        let read = self.presents.get(&timed.present).copied().flatten();
+        if self.free.counts_time() || read.is_none_or(|read| read >= first) {
+            return None;
+        }
+        let (word, _) = self.after(expiry.previous.unwrap_or(timed.present));
+        let stood = if timed.is_decimal { bcd(&[word])? } else { word.cast_signed().into() };
+        let stood = i64::try_from(stood).ok()?;
+        Some(match (setting, timed.kind) {
+            (None, _) | (Some(_), TimerKind::DownTimer(_)) => stood,
+            (Some(setting), _) => i64::try_from(setting).ok()? - stood,
+        })
+    }
+
+    /// The flag and present value after a timer or counter was executed, if time is simulated and its cells are known.
+    pub(super) fn executed(
+        &mut self,
+        timed: &TimerOrCounter,
+        now: Picos,
+        condition: bool,
+        inputs: Vec<bool>,
+    ) -> Option<(bool, u16)> {
+        if !self.free.simulates_time() {
+            return None;
+        }
+        let outer = self.doubt.take();
+        let setting = self.word(timed.setting);
+        let setting_doubt = self.doubt.take();
+        let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
+        let doubt = std::mem::replace(&mut self.doubt, outer);
+        let is_known = doubt.is_none();
+        let found = TimedInputs { now, condition, inputs, setting, flag, present, is_known };
+        if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
+    }
+}
