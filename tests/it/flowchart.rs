@@ -192,8 +192,8 @@ fn the_cases_that_are_not_exact_rest_on_the_rest_of_a_timer() {
         assert_eq!(audit.is_reached(), !not_reached.contains(&name), "{name}");
         let says =
             |what: &str| audit.approximations.iter().any(|one| one.what.to_string().contains(what));
-        assert!(!open.contains(&name) || says("CNR TIM may reset a timer"), "{name}");
-        assert!(!not_reached.contains(&name) || says("GS on a group that runs"), "{name}");
+        assert!(!open.contains(&name) || says("CNR TIM may reset the timer"), "{name}");
+        assert!(!not_reached.contains(&name) || says("GS on a running group"), "{name}");
     }
 }
 
