@@ -549,7 +549,6 @@ const FEEDBACK: &str = r#"<?xml version="1.0" encoding="utf-8"?>
 fn what_is_fed_back_is_what_the_scan_before_left() {
     let found = audited("main.xml", FEEDBACK).expect("an audit");
     let all = |found: &Audit| (micros(found), found.bound.exact(), exactness(found).total());
-    // Three stores: the inputs of both blocks, and x.
     assert_eq!(all(&found), (3, true, (3, 3)));
     // Functions keep their results in variables of the unit, as the generated text does.
     let function = FEEDBACK
@@ -558,7 +557,6 @@ fn what_is_fed_back_is_what_the_scan_before_left() {
         .replace("typeName=\"SR\"", "typeName=\"AND\"")
         .replace("typeName=\"RS\"", "typeName=\"OR\"");
     let found = audited("main.xml", &function).expect("an audit");
-    // Formal names that AND and OR do not have are not followed; their times are.
     assert_eq!(all(&found), (3, true, (3, 1)));
 }
 
