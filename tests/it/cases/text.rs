@@ -340,10 +340,9 @@ fn loops_go_round_as_often_as_stated() {
         let ten = stated("[0, 10]").json();
         assert_eq!(upper_ns(&ten), ns, "{file}");
         assert!(lower_ns(&ten) <= ns && lower_ns(&ten) > ns / 2, "{file}");
-        // Ten turns of the queue read beyond its array; where a CPU goes on from that, a scan takes as long.
+        // Ten turns of the queue read beyond its array: no scan is told that does.
         if file == "queue.st" {
-            let goes_on = stated("[0, 10]\n[scan]\non_error = \"continue\"").json();
-            assert_eq!((lower_ns(&ten), lower_ns(&goes_on)), (75_400, ns));
+            assert_eq!(lower_ns(&ten), 75_400);
         }
         // Fewer turns take less, and no scan is told that would go on.
         let three = stated("[0, 3]").json();
