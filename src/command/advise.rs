@@ -12,11 +12,11 @@ use scanbound::report::format::Extent;
 use std::time::{Duration, Instant};
 
 const ABOUT: &str = "\
-Ask which one fact or interlock would lower the bound most
+List the facts and interlocks that would lower the bound most
 
-Reads off the dearest scan what might be worth stating: counts and indices that nobody knows; pairs of inputs or relays \
-that are both on in it and drive different rungs, as if no interlock kept them apart; that only the program writes its own devices; the base unit of the modules. Then it audits the project again with each of these statements alone, \
-and lists them with the bound that was found, the lowest first. Nothing is estimated: each bound is the one that \
+Looks at the longest scan found for facts worth stating: unknown counts and indices; pairs of inputs or relays that are \
+both on in it and enable different rungs; devices that may be written only by the program; the type of the base unit. Then \
+it audits the project again with each of these facts alone, and lists them with the bound that was found, the lowest first. Nothing is estimated: each bound is the one that \
 `scanbound audit --facts` finds with that line in the facts file. Whether a line is true only you know.";
 
 const EXAMPLES: &str = "\

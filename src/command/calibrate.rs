@@ -11,7 +11,7 @@ use scanbound::base::time::Picos;
 use scanbound::calibrate::fit::{Check, Fit, fit};
 use scanbound::calibrate::language::{RESULTS, STEP};
 use scanbound::calibrate::table::Origin;
-use scanbound::calibrate::{Language, Left, Plan, Settings, Spare, Written, result, table};
+use scanbound::calibrate::{Language, Plan, Settings, Spare, Unmeasured, Written, result, table};
 use scanbound::front::FRONTS;
 use scanbound::front::input::aside;
 use scanbound::timing::table::Table;
@@ -136,7 +136,7 @@ fn write(arguments: &WriteArguments) -> Result<Outcome, Failure> {
     let (table, cpu) = table_of(&arguments.project)?;
     let family = table.family.clone().unwrap_or_default();
     let Some(language) = Language::of(&family) else {
-        return Err(anyhow!("calibration programs are written for MELSEC-Q, L, iQ-R, FX5 and F and for OMRON CS, CJ and CP, not for family {family}: its programs have no loops in which short times add up to a step of its scan-time register").into());
+        return Err(anyhow!("calibration programs are written for MELSEC-Q, L, iQ-R, FX5 and F and for OMRON CS, CJ and CP, not for family {family}: its programs have no loops, which are needed to repeat a short instruction until its time shows in the scan-time register").into());
     };
     let third = table.watchdog().map_or(u64::MAX, |watchdog| watchdog.0 / 3);
     let usual = Picos(third.min(100_000_000_000));
@@ -208,7 +208,7 @@ fn told(plan: &Plan, language: Language, directory: &Path, table: &Table, spare:
 }
 
 /// The list of times that are not measured.
-fn left(left: &[Left]) -> String {
+fn left(left: &[Unmeasured]) -> String {
     let mut text = String::new();
     if !left.is_empty() {
         text += "  not measured, and so still assumed:\n";
@@ -338,7 +338,7 @@ fn summary(plan: &Plan, found: &Fit) -> String {
         );
         if let Some([measured, said]) = check.sum {
             text += &format!(
-                "; a block of one of many takes {} to {} us, the times above say {} to {} us",
+                "; a block of many different instructions takes {} to {} us, and the single times above add up to {} to {} us",
                 measured.low.us_text(),
                 measured.high.us_text(),
                 said.low.us_text(),

@@ -16,7 +16,7 @@ Examples:
   scanbound compare PLC/ scans.csv           a column of scan times, such as scan_ms
   scanbound compare PLC/ capture.vcd --signal Y0 --edge both
 
-Exit codes: 0 no scan above the bound, 1 one is, 2 bad input or usage, 70 internal error";
+Exit codes: 0 no scan above the bound, 1 at least one scan is above the bound, 2 bad input or usage, 70 internal error";
 
 /// The arguments of `compare`. The last file holds the measurements.
 #[derive(Debug, Args)]

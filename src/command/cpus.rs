@@ -25,7 +25,7 @@ Examples:
   scanbound cpus main.il --cpu Q26UDV        list text: --cpu tells the family
   scanbound cpus PLC/ --table my.csv         with a table of your own among them
 
-Exit codes: 0 done, with --limit: a CPU is proved to keep to it; 1 none is; 2 bad input or usage, 70 internal error";
+Exit codes: 0 done (with --limit: at least one CPU is proved to keep to it), 1 no CPU is proved to keep to it, 2 bad input or usage, 70 internal error";
 
 /// The arguments of `cpus`.
 #[derive(Debug, Args)]

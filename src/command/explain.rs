@@ -15,10 +15,9 @@ use std::path::PathBuf;
 const ABOUT: &str = "\
 Show what is known of an instruction, or the meaning of a finding code
 
-Of an instruction: its times by a CPU's table where it runs and where it does not, what they are made of, how well they \
-are founded and by which document, its variants, and what the analysis follows of it. What it tells is what an audit \
-does with such a line, not a second description. Of a code, such as no-time or limit-refuted: what it means, an example, \
-what to do.";
+For an instruction: its time when it is executed and when it is not, the table rows and documents these come from, how \
+reliable they are, its variants, and how exactly the analysis models it. These are the values that an audit uses. For a \
+code, such as no-time or limit-refuted: its meaning, an example, what to do.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -307,8 +307,8 @@ impl ProjectOptions {
             return String::new();
         }
         let programs = self.programs.iter().map(|path| path.display().to_string());
-        let mut words: Vec<String> = programs.take(MOST_NAMED).map(|path| quoted(&path)).collect();
-        if self.programs.len() > MOST_NAMED {
+        let mut words: Vec<String> = programs.take(MAX_NAMED).map(|path| quoted(&path)).collect();
+        if self.programs.len() > MAX_NAMED {
             words.push("...".to_owned());
         }
         let options =
@@ -638,7 +638,7 @@ impl ReportOptions {
 }
 
 /// The number of programs that are named in a suggested command.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 
 /// A word quoted for a shell.
 fn quoted(word: &str) -> String {
@@ -659,7 +659,7 @@ pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, 
         let known: Vec<String> = known.map(|suffix| format!(".{suffix}")).collect();
         let (name, known) = (file.display(), known.join(", "));
         anyhow!(
-            "--output {name}: its suffix names no format of reports: end it in one of {known}, or name the format with --format"
+            "--output {name}: no report format has this suffix: use one of {known}, or give --format"
         )
         .into()
     })
@@ -704,7 +704,7 @@ pub fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        say("stopping; once more to abort\n");
+        say("stopping; press Ctrl-C again to abort at once\n");
     })
     .context("Ctrl-C and SIGTERM cannot be watched for")?;
     Ok(stop)

@@ -9,7 +9,7 @@ use scanbound::report::schema::{Published, SCHEMAS};
 const EXAMPLES: &str = "\
 Examples:
   scanbound schema audit > audit.schema.json
-  scanbound schema                           which there are";
+  scanbound schema                           list the schemas";
 
 /// The arguments of `schema`.
 #[derive(Debug, Args)]

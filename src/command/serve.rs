@@ -10,7 +10,7 @@ use scanbound::base::time::Picos;
 use scanbound::emulated::{Cpu, Disturbance, Halt};
 #[cfg(unix)]
 use scanbound::link::pty::Pty;
-use scanbound::link::server::{Listening, Request, Spoken};
+use scanbound::link::server::{Listening, Request, ServedProtocol};
 #[cfg(unix)]
 use scanbound::link::server::{PAUSE, answers};
 use scanbound::link::{State, registers};
@@ -30,9 +30,9 @@ use std::time::{Duration, Instant};
 const ABOUT: &str = "\
 Emulates a CPU that runs a program scan by scan with a table's times, and answers requests like a PLC.
 
-It keeps its scan times where a CPU of its family keeps them, in that CPU's steps, and answers to those who read: SLMP \
-(MC protocol 3E, binary and ASCII), FINS over TCP and UDP, Host Link over TCP and on a pseudo-terminal. What writes is \
-answered with the end code of a command that is not known. Timers and counters run with its own clock; inputs stay as \
+The scan times are in the same registers, and with the same resolution, as on a CPU of this family, and can be read over \
+SLMP (MC protocol 3E, binary and ASCII), FINS over TCP and UDP, and Host Link over TCP and on a pseudo-terminal. Write \
+requests are refused with the end code for an unknown command. Timers and counters run with its own clock; inputs stay as \
 they are set. A scan takes as long as the table says, unless --fast.";
 
 const EXAMPLES: &str = "\
@@ -143,14 +143,14 @@ impl ServeOptions {
     }
 
     /// The network addresses to listen on.
-    pub fn asked(&self) -> Result<Vec<(Spoken, SocketAddr)>, Failure> {
+    pub fn asked(&self) -> Result<Vec<(ServedProtocol, SocketAddr)>, Failure> {
         let asked = [
-            (Spoken::Slmp, self.slmp),
-            (Spoken::FinsTcp, self.fins),
-            (Spoken::FinsUdp, self.fins),
-            (Spoken::HostLink(self.unit), self.hostlink),
+            (ServedProtocol::Slmp, self.slmp),
+            (ServedProtocol::FinsTcp, self.fins),
+            (ServedProtocol::FinsUdp, self.fins),
+            (ServedProtocol::HostLink(self.unit), self.hostlink),
         ];
-        let asked: Vec<(Spoken, SocketAddr)> =
+        let asked: Vec<(ServedProtocol, SocketAddr)> =
             asked.into_iter().filter_map(|(spoken, address)| Some((spoken, address?))).collect();
         #[cfg(unix)]
         if self.pty.is_some() {
@@ -175,7 +175,7 @@ impl ServeOptions {
             Pty::open(link.as_deref(), PAUSE).context("a pseudo-terminal cannot be opened")?;
         say(&format!("listening: HostLink on {}\n", pty.path().display()));
         let (requests, over, spoken) =
-            (requests.clone(), Arc::clone(over), Spoken::HostLink(self.unit));
+            (requests.clone(), Arc::clone(over), ServedProtocol::HostLink(self.unit));
         let answer = move || {
             // If the line breaks, the thread ends by itself.
             let _ = answers(pty, spoken, &requests, &over);

@@ -225,7 +225,7 @@ fn rewrite(
             if is_one_xml && let Some(other) = asking(pou, &without) {
                 let unit = &pou.name;
                 return Err(anyhow!(
-                    "{unit}: {other} reads steps of macro steps, which are replaced; let it read a variable that the chart writes"
+                    "{unit}: {other} reads steps inside macro steps, which the rewriting replaces: read a variable that the chart writes instead"
                 )
                 .into());
             }

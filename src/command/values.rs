@@ -12,7 +12,7 @@ use std::time::Duration;
 const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
 
 /// The most limits of counts for which the bound is computed.
-const MOST_COUNTS: usize = 8;
+const MAX_COUNTS: usize = 8;
 
 /// A whole number, at least 1.
 pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
@@ -32,9 +32,9 @@ pub struct Most(pub Vec<u32>);
 /// Parses limits for unknown counts: a few whole numbers.
 pub fn most(text: &str) -> Result<Most, String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|one| one.trim().parse().ok()).collect();
-    let few = numbers.filter(|all| all.len() <= MOST_COUNTS);
+    let few = numbers.filter(|all| all.len() <= MAX_COUNTS);
     few.map(Most)
-        .ok_or_else(|| format!("give up to {MOST_COUNTS} whole numbers from 0 on, such as 20,100"))
+        .ok_or_else(|| format!("give up to {MAX_COUNTS} whole numbers from 0 on, such as 20,100"))
 }
 
 /// A setting of two rotary switches.

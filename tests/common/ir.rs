@@ -130,7 +130,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
     (program, times)
 }
 
-/// Times such that hardly two sets of instructions cost the same, the off-time the dearer now and then.
+/// Times such that hardly two sets of instructions cost the same, where the off-time is sometimes the larger.
 pub fn times(tape: &mut Tape<'_>, count: usize) -> Vec<Times> {
     (0..count)
         .map(|_| {

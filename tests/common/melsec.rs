@@ -37,8 +37,8 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
     decode(&project, &options).and_then(passed).map_err(told)
 }
 
-/// What the operations `Op1`, `Op2`, `Op4` ... of the dearest scan cost together: each its number, nothing when off.
-pub fn dearest(program: &Program) -> u64 {
+/// What the operations `Op1`, `Op2`, `Op4` ... of the longest scan cost together: each its number, nothing when off.
+pub fn longest(program: &Program) -> u64 {
     let times = program
         .instructions
         .iter()
@@ -53,5 +53,5 @@ pub fn dearest(program: &Program) -> u64 {
 /// Instructions apart by `; `.
 pub fn together(family: Family, text: &str) -> u64 {
     let program = decoded(family, &[("MAIN", text)], &Facts::default());
-    dearest(&program.unwrap_or_else(|faults| panic!("{text}\n{faults}")))
+    longest(&program.unwrap_or_else(|faults| panic!("{text}\n{faults}")))
 }

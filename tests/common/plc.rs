@@ -93,7 +93,7 @@ fn device(text: &str) -> (Device, Option<u32>) {
 pub type Executed = (usize, usize, bool, u64);
 
 /// So many lines of one scan are followed.
-const MOST: usize = 2_000;
+const MAX_LINES: usize = 2_000;
 
 /// What is not settled by the program: start values, elapsed time, inputs read directly, interrupts.
 pub trait Luck {
@@ -194,7 +194,7 @@ impl<'p, L: Luck> Plc<'p, L> {
             self.maybe_interrupt();
             let Some(line) = files[file].get(at) else { return Ended::File };
             self.steps += 1;
-            if self.steps > MOST {
+            if self.steps > MAX_LINES {
                 // What was executed so far is part of a scan that takes longer still.
                 return Ended::Scan;
             }

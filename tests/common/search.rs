@@ -1,4 +1,4 @@
-//! Searches for the dearest scan by running the interpreter: over all free values where they are few, else
+//! Searches for the longest scan by running the interpreter: over all free values where they are few, else
 //! on random ones.
 
 use super::bound::Bound;
@@ -176,7 +176,7 @@ fn in_number(number: &Number, found: &mut BTreeSet<u16>) {
 
 /// What a search found.
 pub struct Found {
-    /// The dearest scan seen.
+    /// The longest scan seen.
     pub most: Picos,
     /// Whether every combination of the free values tried was run.
     pub complete: bool,

@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::advise::{Advice, Kind, Settings, advise};
+use scanbound::audit::advise::{Advice, AdviceKind, Settings, advise};
 use scanbound::audit::{Audit, Failure, audit, conclude, follow};
 use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
@@ -47,8 +47,8 @@ fn each_bound_is_that_of_an_audit_with_the_line() {
             advised(&TEXT.replace("END", "LD X5; FMOV K0 D1000 D51; END"), facts, ALL);
         assert_eq!(advice.upper, Some(upper));
         assert_eq!(advice.untried, 0);
-        let kinds: Vec<Kind> = advice.found.iter().map(|one| one.statement.kind).collect();
-        for kind in [Kind::Count, Kind::Exclusive, Kind::Internal] {
+        let kinds: Vec<AdviceKind> = advice.found.iter().map(|one| one.statement.kind).collect();
+        for kind in [AdviceKind::Count, AdviceKind::Exclusive, AdviceKind::Internal] {
             assert!(kinds.contains(&kind), "{kind:?} of {kinds:?} with {facts}");
         }
         assert!(advice.found.windows(2).all(|two| two[0].bound.upper <= two[1].bound.upper));
@@ -153,21 +153,21 @@ fn bits_that_exclude_each_other_leave_the_scans_that_there_are() {
         let keeps = |start: &u32| {
             stated.iter().all(|(one, other)| start >> one & 1 == 0 || start >> other & 1 == 0)
         };
-        let dearest = (0..16).filter(keeps).map(cost).max().expect("all off is a start");
+        let longest = (0..16).filter(keeps).map(cost).max().expect("all off is a start");
         let sets: Vec<String> = stated
             .iter()
             .map(|(one, other)| format!("[{:?}, {:?}]", names[*one], names[*other]))
             .collect();
         let facts = format!("[exclusive]\nsets = [{}]\n", sets.join(", "));
         let found = bound(&text, &facts, Trust::Counts).expect("an audit");
-        assert_eq!((found.bound.upper.0, found.bound.lower.0), (dearest, dearest), "{facts}");
+        assert_eq!((found.bound.upper.0, found.bound.lower.0), (longest, longest), "{facts}");
         assert_eq!(found.facts.len(), stated.len(), "each is listed");
     }
     // A set of four is all of its pairs.
     let facts = "[exclusive]\nsets = [[\"X0\", \"M5\", \"D7.3\", \"X1F\"]]\n";
     let found = bound(&text, facts, Trust::Counts).expect("an audit");
-    let dearest = [1, 2, 4, 8].map(cost).into_iter().max().expect("one on");
-    assert_eq!(found.bound.upper.0, dearest);
+    let longest = [1, 2, 4, 8].map(cost).into_iter().max().expect("one on");
+    assert_eq!(found.bound.upper.0, longest);
 }
 
 #[test]

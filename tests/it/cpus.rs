@@ -95,9 +95,9 @@ fn a_table_without_a_time_has_no_bound_and_the_others_have() {
     assert!(others.iter().all(|one| one.outcome.is_ok()));
     // What is stated on the command line holds by every table.
     let times = [parse_override("BMOV=900us").expect("a time")];
-    let dear = Request { cpu: Some("Q26UDV"), times: &times, ..Request::new(&inputs, &facts) };
-    let dear = chosen(&dear, None);
-    for one in &dear.candidates {
+    let slow = Request { cpu: Some("Q26UDV"), times: &times, ..Request::new(&inputs, &facts) };
+    let slow = chosen(&slow, None);
+    for one in &slow.candidates {
         assert!(upper(one) >= Picos(6_300_000_000), "{}: seven moves", one.table);
     }
 }

@@ -22,7 +22,7 @@ fn a_line_takes_what_an_audit_of_it_charges() {
     {
         let found = explain(name, &table(cpu), FRONTS).expect(name);
         for form in &found.forms {
-            // The dearer of the two times is what the sum of all charges has beyond that without the line.
+            // The larger of the two times is what the sum of all charges has beyond that without the line.
             let mut own = table(cpu);
             own.factor = None;
             let sum = |text: String| {

@@ -44,7 +44,7 @@ fn told(text: &str, facts: &str) -> Told {
 }
 
 fn warned(message: &str) -> Told {
-    Told::Warned(format!("a scan that nothing known excludes ends with {message}"))
+    Told::Warned(format!("{message} at the end of a scan: the known facts do not exclude this"))
 }
 
 fn broken(fact: &str, message: &str) -> Told {
@@ -89,13 +89,13 @@ fn a_range_is_broken_by_a_constant_or_by_any_run_from_power_up() {
 #[test]
 fn a_range_that_only_some_scan_leaves_is_warned_of() {
     let is_warned = |text: &str, message: &str| assert_eq!(of_range(text), warned(message));
-    is_warned("LD X0; INC D0", "D0 = 11, written by `INC D0` (a.il:2)");
+    is_warned("LD X0; INC D0", "`INC D0` (a.il:2) may leave 11 in D0");
     // It is true of each run from power-up, which goes from 0 to 6.
     let reset = "LD= D0 K5; MOV K0 D0; LD SM400; INC D0";
-    is_warned(reset, "D0 = 11, written by `INC D0` (a.il:4)");
+    is_warned(reset, "`INC D0` (a.il:4) may leave 11 in D0");
     assert_eq!(told(reset, "[ranges]\nD0 = [0, 5]"), Told::Kept);
     // Somebody else may set M9, or change D1.
-    is_warned("LDI M9; INC D0", "D0 = 11, written by `INC D0` (a.il:2)");
+    is_warned("LDI M9; INC D0", "`INC D0` (a.il:2) may leave 11 in D0");
     let Told::Warned(message) = of_range("LD SM400; MOV D1 D0") else { panic!("no warning") };
     assert!(message.ends_with("by `MOV D1 D0` (a.il:2)"), "{message}");
     // The longest scan breaks nothing.
@@ -147,11 +147,11 @@ fn a_set_of_bits_is_kept_or_broken_or_neither() {
     let inputs = "LD X0; OUT M0; LD X1; OUT M1";
     assert_eq!(
         of_pair(inputs),
-        warned("M0 and M1 both on, written by `OUT M0` (a.il:2) and `OUT M1` (a.il:4)")
+        warned("`OUT M0` (a.il:2) and `OUT M1` (a.il:4) may leave M0 and M1 both on")
     );
     assert_eq!(
         of_pair("LDI M9; SET M0; SET M1"),
-        warned(&format!("M0 and M1 both on, written by {both}"))
+        warned(&format!("{both} may leave M0 and M1 both on"))
     );
     assert_eq!(
         told(inputs, "[exclusive]\nsets = [[\"M0\", \"M1\"], [\"X0\", \"X1\"]]"),

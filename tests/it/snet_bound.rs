@@ -222,7 +222,7 @@ fn longest(code: &str, audit: &Audit, random: &mut Random) -> u64 {
     let rests: Vec<(&[String], usize)> = (audit.assumptions.iter())
         .filter(|one| one.range.is_none())
         .map(|one| (one.devices.as_slice(), one.most))
-        .chain(audit.net.iter().flat_map(|net| &net.kept).map(|set| (&set.relays[..], set.most)))
+        .chain(audit.net.iter().flat_map(|net| &net.used).map(|set| (&set.relays[..], set.most)))
         .collect();
     cpu.power_up();
     for scan in 0..1_500 {
@@ -268,11 +268,11 @@ fn no_scan_from_power_up_takes_longer_than_the_bound_with_the_net() {
         assert!(found.without >= found.alone && found.alone >= audit.bound.upper, "{case}\n{code}");
         let longest = longest(&code, &audit, &mut random);
         assert!(longest <= upper, "case {case}: {longest} s, and the bound is {upper} s\n{code}");
-        with_net += u32::from(!found.kept.is_empty());
+        with_net += u32::from(!found.used.is_empty());
         lower += u32::from(upper < found.without.0 / SECOND);
         lower_by_net += u32::from(upper < found.alone.0 / SECOND);
         reached += u32::from(longest == upper);
-        refused += u32::from(is_wrong && !found.dropped.is_empty());
+        refused += u32::from(is_wrong && !found.unused.is_empty());
     }
     assert!(
         with_net > 30 && lower > 15 && lower_by_net > 0 && reached > 20 && refused > 10,
@@ -301,7 +301,7 @@ fn of_three_stations_with_two_pallets_one_is_empty_as_only_the_net_knows() {
     // The audit looks at pairs of relays alone.
     assert_eq!((seconds(&audit), found.alone.0 / SECOND, found.without.0 / SECOND), (6, 7, 7));
     assert_eq!(found.marked, ["PRESS", "CHECK"]);
-    let (first, all) = (&found.kept[0], ["LOAD", "PRESS", "CHECK"]);
+    let (first, all) = (&found.used[0], ["LOAD", "PRESS", "CHECK"]);
     assert_eq!((&first.elements[..], first.most), (&all.map(str::to_owned)[..], 2));
 }
 
@@ -312,8 +312,8 @@ fn without_trust_nothing_is_used_and_internal_devices_are() {
         let audit = audited(&code, Some(&net), trust, "");
         let found = audit.net.as_ref().expect("a net");
         assert_eq!((seconds(&audit), found.without.0 / SECOND), (7, 7));
-        assert!(found.kept.is_empty() && !found.dropped.is_empty());
-        assert!(found.dropped.iter().all(|one| one.why.to_string().contains("--trust all")));
+        assert!(found.used.is_empty() && !found.unused.is_empty());
+        assert!(found.unused.iter().all(|one| one.why.to_string().contains("--trust all")));
     }
     let internal = "[internal]\ndevices = [\"IR3\"]\n";
     assert_eq!(seconds(&audited(&code, Some(&net), Trust::Counts, internal)), 6);
@@ -338,7 +338,7 @@ fn refused(net: &Diagram, code: &str, facts: &str) -> String {
     let audit = audited(code, Some(net), Trust::All, facts);
     assert_eq!(seconds(&audit), 7, "{code}");
     let found = audit.net.expect("a net");
-    let all = found.dropped.iter().find(|one| one.set.elements.len() == 3);
+    let all = found.unused.iter().find(|one| one.set.elements.len() == 3);
     all.expect("the three stations").why.to_string()
 }
 

@@ -6,7 +6,7 @@ use scanbound::emulated::{Cpu, Disturbance};
 use scanbound::front::{self, Input, Options};
 use scanbound::link::pty::Pty;
 use scanbound::link::serial::Settings;
-use scanbound::link::server::{PAUSE, Request, Spoken, answers};
+use scanbound::link::server::{PAUSE, Request, ServedProtocol, answers};
 use scanbound::link::station::Station;
 use scanbound::link::{Memory, State};
 use scanbound::snet::monitor::{Plan, Reading};
@@ -113,7 +113,7 @@ impl Plc {
         let over = Arc::new(AtomicBool::new(false));
         let (ends, requests) = (Arc::clone(&over), self.requests.clone());
         let serve = move || {
-            let _ = answers(pty, Spoken::HostLink(3), &requests, &ends);
+            let _ = answers(pty, ServedProtocol::HostLink(3), &requests, &ends);
         };
         self.line = Some((thread::spawn(serve), over));
     }

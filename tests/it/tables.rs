@@ -33,7 +33,7 @@ fn refreshes(audit: &Audit, side: &str) -> Vec<(u64, String)> {
 }
 
 #[test]
-fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
+fn refresh_is_charged_for_the_longest_base_unless_the_base_is_stated() {
     let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
     let io = "[io]\ninputs = 40\noutputs = 16\n";
     let unstated = audited(PROGRAM, &own, io);
@@ -58,7 +58,7 @@ fn refresh_is_charged_for_the_dearest_base_unless_the_base_is_stated() {
     let mixed = audited(PROGRAM, &own, "[io]\ninputs = { main = 24, qa6 = 16 }\noutputs = 0\n");
     let times: Vec<u64> = refreshes(&mixed, "input").iter().map(|(time, _)| *time).collect();
     assert_eq!(times, [3_000_000, 5_000_000]);
-    // Of all rows for a base and for any the dearest counts; what bases take once a scan adds up.
+    // Of all rows for a base and for any the longest counts; what bases take once a scan adds up.
     let own = table(
         "@end,1\n@input16,3\n@input16:far,9\n@input,5\n@input:far,2\n@input:near,4\nLD,0\nOUT,0\nEND,0\n",
     );
@@ -300,7 +300,7 @@ fn a_factor_is_a_part_of_the_bound_and_assumed_where_it_is() {
     assert_eq!(audit.overhead[0].evidence, Evidence::Published);
 }
 
-/// The dearer time of the first instruction of this name, without the table's factor.
+/// The larger time of the first instruction of this name, without the table's factor.
 fn time_of(audit: &Audit, name: &str) -> Picos {
     let charges = audit.groups.iter().flat_map(|group| &group.charges).chain(&audit.always);
     let mut found = charges.filter(|charge| charge.instruction.split(' ').next() == Some(name));

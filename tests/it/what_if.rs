@@ -149,7 +149,7 @@ fn an_assumption_costs_what_the_bound_is_without_it() {
     ]);
     for trust in [Trust::Counts, Trust::All] {
         let found = with(&text, "", trust, &[]);
-        assert_eq!(names(&found), ["D52", "D50"], "the dearest first");
+        assert_eq!(names(&found), ["D52", "D50"], "the longest first");
         let mut last = u64::MAX;
         for one in &found.assumptions {
             let without = one.without.expect("a price").upper.0;

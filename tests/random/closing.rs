@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// Programs with more ways than this are passed over.
-const MOST_WAYS: usize = 6_000;
+const MAX_WAYS: usize = 6_000;
 
 /// Answers every question in every way, one way a scan.
 #[derive(Default)]
@@ -88,7 +88,7 @@ fn longest(lines: &[String], prices: &BTreeMap<usize, Times>, once: bool) -> Opt
     let files = [lines.iter().map(|text| line(text)).collect::<Vec<Line>>()];
     let mut every = Every { once, ..Every::default() };
     let mut most = Picos::ZERO;
-    for _ in 0..MOST_WAYS {
+    for _ in 0..MAX_WAYS {
         let executed = Plc::new(&files, &mut every, Vec::new()).scan();
         let cost = |(_, line, on, units): &Executed| {
             let times = prices.get(line).copied().unwrap_or_default();

@@ -1,9 +1,9 @@
-//! MELSEC programs whose dearest scan is easily overlooked: each names operations that can all run in one scan.
+//! MELSEC programs whose longest scan is easily overlooked: each names operations that can all run in one scan.
 
 use crate::common;
 
 use common::bound::bound;
-use common::melsec::{dearest, decoded, together};
+use common::melsec::{decoded, longest, together};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::melsec::memory::Family;
@@ -113,14 +113,14 @@ fn a_program_that_is_called_or_stopped_may_rest() {
     let facts = Facts::default();
     let cost = |by: &str| {
         let work = work(by);
-        decoded(Family::Q, &[off, ("WORK", &work)], &facts).map(|program| dearest(&program))
+        decoded(Family::Q, &[off, ("WORK", &work)], &facts).map(|program| longest(&program))
     };
     assert_eq!(cost("PSTOP \"OFF\""), Ok(1));
     assert_eq!(cost("OUT M5"), Ok(0));
     let called = ("SUB", "P100; LD SM401; OUT M0; RET; END");
     let main = ("MAIN", "LD M0; Op1; LD X0; ECALL \"SUB\" P100; END");
     let program = decoded(Family::Q, &[called, main], &facts).expect("good");
-    assert_eq!(dearest(&program), 1);
+    assert_eq!(longest(&program), 1);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn a_range_at_the_start_limits_no_count_that_the_program_writes() {
         let mut program = decoded(Family::Q, &[("MAIN", text)], &facts).expect("good");
         // The front leaves ranges to the pass on values.
         (values::PASS.run)(&mut program, &Settings::default()).expect("a bound");
-        dearest(&program)
+        longest(&program)
     };
     assert_eq!(iterations("FOR D0; LD X0; Op1; NEXT; END"), 2);
     assert_eq!(iterations("LD X1; MOV K9 D0; FOR D0; LD X0; Op1; NEXT; END"), 9);
@@ -161,7 +161,7 @@ fn what_nests_too_deep_is_refused() {
     assert!(told.contains("loops stand in each other"), "{told}");
 }
 
-/// What all instructions cost together by a table of these rows, in picoseconds, each at its dearer time; others
+/// What all instructions cost together by a table of these rows, in picoseconds, each at its larger time; others
 /// cost nothing.
 fn priced(family: Family, text: &str, rows: &str) -> u64 {
     let program = decoded(family, &[("MAIN", text)], &Facts::default()).expect("good");
@@ -268,7 +268,7 @@ fn counts_in_words_are_as_large_as_the_cpu_takes_them() {
     let facts = Facts { ranges: [("D50".to_owned(), (0, 10))].into(), ..Facts::default() };
     let text = "LD= D5000 K1; Op1; LD X0; BMOVL ZR0 D100 D50; LD= D5000 K2; Op2; END";
     let program = decoded(Family::Iqr, &[("MAIN", text)], &facts).expect("good");
-    assert_eq!(dearest(&program), 3);
+    assert_eq!(longest(&program), 3);
     assert!(cost(Family::Iqr, "LD X0; BMOVL ZR0 D100 D50; END", "BMOVL") > 10_000_000);
 }
 

@@ -1,5 +1,5 @@
 //! Random OMRON programs in both spellings, run on an emulator of their own on every state: the bound is the
-//! dearest scan.
+//! longest scan.
 
 use crate::common;
 
@@ -436,7 +436,7 @@ impl Emulator<'_> {
     }
 }
 
-/// A time for each line; what is dearer one way only costs that much both ways where a table can't tell them apart.
+/// A time for each line; what is larger one way only costs that much both ways where a table can't tell them apart.
 fn times(ops: &[Op]) -> Vec<Times> {
     let both = |op: Op| {
         !matches!(
@@ -522,7 +522,7 @@ fn check(tape: &[u16], spelling: Spelling) -> Result<(), String> {
     }
     if bound.upper != most.0 || reached != most.0 {
         return Err(told(format!(
-            "the bound is {:?}, its scan {reached:?}, the dearest {:?} from {:?}",
+            "the bound is {:?}, its scan {reached:?}, the longest {:?} from {:?}",
             bound.upper, most.0, most.1
         )));
     }
@@ -530,11 +530,11 @@ fn check(tape: &[u16], spelling: Spelling) -> Result<(), String> {
 }
 
 #[test]
-fn the_bound_is_the_dearest_scan_in_c200h_spelling() {
+fn the_bound_is_the_longest_scan_in_c200h_spelling() {
     on_tapes(cases(250), 120, |tape| check(tape, Spelling::C200h));
 }
 
 #[test]
-fn the_bound_is_the_dearest_scan_in_cx_programmer_spelling() {
+fn the_bound_is_the_longest_scan_in_cx_programmer_spelling() {
     on_tapes(cases(250), 120, |tape| check(tape, Spelling::Cx));
 }

@@ -22,9 +22,9 @@ use std::time::{Duration, Instant};
 /// The name of this stage in the progress display.
 const STAGE: &str = "measuring what each statement is worth";
 /// Pairs are formed from at most this many bits: those without which the longest scan loses most time.
-const MOST_BITS: usize = 24;
+const MAX_BITS: usize = 24;
 /// At most this many pairs are tried. Pairs come first whose bits are needed for different, long parts of the scan.
-const MOST_PAIRS: usize = 12;
+const MAX_PAIRS: usize = 12;
 
 /// The settings of the search for advice.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +63,7 @@ pub struct Measured {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: AdviceKind,
     /// The table of the facts file that it belongs to.
     pub table: &'static str,
     /// Its line in that table.
@@ -76,7 +76,7 @@ pub struct Statement {
 
 /// The kinds of statements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum AdviceKind {
     /// An upper limit for a count.
     Count,
     /// An upper limit for an index, or its number of bits.
@@ -89,16 +89,16 @@ pub enum Kind {
     Base,
 }
 
-impl Kind {
+impl AdviceKind {
     /// Its name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Count => "count",
-            Kind::Index => "index",
-            Kind::Exclusive => "exclusive",
-            Kind::Internal => "internal",
-            Kind::Base => "base",
+            AdviceKind::Count => "count",
+            AdviceKind::Index => "index",
+            AdviceKind::Exclusive => "exclusive",
+            AdviceKind::Internal => "internal",
+            AdviceKind::Base => "base",
         }
     }
 }
@@ -176,9 +176,9 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
         let mut facts = request.facts.clone();
         one.state(&mut facts, most);
         let (kind, hope) = match &one.kind {
-            UnknownKind::Count(counts) => (Kind::Count, counts.cost),
+            UnknownKind::Count(counts) => (AdviceKind::Count, counts.cost),
             // How much depends on the place of a write is known only after an audit.
-            _ => (Kind::Index, audit.bound.upper),
+            _ => (AdviceKind::Index, audit.bound.upper),
         };
         Candidate {
             statement: Statement {
@@ -208,7 +208,7 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
     let least = bases.first()?.least.clone();
     Some(Candidate {
         statement: Statement {
-            kind: Kind::Base,
+            kind: AdviceKind::Base,
             table: "io",
             line: format!("base = {least:?}"),
             what: "the kind of base unit on which all modules are mounted: the slowest is assumed"
@@ -234,7 +234,7 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
     facts.internal.extend(devices);
     Ok(Some(Candidate {
         statement: Statement {
-            kind: Kind::Internal,
+            kind: AdviceKind::Internal,
             table: "internal",
             line: offer::listed(facts.internal.iter()),
             what: "only the program writes these devices, no operator panel and no other PLC: then they keep what the program wrote, and relays that it keeps mutually exclusive are never on together".to_owned(),
@@ -271,16 +271,16 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
         return Vec::new();
     }
     let (model, program) = (&followed.model, &followed.program);
-    let mut dearest = Assignment(vec![0; model.variables.len()]);
-    concluded.maxima.iter().for_each(|found| found.best.copy_to(&mut dearest));
+    let mut longest = Assignment(vec![0; model.variables.len()]);
+    concluded.maxima.iter().for_each(|found| found.best.copy_to(&mut longest));
     let charges: Vec<usize> =
         followed.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
-    let whole = model.cost(&charges, &dearest);
-    let bits = bits_on(program, model, &dearest, &charges);
+    let whole = model.cost(&charges, &longest);
+    let bits = bits_on(program, model, &longest, &charges);
     let mut found = Vec::new();
     for (at, one) in bits.iter().enumerate() {
         for other in &bits[at + 1..] {
-            let lost = whole.checked_sub(model.cost(&charges, &without(&dearest, &[one, other])));
+            let lost = whole.checked_sub(model.cost(&charges, &without(&longest, &[one, other])));
             let lost = lost.unwrap_or_default();
             // The time that only one of the two controls. If there is none, both control the same: no interlock.
             let own = [other, one].map(|on| lost.checked_sub(on.worth).unwrap_or_default());
@@ -291,13 +291,13 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
         }
     }
     found.sort_by_key(|(least, ..)| Reverse(*least));
-    found.truncate(MOST_PAIRS);
+    found.truncate(MAX_PAIRS);
     let driven = |on: &On, other: &On| {
         driven(
             program,
             model,
             &charges,
-            [&dearest, &without(&dearest, &[on]), &without(&dearest, &[other])],
+            [&longest, &without(&longest, &[on]), &without(&longest, &[other])],
         )
     };
     let candidate = |(least, one, other): (Picos, &On, &On)| {
@@ -306,7 +306,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
         let places = [driven(one, other), driven(other, one)].into_iter().flatten().collect();
         Candidate {
             statement: Statement {
-                kind: Kind::Exclusive,
+                kind: AdviceKind::Exclusive,
                 table: "exclusive",
                 line: format!("sets = {:?}", facts.exclusive),
                 what: format!(
@@ -337,10 +337,10 @@ fn without(values: &Assignment, bits: &[&On]) -> Assignment {
 fn bits_on(
     program: &Program,
     model: &ScanModel,
-    dearest: &Assignment,
+    longest: &Assignment,
     charges: &[usize],
 ) -> Vec<On> {
-    let values = model.circuit.evaluate(dearest);
+    let values = model.circuit.evaluate(longest);
     let names = Names::new(program);
     let asked = asked_as_bits(program);
     let on = model.circuit.nodes().iter().enumerate().filter_map(|(index, node)| {
@@ -371,11 +371,11 @@ fn bits_on(
     });
     let mut on: Vec<On> = on.collect();
     let atoms: Vec<Atom> = on.iter().map(|one| one.atom).collect();
-    let worth = weights_of_bits(model, dearest, charges, &atoms);
+    let worth = weights_of_bits(model, longest, charges, &atoms);
     on.iter_mut().zip(worth).for_each(|(one, worth)| one.worth = worth);
     on.retain(|one| one.worth > Picos::ZERO);
     on.sort_by_key(|one| Reverse(one.worth));
-    on.truncate(MOST_BITS);
+    on.truncate(MAX_BITS);
     on
 }
 

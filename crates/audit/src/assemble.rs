@@ -7,7 +7,6 @@ use super::due;
 use super::exactness::Exactness;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
-use super::made_from::sources;
 use super::method::SearchUse;
 use super::model_search::Prepared;
 use super::names::Names;
@@ -17,6 +16,7 @@ use super::real::{RunResults, other_starts};
 use super::request::Request;
 use super::response::Delays;
 use super::rung::rungs;
+use super::sources::sources;
 use super::table_use::TableParts;
 use super::unbounded::Loops;
 use super::unknown::Unknown;
@@ -42,7 +42,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// The number of rungs in a group for which the audit explains why they do not take their longest time.
-const MOST_EXPLAINED: usize = 20;
+const MAX_EXPLAINED: usize = 20;
 
 /// The results of the search, and the program and model that were searched.
 pub struct Findings<'a> {
@@ -141,10 +141,10 @@ impl<'a> Findings<'a> {
                 charges.iter_mut().for_each(|charge| charge.share = Picos::ZERO);
             }
             let rungs = self.rungs(group, &charges, &names, exclusions.as_mut());
-            let dearer = |charge: &ChargeUse| charge.on.max(charge.off);
-            if maximum.upper == charges.iter().map(dearer).sum() {
+            let larger_time = |charge: &ChargeUse| charge.on.max(charge.off);
+            if maximum.upper == charges.iter().map(larger_time).sum() {
                 // Nothing was excluded, so the bound is the sum of all charges and each charge's part is known.
-                charges.iter_mut().for_each(|charge| charge.share = dearer(charge));
+                charges.iter_mut().for_each(|charge| charge.share = larger_time(charge));
             }
             ExplainedGroup { charges, rungs }
         };
@@ -423,7 +423,7 @@ impl<'a> Findings<'a> {
         let mut found = rungs(charges, comments);
         let missing: Vec<(usize, usize)> = found
             .iter()
-            .take(MOST_EXPLAINED)
+            .take(MAX_EXPLAINED)
             .enumerate()
             .filter_map(|(at, rung)| Some((at, group.charges[rung.shortest?])))
             .collect();

@@ -6,13 +6,13 @@ use super::doubt::Doubt;
 use super::drawn::Ladder;
 use super::exactness::Exactness;
 use super::fact::Fact;
-use super::made_from::Source;
 use super::parts::{
     ApproximationUse, Bound, ChargeUse, FreeValue, GroupUse, LoopUse, NetworkUse, OverheadUse,
     PathStep, RunScan, TableUse, possible,
 };
 use super::requested::{Coactivity, NetBound, TaskUse, WhatIf};
 use super::response;
+use super::sources::Source;
 use super::unknown::Unknown;
 use scanbound_base::budget::EarlyStop;
 use scanbound_base::diagnostic::Diagnostic;

@@ -108,7 +108,7 @@ struct Pile<'a> {
     most: Picos,
     always: Picos,
     places: BTreeSet<Location>,
-    dearest: Option<(Picos, Picos, &'a ChargeUse)>,
+    largest: Option<(Picos, Picos, &'a ChargeUse)>,
 }
 
 impl<'a> Pile<'a> {
@@ -120,9 +120,10 @@ impl<'a> Pile<'a> {
             self.always += charge.share;
         }
         self.places.insert(charge.at);
-        let dearer = |&(share, known, _): &(Picos, Picos, _)| (share, known) < (charge.share, most);
-        if self.dearest.as_ref().is_none_or(dearer) {
-            self.dearest = Some((charge.share, most, charge));
+        let is_larger =
+            |&(share, known, _): &(Picos, Picos, _)| (share, known) < (charge.share, most);
+        if self.largest.as_ref().is_none_or(is_larger) {
+            self.largest = Some((charge.share, most, charge));
         }
     }
 }
@@ -191,12 +192,12 @@ impl Audit {
     }
 
     fn part(&self, (key, pile): (Key<'_>, Pile<'_>)) -> Option<Part> {
-        let (.., dearest) = pile.dearest?;
+        let (.., largest) = pile.largest?;
         let piece = match key {
             Key::File(file) => Piece::Program(file),
-            Key::Routine(file, _) => Piece::Routine(file, dearest.routine.clone()),
+            Key::Routine(file, _) => Piece::Routine(file, largest.routine.clone()),
             Key::Block(block) => {
-                Piece::Rung { block, at: dearest.at, instruction: dearest.instruction.clone() }
+                Piece::Rung { block, at: largest.at, instruction: largest.instruction.clone() }
             }
             Key::Mnemonic(name) => Piece::Instruction(name.into()),
         };
@@ -273,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn the_dearest_rung_comes_first_and_what_is_open_is_a_part() {
+    fn the_rung_with_the_most_time_comes_first_and_the_gap_is_a_part() {
         let parts = fixture().breakdown(By::Rung);
         let Piece::Rung { block, at, instruction } = &parts[0].piece else { panic!("{parts:?}") };
         assert_eq!((*block, at.line, &**instruction), (2, 4, "BMOV D200 D300 K10"));

@@ -56,7 +56,7 @@ fn allowed(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
         CONTRADICTION,
-        "look for two statements about the same word, and for counts that the program sets to other values",
+        "look for two facts about the same word, and for a [counts] fact on a count that the program itself sets to a different constant",
     )));
     // The program sets a count to a constant that contradicts the stated count.
     if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {

@@ -10,7 +10,7 @@ use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
 use std::collections::BTreeSet;
 
 /// The number of places that a message suggests if the stated one does not exist.
-const MOST_OFFERED: usize = 8;
+const MAX_OFFERED: usize = 8;
 
 /// Applies stated counts to instructions: limits their iterations and units, and excludes scans with other counts.
 ///
@@ -126,7 +126,7 @@ pub(super) fn at(
     let files = matching(program, file);
     let [file] = files[..] else {
         let names: Vec<&str> =
-            program.files.iter().take(MOST_OFFERED).map(|file| file.name.as_str()).collect();
+            program.files.iter().take(MAX_OFFERED).map(|file| file.name.as_str()).collect();
         let message = match files.is_empty() {
             true => format!("there is no file '{file}' in this program"),
             false => format!("'{file}' may be {} files", files.len()),
@@ -150,7 +150,7 @@ pub(super) fn at(
     near.sort_by_key(|&at| program.instructions[at].place.line.abs_diff(number));
     let offered: Vec<String> = near
         .into_iter()
-        .take(MOST_OFFERED)
+        .take(MAX_OFFERED)
         .map(|at| &program.instructions[at])
         .map(|one| format!("{} ({})", one.place.line, one.text))
         .collect();

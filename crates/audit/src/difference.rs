@@ -24,7 +24,7 @@ pub struct Side {
 
 /// How a rung changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum ChangeKind {
     /// Its text changed.
     Changed,
     /// It is new.
@@ -37,16 +37,16 @@ pub enum Kind {
     Same,
 }
 
-impl Kind {
+impl ChangeKind {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Changed => "changed",
-            Kind::Added => "added",
-            Kind::Removed => "removed",
-            Kind::Moved => "moved",
-            Kind::Same => "same",
+            ChangeKind::Changed => "changed",
+            ChangeKind::Added => "added",
+            ChangeKind::Removed => "removed",
+            ChangeKind::Moved => "moved",
+            ChangeKind::Same => "same",
         }
     }
 }
@@ -55,7 +55,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
     /// How it changed.
-    pub kind: Kind,
+    pub kind: ChangeKind,
     /// In the old version.
     pub old: Option<Side>,
     /// In the new one.
@@ -191,7 +191,7 @@ struct Loose {
 }
 
 /// The number of new rungs in a section that are compared with an old one.
-const MOST_LOOKED_AT: usize = 64;
+const MAX_COMPARED: usize = 64;
 
 /// The rungs matched so far.
 #[derive(Default)]
@@ -214,7 +214,7 @@ impl Matched {
                 for (old, new) in old.iter().zip(new) {
                     match old.time == new.time {
                         true => self.unchanged += 1,
-                        false => self.both(Kind::Same, old.clone(), new.clone()),
+                        false => self.both(ChangeKind::Same, old.clone(), new.clone()),
                     }
                 }
                 continue;
@@ -227,7 +227,7 @@ impl Matched {
         }
     }
 
-    fn both(&mut self, kind: Kind, old: Side, new: Side) {
+    fn both(&mut self, kind: ChangeKind, old: Side, new: Side) {
         self.changes.push(Change { kind, old: Some(old), new: Some(new) });
     }
 
@@ -241,7 +241,7 @@ impl Matched {
         let mut gone = Vec::new();
         for old in std::mem::take(&mut self.removed) {
             match same.get_mut(&old.side.text).and_then(Vec::pop) {
-                Some(new) => self.both(Kind::Moved, old.side, new.side),
+                Some(new) => self.both(ChangeKind::Moved, old.side, new.side),
                 None => gone.push(old),
             }
         }
@@ -255,17 +255,18 @@ impl Matched {
             match nearest(&old.side, candidates) {
                 Some(index) => {
                     let new = candidates.remove(index);
-                    self.both(Kind::Changed, old.side, new);
+                    self.both(ChangeKind::Changed, old.side, new);
                 }
                 None => {
-                    let change = Change { kind: Kind::Removed, old: Some(old.side), new: None };
+                    let change =
+                        Change { kind: ChangeKind::Removed, old: Some(old.side), new: None };
                     self.changes.push(change);
                 }
             }
         }
         let added = fresh.into_values().flatten();
         self.changes.extend(added.map(|new| Change {
-            kind: Kind::Added,
+            kind: ChangeKind::Added,
             old: None,
             new: Some(new),
         }));
@@ -275,7 +276,7 @@ impl Matched {
             let side = one.new.as_ref().or(one.old.as_ref());
             let group = match one.kind {
                 _ if one.delta() == 0 => 2,
-                Kind::Same => 1,
+                ChangeKind::Same => 1,
                 _ => 0,
             };
             (
@@ -292,7 +293,7 @@ impl Matched {
 /// The new rung that an old one most likely became: at least half of their instructions are the same.
 fn nearest(old: &Side, fresh: &[Side]) -> Option<usize> {
     let own: Vec<&str> = old.text.split(" / ").collect();
-    let alike = fresh.iter().take(MOST_LOOKED_AT).enumerate().filter_map(|(index, new)| {
+    let alike = fresh.iter().take(MAX_COMPARED).enumerate().filter_map(|(index, new)| {
         let other: Vec<&str> = new.text.split(" / ").collect();
         let ops = capture_diff_slices(Algorithm::Myers, &own, &other);
         let equal = ops.iter().filter(|op| matches!(op, DiffOp::Equal { .. }));

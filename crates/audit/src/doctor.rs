@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnosis {
     /// The files that were examined.
-    pub files: Vec<Seen>,
+    pub files: Vec<ExaminedFile>,
     /// The CPU that the project or the user names.
     pub cpu: Option<String>,
     /// The timing table for it.
@@ -36,7 +36,7 @@ impl Diagnosis {
 
 /// A file that was examined.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Seen {
+pub struct ExaminedFile {
     /// Its name as the user gave it.
     pub name: String,
     /// Its contents.
@@ -166,11 +166,12 @@ pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
         table: None,
         doubts: Vec::new(),
     };
-    let program = doctor.look();
+    let program = doctor.read_all();
     if doctor.found.iter().all(|one| one.severity != Severity::Error) {
         doctor.add(contradiction::of(STAGES, request));
     }
-    let files = request.inputs.iter().map(|input| doctor.seen(input, program.as_ref())).collect();
+    let files =
+        request.inputs.iter().map(|input| doctor.examined(input, program.as_ref())).collect();
     let Doctor { found, cpu, table, doubts, .. } = doctor;
     Diagnosis { files, cpu, table, findings: listed(found, doubts) }
 }
@@ -187,7 +188,7 @@ struct Doctor<'r, 'a> {
 
 impl Doctor<'_, '_> {
     /// Runs the stages. If one finds faults, the next ones run without the files that have them.
-    fn look(&mut self) -> Option<Program> {
+    fn read_all(&mut self) -> Option<Program> {
         loop {
             let project = self.read()?;
             self.cpu = self.request.cpu.or(project.cpu()).map(str::to_owned);
@@ -342,7 +343,7 @@ impl Doctor<'_, '_> {
         }
     }
 
-    fn seen(&self, input: &Input, program: Option<&Program>) -> Seen {
+    fn examined(&self, input: &Input, program: Option<&Program>) -> ExaminedFile {
         let own = |program: &Program| {
             program.files.iter().find(|file| file.name == input.name).map(|file| file.count)
         };
@@ -355,7 +356,7 @@ impl Doctor<'_, '_> {
         let is_standby = |program: &Program| {
             program.standby.iter().any(|&file| program.files[file].name == input.name)
         };
-        Seen {
+        ExaminedFile {
             name: input.name.clone(),
             what,
             instructions: program.and_then(own),

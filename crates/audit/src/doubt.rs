@@ -7,7 +7,7 @@ use scanbound_timing::price::{MorePoints, Prices, UnstatedPoints};
 use std::fmt;
 
 /// The most undecided loops that are listed one by one.
-const MOST_TOLD: usize = 10;
+const MAX_LISTED: usize = 10;
 
 /// Why a bound may be too low.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -91,9 +91,9 @@ impl Doubt {
         });
         let endless =
             endless.iter().map(|one| Doubt::Endless { line: one.to.line, certain: one.certain });
-        let told = open.iter().take(MOST_TOLD);
+        let told = open.iter().take(MAX_LISTED);
         let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
-        let more = open.len().checked_sub(MOST_TOLD).filter(|&more| more > 0);
+        let more = open.len().checked_sub(MAX_LISTED).filter(|&more| more > 0);
         let bodiless = program.without_body.first().map(|(_, first)| Doubt::Bodiless {
             names: program.without_body.iter().map(|(name, _)| name.clone()).collect(),
             first: (first.of(&program.files).name.clone(), first.line),
@@ -177,13 +177,16 @@ impl fmt::Display for Doubt {
             }
             Doubt::Endless { line, certain: false } => write!(
                 f,
-                "nothing known ends the loop to line {line}: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
+                "no condition was found that is sure to end the loop to line {line}: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
             ),
             Doubt::PerhapsEndless { line } => {
                 write!(f, "it was not decided whether the loop to line {line} can run for ever")
             }
             Doubt::MorePerhapsEndless(more) => {
-                write!(f, "nor was it decided for {more} further loops")
+                write!(
+                    f,
+                    "it was not decided for {more} further loops whether they can run for ever"
+                )
             }
             Doubt::Bodiless { names, first: (file, line) } => write!(
                 f,

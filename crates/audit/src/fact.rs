@@ -256,7 +256,7 @@ impl fmt::Display for Fact {
                 write!(f, "only {} is written through @", devices.join(", "))
             }
             Fact::External(devices) => {
-                write!(f, "not only the program writes {}", devices.join(", "))
+                write!(f, "{} may also be written from outside the program", devices.join(", "))
             }
             Fact::Internal(devices) => {
                 write!(f, "only the program writes {}", devices.join(", "))
@@ -266,7 +266,7 @@ impl fmt::Display for Fact {
             }
             Fact::Download => f.write_str("memory may hold anything when a scan starts"),
             Fact::AllClear => f.write_str(
-                "if several transitions of a step without priorities are true, all of them clear",
+                "if several transitions without priorities after the same step are true, all of them fire",
             ),
             Fact::ActionOrder(ActionOrder::Named) => {
                 f.write_str("actions run in the order in which the chart first names them")
@@ -275,10 +275,10 @@ impl fmt::Display for Fact {
                 "Boolean variables of actions are written first, then actions run in the order of their declarations",
             ),
             Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
-                "actions run in the order of their names, those that end first",
+                "actions that have just ended run first, then the others, each group in the order of their names",
             ),
             Fact::DrawnLastScan => f.write_str(
-                "drawn conditions of charts read what their blocks gave in the last scan",
+                "transition conditions drawn as a diagram use the outputs that their blocks computed in the previous scan",
             ),
             Fact::Interrupts { name, times, every: Some(every) } => {
                 write!(f, "{name} occurs every {every}: at most {times} times in a scan")
@@ -291,7 +291,7 @@ impl fmt::Display for Fact {
                 write!(f, "{name} takes {on}, or {off} if it does not run")
             }
             Fact::StopsOnError(true) => f.write_str("the CPU stops at an operation error"),
-            Fact::StopsOnError(false) => f.write_str("the CPU goes on after an operation error"),
+            Fact::StopsOnError(false) => f.write_str("the CPU continues after an operation error"),
             Fact::Latched(true) => f.write_str("inputs are read once per pass into an image"),
             Fact::Latched(false) => f.write_str("inputs are read at each test"),
             Fact::Points { side, points, by_base } => {

@@ -11,9 +11,9 @@ use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
 /// The largest number of audits with counts that turn out too small.
-const MOST_ROUNDS: usize = 16;
+const MAX_ROUNDS: usize = 16;
 /// With more interrupts than this, a scan counts as endless.
-const MOST: u64 = 100_000;
+const MAX_TIMES: u64 = 100_000;
 
 /// The facts with a count for each interrupt that is stated by its interval: the smallest counts that suffice for the
 /// longest scan with these counts.
@@ -52,7 +52,7 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
             .iter()
             .map(|(name, &every)| (name.clone(), due(scan, every, holds)))
             .collect();
-        if next.values().any(|&times| times > MOST) {
+        if next.values().any(|&times| times > MAX_TIMES) {
             return Err(no_time(request));
         }
         let is_same = next == counts;
@@ -64,7 +64,7 @@ pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
                 return Ok(with(&counts));
             }
             rounds += 1;
-            if rounds > MOST_ROUNDS {
+            if rounds > MAX_ROUNDS {
                 return Err(no_time(request));
             }
             scan = found;

@@ -42,9 +42,8 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     }
     if !given.is_empty() {
         files.push((POWER_UP, power_up(program)));
-        index.push(format!(
-            "{POWER_UP}: unsat. The state at power-up satisfies what scans preserve:"
-        ));
+        index
+            .push(format!("{POWER_UP}: expected answer unsat. These statements hold at power-up:"));
         index.extend(given.iter().map(|one| format!("  {one}")));
     }
     let end = Instant::now() + LONGEST;
@@ -52,7 +51,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let size = SizeLimits { per_execution: NODES_EACH, in_all: NODES, is_over: &is_over };
     let times = concluded.followed.prices.times();
     let Ok((model, violations)) = scan_model_of_violations(program, &times, &size) else {
-        index.push("The scan is too large for files on what the bound rests on:".to_owned());
+        index.push("The scan is too large to write these statements as files:".to_owned());
         index.extend(given.iter().map(|one| format!("  not shown: {one}")));
         return Invariants { files, index };
     };
@@ -71,13 +70,15 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
         let (shown, open): (Vec<usize>, Vec<usize>) =
             asked.into_iter().partition(|at| shown.contains(at));
         if !shown.is_empty() {
-            let mut head =
-                vec![asks.to_owned(), "unsat: none can. What holds when it starts:".to_owned()];
+            let mut head = vec![
+                asks.to_owned(),
+                "unsat: no scan can. Assumed at the start of the scan:".to_owned(),
+            ];
             head.extend(given.iter().map(|one| format!("  {one}")));
             head.extend(stated(program));
             let text = export::never(&model, &group(shown.clone()), &head, &told);
             files.push((name, text));
-            index.push(format!("{name}: unsat. {says}"));
+            index.push(format!("{name}: expected answer unsat. {says}"));
             index.extend(shown.into_iter().map(|at| format!("  {}", told(at))));
         }
         left.extend(open.into_iter().map(|at| format!("  {}", told(at))));
@@ -95,10 +96,8 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
         "No count or index exceeds the limit that the bound uses:",
     );
     if !left.is_empty() {
-        let why = "the scan's formula over-approximates values, summarises loops, or is too large";
-        index.push(format!(
-            "Not shown by a file, since {why} (docs/values.md says how it was found):"
-        ));
+        let why = "the formula of the scan is approximated or too large";
+        index.push(format!("No file for these: {why} (docs/values.md says how they were found):"));
         index.append(&mut left);
     }
     Invariants { files, index }

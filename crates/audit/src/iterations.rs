@@ -7,14 +7,14 @@ use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
 /// The largest number of counts for which a solver is asked.
-const MOST_ASKED: usize = 16;
+const MAX_ASKED: usize = 16;
 
 /// The largest number of iterations of each summarised loop: the one that the model derived from the form of its count,
 /// or a smaller one that a solver proves.
 pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize, u32> {
     let mut iterations = model.iterations.clone();
     let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
-    if model.loop_counts.len() <= MOST_ASKED {
+    if model.loop_counts.len() <= MAX_ASKED {
         for count in &model.loop_counts {
             let most = largest(model, count, limits).max(count.least);
             let known = asked.entry(count.instruction).or_default();

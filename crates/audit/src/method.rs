@@ -17,10 +17,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The most conditions of a group that are written.
-const MOST: usize = 200;
+const MAX_CONDITIONS: usize = 200;
 
 /// The number of devices that are named for a condition that is too long to be written.
-const SHOWN: usize = 8;
+const MAX_NAMED_DEVICES: usize = 8;
 
 /// How a group's maximum was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,9 +111,9 @@ pub fn traces(
             let times = met.entry(first).or_default();
             *times += 1;
             let letter = if rungs[&first] > 1 { letters(*times - 1) } else { String::new() };
-            let dearest = item.charges.iter().rev().copied();
-            let dearest = dearest.max_by_key(|&charge| model.charges[charge].largest_cost());
-            let charge = dearest.unwrap_or(item.charges[0]);
+            let largest = item.charges.iter().rev().copied();
+            let largest = largest.max_by_key(|&charge| model.charges[charge].largest_cost());
+            let charge = largest.unwrap_or(item.charges[0]);
             let instruction = &program.instructions[model.charges[charge].instruction];
             ConditionUse {
                 label: format!("{first}{letter}"),
@@ -121,7 +121,7 @@ pub fn traces(
                 at: instruction.place,
                 instruction: instruction.text.clone(),
                 others: item.charges.len() - 1,
-                condition: (index < MOST)
+                condition: (index < MAX_CONDITIONS)
                     .then(|| condition::text(&problem.circuit, item.guard, &name))
                     .flatten()
                     .map_or_else(|| devices(model, item, &names), |words| format!("if {words}")),
@@ -146,11 +146,11 @@ fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
             devices.push(device);
         }
     }
-    let more = match devices.len().saturating_sub(SHOWN) {
+    let more = match devices.len().saturating_sub(MAX_NAMED_DEVICES) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    devices.truncate(SHOWN);
+    devices.truncate(MAX_NAMED_DEVICES);
     format!("by {}{more}", devices.join(", "))
 }
 

@@ -16,15 +16,15 @@ use scanbound_timing::table::Table;
 use std::collections::BTreeMap;
 
 /// The most instructions that loops and calls may add to the executed ones.
-const MOST_UNROLLED: u64 = 200_000;
+const MAX_UNROLLED: u64 = 200_000;
 /// The most rounds in which summarised loops are followed because the model shows their counts.
-const MOST_NESTED: usize = 8;
+const MAX_NESTING: usize = 8;
 /// The limit on a model's nodes and questions about words is this number, ...
 const NODES: usize = 1_000_000;
 /// ... plus this number for each executed instruction, ...
 const NODES_EACH: usize = 48;
 /// ... but never more than this.
-const MOST_NODES: usize = 8_000_000;
+const MAX_NODES: usize = 8_000_000;
 /// A thousand hours.
 pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 
@@ -70,7 +70,7 @@ pub fn model_of(
     let why = match follow(program, prices, executed, budget)? {
         Ok(mut model) => {
             // Following one loop may show the count of another, inside or behind it.
-            for _ in 0..MOST_NESTED {
+            for _ in 0..MAX_NESTING {
                 let Some(mut closer) = loops::restore(program, &model.iterations) else { break };
                 let Ok(executed) = fit(&mut closer) else { break };
                 let mut priced = prices.clone();
@@ -105,7 +105,7 @@ pub fn put_back(
     limits: &SizeLimits<'_>,
 ) -> Option<(Program, Prices, ScanModel)> {
     let mut closer = loops::restore(program, iterations)?;
-    loops::fit(&mut closer, MOST_UNROLLED).ok()?;
+    loops::fit(&mut closer, MAX_UNROLLED).ok()?;
     let mut priced = prices.clone();
     priced.instructions.resize(closer.instructions.len(), None);
     let times = priced.times();
@@ -117,7 +117,7 @@ pub fn put_back(
 /// Summarises loops and routines that execute too many instructions. Returns the largest number of instructions that a
 /// scan then executes.
 pub fn fit(program: &mut Program) -> Result<u64, Failure> {
-    let fitted = loops::fit(program, MOST_UNROLLED).map_err(too_often);
+    let fitted = loops::fit(program, MAX_UNROLLED).map_err(too_often);
     fitted.map_err(|error| cannot_follow(program, &error))
 }
 
@@ -131,7 +131,7 @@ fn follow(
     // Instructions that the summaries added have no price.
     prices.instructions.resize(program.instructions.len(), None);
     let executed = usize::try_from(executed).unwrap_or(usize::MAX);
-    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MOST_NODES);
+    let most = executed.saturating_mul(NODES_EACH).saturating_add(NODES).min(MAX_NODES);
     match scan_model_fitted(program, &prices.times(), most, &|| budget.must_stop()) {
         Ok(Some(model)) => Ok(Ok(model)),
         Ok(None) => Ok(Err(SummaryReason::ValuesTooComplex)),

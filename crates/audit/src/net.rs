@@ -1,27 +1,27 @@
 //! How the mutual exclusion of a net's boxes lowers the bound. Sets of relays that the net never marks together are
 //! checked on the code, and those that every scan preserves are used.
 
+use super::exclusive_relays::ExclusiveRelays;
 use super::failure::Failure;
 use super::hints::Hints;
-use super::own::Owners;
 use super::pipeline::{Concluded, audit};
 use super::reachable::Relays;
 use super::request::{Progress, Request};
 use super::requested::NetBound;
-pub use super::requested::{Dropped, Set, Why};
+pub use super::requested::{Set, UnusedSet, Why};
 use super::{Audit, Value};
 use scanbound_ir::{BitTarget, Program};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Sorts a net's sets into used and unused ones.
-struct Judge<'a> {
+struct SetSorter<'a> {
     hints: &'a Hints<'a>,
     program: &'a Program,
-    owners: Owners<'a>,
+    exclusive: ExclusiveRelays<'a>,
     found: &'a Relays,
 }
 
-impl Judge<'_> {
+impl SetSorter<'_> {
     fn set(&self, elements: &[usize], most: usize) -> Set {
         let name = |bit| self.program.bit_name(bit);
         let relay = |one: &usize| self.hints.bit(*one).map_or(String::new(), name);
@@ -34,7 +34,7 @@ impl Judge<'_> {
     }
 
     /// Why a set is not used.
-    fn why(&self, elements: &[usize]) -> Why {
+    fn unused_because(&self, elements: &[usize]) -> Why {
         let name = |one: usize| self.hints.name(one);
         let Some(bits) = self.hints.bits_of(elements) else {
             let lacks = |one: &&usize| self.hints.bit(**one).is_none();
@@ -43,9 +43,9 @@ impl Judge<'_> {
             );
         };
         let all = || elements.iter().copied().zip(bits.iter().copied());
-        let refused = all().find_map(|(one, bit)| Some((one, self.owners.refuses(bit)?)));
+        let refused = all().find_map(|(one, bit)| Some((one, self.exclusive.start_unknown(bit)?)));
         if let Some((one, why)) = refused {
-            return Why::NotOwn(name(one), why);
+            return Why::StartUnknown(name(one), why);
         }
         if let Some((one, _)) = all().find(|(_, bit)| !self.found.known.contains(bit)) {
             return Why::NotRead(name(one));
@@ -57,7 +57,7 @@ impl Judge<'_> {
     }
 
     /// The sets that the code preserves, and the others with the reason.
-    fn judged(&self) -> (Vec<Set>, Vec<Dropped>) {
+    fn sorted(&self) -> (Vec<Set>, Vec<UnusedSet>) {
         let proved: BTreeSet<&Vec<BitTarget>> = self.found.apart.iter().collect();
         let is_proved = |elements: &&Vec<usize>| {
             self.hints.bits_of(elements).is_some_and(|mut bits| {
@@ -65,16 +65,16 @@ impl Judge<'_> {
                 proved.contains(&bits)
             })
         };
-        let (kept, dropped): (Vec<_>, Vec<_>) = self.hints.sets().iter().partition(is_proved);
+        let (used, unused): (Vec<_>, Vec<_>) = self.hints.sets().iter().partition(is_proved);
         let is_of_places = |set: &&Vec<usize>| set.iter().all(|&one| self.hints.is_place(one));
-        let (places, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(is_of_places);
+        let (places, others): (Vec<_>, Vec<_>) = used.into_iter().partition(is_of_places);
         let sets = [together(&places), together(&others)].concat();
-        let dropped = dropped.into_iter().map(|elements| Dropped {
+        let unused = unused.into_iter().map(|elements| UnusedSet {
             set: self.set(elements, elements.len() - 1),
-            why: self.why(elements),
+            why: self.unused_because(elements),
         });
-        let dropped = dropped.collect();
-        (sets.iter().map(|(elements, most)| self.set(elements, *most)).collect(), dropped)
+        let unused = unused.collect();
+        (sets.iter().map(|(elements, most)| self.set(elements, *most)).collect(), unused)
     }
 }
 
@@ -123,9 +123,9 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     }
     let program = &concluded.followed.program;
     let hints = Hints::of(net, program);
-    let owners = Owners::of(program, request.trusted());
+    let exclusive = ExclusiveRelays::of(program, request.trusted());
     let found = concluded.followed.relays();
-    let (kept, dropped) = Judge { hints: &hints, program, owners, found }.judged();
+    let (used, unused) = SetSorter { hints: &hints, program, exclusive, found }.sorted();
     let places = marked(&hints, program, &concluded.audit);
     let marked = hints.places().zip(&places).filter(|(_, marked)| **marked == Some(true));
     let marked = marked.map(|(element, _)| hints.name(element)).collect();
@@ -139,7 +139,7 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     let alone = alone.bound.upper.max(upper);
     let without = without.bound.upper.max(alone);
     let net = net.file.clone();
-    concluded.audit.net = Some(NetBound { net, without, alone, kept, dropped, places, marked });
+    concluded.audit.net = Some(NetBound { net, without, alone, used, unused, places, marked });
     Ok(())
 }
 

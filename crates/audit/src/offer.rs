@@ -269,7 +269,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
 }
 
 /// Further devices of a table are counted, not named.
-const MOST_DEVICES: usize = 40;
+const MAX_DEVICES: usize = 40;
 
 /// Devices that others may write in fact.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
@@ -279,7 +279,7 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let writers = audit.assumptions.iter().flat_map(|one| one.written.iter().cloned());
     (!devices.is_empty()).then(|| Offer {
         table: "external",
-        line: listed(devices.iter().take(MOST_DEVICES)),
+        line: listed(devices.iter().take(MAX_DEVICES)),
         what: "devices that operator panels and others write: the bound assumes that only the program writes these; keep in this list only those that others write, too".to_owned(),
         places: writers.collect(),
         worth: None,

@@ -14,14 +14,14 @@ use super::proved::{self, Proved};
 use super::reachable;
 use super::real::{self, EarlyRuns};
 use super::refinement::{Refinement, Runs};
-use super::remembered;
 use super::request::{Progress, Request};
 use super::response::Delays;
 use super::stated;
+use super::timer_edges;
 use super::timers;
 use super::unbounded::{self, Loops};
 use super::understood::Understood;
-use super::watchdog::Look;
+use super::watchdog::ScanControlAnalysis;
 use scanbound_base::budget::{Budget, EarlyStop};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Times;
@@ -245,7 +245,7 @@ impl SizeLimited {
             (model, structural_only) = model_of(&mut program, &mut prices, executed, &budget)?;
         }
         if !structural_only {
-            let tighter = remembered::exclude(&mut program, &prices, &model, &budget);
+            let tighter = timer_edges::exclude(&mut program, &prices, &model, &budget);
             model = tighter.unwrap_or(model);
         }
         let trusts_relays = trusts_relays(&program, request);
@@ -477,10 +477,16 @@ impl Solved<'_> {
                 .map_err(Failure::Internal)?;
         }
         let model_of_scan = Some(&model).filter(|_| !followed.structural_only);
-        let look = Look { program, prices, table, facts: request.facts, model: model_of_scan };
+        let analysis = ScanControlAnalysis {
+            program,
+            prices,
+            table,
+            facts: request.facts,
+            model: model_of_scan,
+        };
         let least = prices.least_times();
         let search = real::Search { program, least: &least, limits };
-        let (watchdog, cycle) = look.see(&found, &search).map_err(Failure::Internal)?;
+        let (watchdog, cycle) = analysis.analyse(&found, &search).map_err(Failure::Internal)?;
         let left = stated::violations(program, request.facts, &found.violations)?;
         let warnings = [&*followed.warnings, &*left].concat();
         let mut opinions = None;

@@ -17,15 +17,15 @@ use std::collections::BTreeMap;
 const LONGEST: usize = 8;
 /// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
 const SAME: usize = 6;
-const MOST_WAITS: usize = 24;
+const MAX_WAITS: usize = 24;
 /// The number of runs that are tried with random changes of the inputs.
 const RANDOM: u64 = 64;
 /// The number of runs that are simulated in parallel.
 const AT_ONCE: usize = 8;
 /// No further runs are simulated after this many executed instructions.
-const MOST_EXECUTED: u64 = 1_500_000;
+const MAX_EXECUTED: u64 = 1_500_000;
 /// The most instructions of one run.
-const MOST_OF_ONE: u64 = 400_000;
+const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
 /// The inputs in the scans before the last one.
 #[derive(Clone, Copy)]
@@ -70,7 +70,7 @@ pub fn run(
     // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
     for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
-        if executed >= MOST_EXECUTED || late() || (limits.cancelled)() {
+        if executed >= MAX_EXECUTED || late() || (limits.cancelled)() {
             break;
         }
         let mut some = some.to_vec();
@@ -242,7 +242,7 @@ impl Simulation<'_> {
                 }
                 same += 1;
                 waited = match run.wait() {
-                    Some(scans) if waits < MOST_WAITS => {
+                    Some(scans) if waits < MAX_WAITS => {
                         (same, waits) = (0, waits + 1);
                         scans
                     }
@@ -262,14 +262,14 @@ impl Simulation<'_> {
         (number, waited): (u64, bool),
         done: &mut Simulated,
     ) -> bool {
-        let scan = run.scan(given, MOST_OF_ONE - done.executed);
+        let scan = run.scan(given, MAX_EXECUTED_PER_RUN - done.executed);
         done.executed += scan.replay.events.len() as u64;
         if !scan.is_possible() {
             done.error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
             return false;
         }
         let took = scan.replay.total;
-        let is_over = scan.stopped.is_some() || done.executed >= MOST_OF_ONE;
+        let is_over = scan.stopped.is_some() || done.executed >= MAX_EXECUTED_PER_RUN;
         done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
         let best = self.found.best.replay.total;
         if given.seed.is_some() && took > best {

@@ -62,9 +62,9 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
             (true, true) => continue,
             (_, false) => (
                 format!(
-                    "--time {name} does not apply to {rows}: the table's times of these are larger, or stated"
+                    "--time {name} is not used for {rows}: their own times in the table are larger, or are stated"
                 ),
-                "state times for these, too, if you mean them",
+                "to change these too, give a --time for each of them",
             ),
             (false, true) => (
                 format!(

@@ -1,7 +1,7 @@
 //! Whether scans preserve the facts that are stated for the start of a scan: proved with the scan's model, or disproved
 //! by real runs.
 
-use super::own::Owners;
+use super::exclusive_relays::ExclusiveRelays;
 use super::real::{RunResults, Search, standing, summary_choices};
 use super::stated::bit;
 use scanbound_base::facts::{Facts, normalized};
@@ -27,12 +27,12 @@ const NODES_EACH: usize = 1 << 15;
 const LONGEST: Duration = Duration::from_secs(10);
 const PARTS: u32 = 8;
 /// If there are more facts than this, none is checked.
-const MOST: usize = 100;
+const MAX_FACTS: usize = 100;
 /// The number of rounds in which a scan that violates a fact is searched for. Each round uses what earlier runs showed.
 const ROUNDS: usize = 3;
 /// The most scans of a run from power-up, and the most instructions in all of them.
 const SCANS: usize = 100;
-const MOST_RUN: u64 = 400_000;
+const MAX_INSTRUCTIONS: u64 = 400_000;
 
 /// The facts that the program is proved to keep.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -97,7 +97,7 @@ pub fn proved(
             _ => true,
         });
     }
-    asked.truncate(MOST);
+    asked.truncate(MAX_FACTS);
     if asked.is_empty() || search.limits.reached() {
         return Ok(proved);
     }
@@ -166,11 +166,11 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     let (choices, mut executed) = (BTreeMap::new(), 0);
     for number in 1..=SCANS {
         let given = OutsideValues { inputs: BTreeMap::new(), choices: &choices, seed: None };
-        let scan = run.scan(&given, MOST_RUN - executed);
+        let scan = run.scan(&given, MAX_INSTRUCTIONS - executed);
         executed += scan.replay.events.len() as u64;
         found.violations.note(search.program, &scan, Some(number));
         // After a violated fact, the state is not as stated.
-        let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MOST_RUN;
+        let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MAX_INSTRUCTIONS;
         if !goes_on
             || !scan.range_violations.is_empty()
             || !scan.exclusion_violations.is_empty()
@@ -185,19 +185,21 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
 /// whose cells only the program writes and that hold for cleared memory.
 fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
-    let owners = Owners::of(program, Trust::All);
+    let exclusive = ExclusiveRelays::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {
         Candidate::Within(cells, low, high) => match cells[..] {
             // The check does not follow two words together through the scan.
             [cell] => {
-                let is_output = owners.is_output(cell) && is_unwritten_elsewhere(program, cell);
+                let is_output = exclusive.is_output(cell) && is_unwritten_elsewhere(program, cell);
                 let first = program.power_up.initial_value(cell).cast_signed();
                 (has_no_other_writer(program, cell) || is_output)
                     && (*low..=*high).contains(&first.into())
             }
             _ => false,
         },
-        Candidate::Exclusive(bits) => bits.iter().all(|&bit| owners.refuses(bit).is_none()),
+        Candidate::Exclusive(bits) => {
+            bits.iter().all(|&bit| exclusive.start_unknown(bit).is_none())
+        }
     };
     let own: Vec<usize> = open.iter().filter(is_own).copied().collect();
     if own.is_empty() {
@@ -256,7 +258,7 @@ fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<
                 continue;
             }
             sure.charges = vec![charges[at].clone()];
-            let Some((assignment, _)) = search.dearest(&sure) else { continue };
+            let Some((assignment, _)) = search.longest(&sure) else { continue };
             let mut one = search.real(&witness(&sure, &assignment))?;
             news |= found.note(program, &mut one);
         }

@@ -1,7 +1,7 @@
 //! Unreachable states: sets of relays that are never all on when a scan starts.
 
-use super::meeting::Meeting;
-use super::own::Owners;
+use super::exclusive_relays::ExclusiveRelays;
+use super::related_relays::RelatedRelays;
 use scanbound_base::budget::Budget;
 use scanbound_ir::{
     BitTarget, Cell, Effect, ExclusiveBits, Logic, Program, Region, Step, Write, flow,
@@ -49,8 +49,8 @@ pub fn exclude(
 ) -> (Option<ScanModel>, Relays) {
     let bits = own(program, model, trust);
     let mut relays = Relays { known: bits.iter().copied().collect(), ..Relays::default() };
-    let meeting = Meeting::of(program, &bits);
-    let candidates = Candidates { hinted: places(hints, &bits), pairs: meeting.pairs() };
+    let related = RelatedRelays::of(program, &bits);
+    let candidates = Candidates { hinted: places(hints, &bits), pairs: related.pairs() };
     if candidates.pairs.is_empty() && candidates.hinted.is_empty() {
         return (None, relays);
     }
@@ -64,7 +64,7 @@ pub fn exclude(
     let kept: Vec<BitTransition> =
         starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
     let fresh = fresh(program, &mut model);
-    let question = Question { model: &model, bits: &kept, meeting: &meeting, fresh };
+    let question = Question { model: &model, bits: &kept, related: &related, fresh };
     let Some(answer) = question.ask(candidates, budget) else { return (None, relays) };
     relays.decided = true;
     relays.freed = answer.freed.iter().map(|&bit| bits[bit]).collect();
@@ -153,7 +153,7 @@ struct Answer {
 struct Question<'a> {
     model: &'a ScanModel,
     bits: &'a [BitTransition],
-    meeting: &'a Meeting,
+    related: &'a RelatedRelays,
     /// A condition that is true only if memory was cleared before the scan.
     fresh: Option<Lit>,
 }
@@ -165,7 +165,7 @@ impl Question<'_> {
         let Candidates { hinted, pairs } = candidates;
         let is_over = || budget.must_stop_at_part(UNTIL);
         // Closely related pairs first: there may be no time for others.
-        let rounds = [Vec::new(), self.meeting.near(), pairs];
+        let rounds = [Vec::new(), self.related.directly_related(), pairs];
         let mut answer = None;
         for pairs in rounds.into_iter().skip(usize::from(hinted.is_empty())) {
             let now = Instant::now();
@@ -195,7 +195,7 @@ impl Question<'_> {
                 let freed = (0..self.bits.len()).filter(|bit| !own.contains(bit)).collect();
                 return Some(Answer { apart: found, freed });
             }
-            let freed = self.meeting.first(&never);
+            let freed = self.related.first(&never);
             own.retain(|bit| !freed.contains(bit));
             sets.retain(|set| set.iter().all(|bit| own.contains(bit)));
         }
@@ -257,9 +257,9 @@ fn atom(bit: BitTarget, variable: VarId) -> Atom {
 
 /// The relays on which a scan's time may depend and that only the program writes, in known ways.
 fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
-    let owners = Owners::of(program, trust);
+    let exclusive = ExclusiveRelays::of(program, trust);
     let read = read(model);
-    read.into_iter().filter(|&bit| owners.refuses(bit).is_none()).collect()
+    read.into_iter().filter(|&bit| exclusive.start_unknown(bit).is_none()).collect()
 }
 
 /// The bits whose start values the scan reads.

@@ -17,11 +17,11 @@ use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
 /// The most instructions of a real run.
-const MOST_RUN: u64 = 400_000;
+const MAX_INSTRUCTIONS: u64 = 400_000;
 /// Limits of the search in models that grow with what is learned: the size of each, the gates in all, and the rounds.
 const LARGEST: usize = 2_000_000;
-const MOST_GATES: usize = 1_000_000;
-const MOST_ROUNDS: usize = 400;
+const MAX_GATES: usize = 1_000_000;
+const MAX_ROUNDS: usize = 400;
 /// The largest model in which the longest scan after power-up is searched for separately.
 const LARGEST_FIRST: usize = 100_000;
 /// A model with more gates takes as long as a good part of the bound's search. With such models, rounds go on only as
@@ -29,7 +29,7 @@ const LARGEST_FIRST: usize = 100_000;
 const DEAR: usize = 300_000;
 const WORTH: u64 = 100;
 /// The most decisions of a solver per group and round: a long scan is wanted, not a proof that no longer one exists.
-const MOST_DECISIONS: u64 = 200_000;
+const MAX_DECISIONS: u64 = 200_000;
 
 /// The longest real run found, and what all runs showed.
 pub struct RunResults {
@@ -126,19 +126,19 @@ impl Search<'_> {
     /// run takes longer than `upper`.
     pub fn continue_from(
         &self,
-        dearest: &Witness,
+        longest: &Witness,
         upper: Picos,
         early: EarlyRuns,
     ) -> Result<RunResults, String> {
         let EarlyRuns { mut found, goes_on, mut gates } = early;
         self.within(&found.best, upper)?;
         let early = found.best.replay.total;
-        let mut one = self.real(dearest)?;
+        let mut one = self.real(longest)?;
         self.within(&one, upper)?;
         found.note(self.program, &mut one);
         // Of two equally long runs, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
-        let start = std::mem::replace(&mut found.witness, dearest.clone());
+        let start = std::mem::replace(&mut found.witness, longest.clone());
         found.keep_better(before, start);
         if goes_on && found.best.replay.total > early {
             self.go_on(&mut found, Some(upper), &mut gates)?;
@@ -152,12 +152,12 @@ impl Search<'_> {
     /// operation wrote a cell that its effects do not declare, or if a run takes longer than `upper`.
     pub fn run(
         &self,
-        [dearest, other]: [&Witness; 2],
+        [longest, other]: [&Witness; 2],
         upper: Picos,
         knowledge: Knowledge,
     ) -> Result<RunResults, String> {
-        let run = self.real(dearest)?;
-        let mut found = RunResults::first(self.program, run, dearest.clone(), knowledge);
+        let run = self.real(longest)?;
+        let mut found = RunResults::first(self.program, run, longest.clone(), knowledge);
         if !found.best.is_possible() || found.best.replay.total < upper {
             let mut one = self.real(other)?;
             found.note(self.program, &mut one);
@@ -180,14 +180,14 @@ impl Search<'_> {
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
         let mut goes_on = false;
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
             if reached || (self.limits.cancelled)() || self.is_late() {
                 break;
             }
             let Some(model) = self.model_of(&found.knowledge) else { break };
             let before = *gates;
-            let Some((start, most)) = self.dearest_known(&model, &summary, gates) else { break };
+            let Some((start, most)) = self.longest_known(&model, &summary, gates) else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
             }
@@ -199,7 +199,7 @@ impl Search<'_> {
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
             found.keep_better(one, start);
-            if total >= most || !news || left || !goes_on || *gates > MOST_GATES {
+            if total >= most || !news || left || !goes_on || *gates > MAX_GATES {
                 break;
             }
         }
@@ -220,7 +220,7 @@ impl Search<'_> {
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
     /// If every path depends on unknown values, what depends on them counts with its smallest time. Adds the models'
     /// size to `gates`.
-    fn dearest_known(
+    fn longest_known(
         &self,
         full: &ScanModel,
         summary: &BTreeSet<ChoiceId>,
@@ -229,12 +229,12 @@ impl Search<'_> {
         let standing = |variable| standing(self.program, summary, full, variable);
         let mut model = lower_bound_model(full, &standing, true);
         *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
-        let mut dearest = self.dearest(&model);
-        if dearest.is_none() {
+        let mut longest = self.longest(&model);
+        if longest.is_none() {
             model = lower_bound_model(full, &standing, false);
-            dearest = self.dearest(&model);
+            longest = self.longest(&model);
         }
-        dearest.map(|(assignment, most)| (witness(&model, &assignment), most))
+        longest.map(|(assignment, most)| (witness(&model, &assignment), most))
     }
 
     /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
@@ -272,7 +272,7 @@ impl Search<'_> {
             }
         }
         let summary = summary_choices(self.program);
-        self.dearest_known(&model, &summary, &mut 0).map(|(start, _)| start)
+        self.longest_known(&model, &summary, &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {
@@ -284,7 +284,7 @@ impl Search<'_> {
     pub(super) fn real(&self, witness: &Witness) -> Result<RealRun, String> {
         let counts = counts(self.program);
         let start = || Start { program: self.program, witness, counts: &counts };
-        let run = real(self.program, self.least, start, MOST_RUN);
+        let run = real(self.program, self.least, start, MAX_INSTRUCTIONS);
         self.agrees(&run)?;
         Ok(run)
     }
@@ -324,14 +324,14 @@ impl Search<'_> {
 
     /// The longest scan of a model that satisfies its constraints, and an upper bound on all its scans. `None` if no
     /// scan satisfies them.
-    pub(super) fn dearest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
+    pub(super) fn longest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
         if model.constraints.contains(&Lit::FALSE) {
             // All charges depend on unknown values: there is nothing to search.
             return None;
         }
         let slices = groups(model);
         let methods = vec![Method::Cores; slices.len()];
-        let decisions = Decisions::new(MOST_DECISIONS);
+        let decisions = Decisions::new(MAX_DECISIONS);
         let limits = Limits { decisions: Some(&decisions), ..self.limits };
         let found = maxima(model, &slices, &methods, &limits, &|_, _, _| {});
         let mut all = Assignment(vec![0; model.variables.len()]);
@@ -516,13 +516,13 @@ mod tests {
             upper += found.upper;
             found.best.copy_to(&mut all);
         }
-        let dearest = witness(model, &all);
+        let longest = witness(model, &all);
         let limits = Limits::default();
         let search = Search { program: &followed.program, least: &least, limits };
         let other = Witness::default();
-        let run = search.run([&dearest, &other], upper, Knowledge::new()).unwrap();
+        let run = search.run([&longest, &other], upper, Knowledge::new()).unwrap();
         let early = search.search_early().unwrap();
-        let beside = search.continue_from(&dearest, upper, early).unwrap();
+        let beside = search.continue_from(&longest, upper, early).unwrap();
         assert!(beside.best.is_possible() && run.best.is_possible());
         (run.best.replay.total, beside.best.replay.total, upper)
     }

@@ -19,9 +19,9 @@ use scanbound_solve::Limits;
 use scanbound_timing::price::Prices;
 
 /// The limit on the size of a model that includes what was learned: its nodes and questions about words.
-const MOST_LEARNED: usize = 4_000_000;
+const MAX_LEARNED_SIZE: usize = 4_000_000;
 /// The most rounds in which summarised loops are followed because their counts became known.
-const MOST_ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 /// The settings with which both bounds are searched.
 pub struct Refinement<'a, 'r> {
@@ -81,7 +81,7 @@ impl<'r> Refinement<'_, 'r> {
             }
             let limits = SizeLimits {
                 per_execution: usize::MAX,
-                in_all: MOST_LEARNED,
+                in_all: MAX_LEARNED_SIZE,
                 is_over: &|| self.budget.must_stop(),
             };
             let times = prices.times();
@@ -90,7 +90,7 @@ impl<'r> Refinement<'_, 'r> {
                 scan_model_with_knowledge(program, &times, learned, Purpose::UpperBound, &limits);
             let Ok(known) = known else { return Ok((searched, Runs::Complete(found))) };
             let iterations = most_iterations(&known, &self.limits);
-            if rounds < MOST_ROUNDS
+            if rounds < MAX_ROUNDS
                 && let Some(tighter) = put_back(program, prices, learned, &iterations, &limits)
             {
                 (*program, *prices, model) = tighter;
@@ -124,7 +124,7 @@ impl<'r> Refinement<'_, 'r> {
         &self,
         program: &Program,
         prices: &Prices,
-        (dearest, upper): (&Witness, Picos),
+        (longest, upper): (&Witness, Picos),
         runs: Runs,
     ) -> Result<RunResults, Failure> {
         let least = prices.least_times();
@@ -134,7 +134,7 @@ impl<'r> Refinement<'_, 'r> {
             Runs::Early(early) => early,
             Runs::OtherThread => reals.search_early().map_err(Failure::Internal)?,
         };
-        reals.continue_from(dearest, upper, early).map_err(Failure::Internal)
+        reals.continue_from(longest, upper, early).map_err(Failure::Internal)
     }
 
     fn model_search<'s>(&'s self, program: &'s Program, prices: &'s Prices) -> ModelSearch<'s, 'r> {

@@ -1,6 +1,6 @@
 //! What an audit has only if it was requested: other bounds of the same program.
 
-use super::own::NotOwn;
+use super::exclusive_relays::StartUnknown;
 use super::solved_bound::SolvedBound;
 use super::unknown::Unknown;
 use scanbound_base::time::Picos;
@@ -89,9 +89,9 @@ pub struct NetBound {
     /// The bound without the net: combinations are excluded only if the audit finds that itself.
     pub alone: Picos,
     /// Sets that the net states and the code preserves.
-    pub kept: Vec<Set>,
+    pub used: Vec<Set>,
     /// Sets that the net states and that are not used.
-    pub dropped: Vec<Dropped>,
+    pub unused: Vec<UnusedSet>,
     /// For each place of the net: whether it is marked when the longest scan starts, if that scan depends on it. A
     /// counter counts as marked once it has counted.
     pub places: Vec<Option<bool>>,
@@ -114,7 +114,7 @@ pub struct Set {
 
 /// A set that the net states and that is not used.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Dropped {
+pub struct UnusedSet {
     /// Elements that are never all on, according to the net.
     pub set: Set,
     /// Why the set is not used.
@@ -127,7 +127,7 @@ pub enum Why {
     /// The CPU has no such relay, or the element has no address.
     NoRelay(String),
     /// The value of this element's relay at the start of a scan is unknown.
-    NotOwn(String, NotOwn),
+    StartUnknown(String, StartUnknown),
     /// The program never turns on this element's relay, so others may do so at any time.
     NeverOn(String),
     /// No scan depends on the start value of this element's relay.
@@ -143,9 +143,10 @@ impl Why {
     #[must_use]
     pub fn element(&self) -> Option<&str> {
         match self {
-            Why::NoRelay(name) | Why::NotOwn(name, _) | Why::NeverOn(name) | Why::NotRead(name) => {
-                Some(name)
-            }
+            Why::NoRelay(name)
+            | Why::StartUnknown(name, _)
+            | Why::NeverOn(name)
+            | Why::NotRead(name) => Some(name),
             Why::Broken | Why::NoTime => None,
         }
     }
@@ -155,7 +156,7 @@ impl Why {
     pub fn reason(&self) -> String {
         match self {
             Why::NoRelay(_) => "it has no relay in this code".to_owned(),
-            Why::NotOwn(_, why) => why.to_string(),
+            Why::StartUnknown(_, why) => why.to_string(),
             Why::NeverOn(_) => "the code never turns it on, so others may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
             Why::NotRead(_) => "no scan depends on its value from the scan before".to_owned(),
             Why::Broken => "a scan of the code can turn them all on".to_owned(),

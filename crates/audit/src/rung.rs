@@ -34,10 +34,11 @@ fn rung(
     charges: &[ChargeUse],
     comments: impl Fn(usize) -> Vec<String>,
 ) -> Option<Rung> {
-    let dearer = |index: usize| charges[index].on.max(charges[index].off);
-    let short = |index: usize| dearer(index).checked_sub(charges[index].share).unwrap_or_default();
-    let dearest = own.iter().copied().rev().max_by_key(|&index| dearer(index))?;
-    let shown = &charges[dearest];
+    let larger_time = |index: usize| charges[index].on.max(charges[index].off);
+    let short =
+        |index: usize| larger_time(index).checked_sub(charges[index].share).unwrap_or_default();
+    let largest = own.iter().copied().rev().max_by_key(|&index| larger_time(index))?;
+    let shown = &charges[largest];
     let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
     let shortest = own.iter().copied().rev().max_by_key(|&index| short(index));
     Some(Rung {
@@ -45,7 +46,7 @@ fn rung(
             block,
             at: shown.at,
             instruction: shown.instruction.clone(),
-            comments: comments(dearest),
+            comments: comments(largest),
             others: own.len() - 1,
             fate: match full {
                 0 => Fate::Excluded,
@@ -54,7 +55,7 @@ fn rung(
             },
             is_charged_off: !shown.runs && shown.share > Picos::ZERO,
             cost: own.iter().map(|&index| charges[index].share).sum(),
-            naive: own.iter().map(|&index| dearer(index)).sum(),
+            naive: own.iter().map(|&index| larger_time(index)).sum(),
             exclusion: None,
         },
         shortest: shortest.filter(|&index| short(index) > Picos::ZERO),

@@ -83,12 +83,12 @@ impl Search<'_> {
     /// group has found a longer scan, since its threads have then synchronised. Only at these points is it checked
     /// whether the limit is decided, so that every run ends with the same bounds.
     pub fn run(&self) -> (Vec<Maximum>, bool) {
-        let dearest = |group: &Group| {
+        let largest = |group: &Group| {
             let times =
                 group.charges.iter().map(|&charge| self.model.charges[charge].largest_cost());
             (times.sum::<Picos>(), Picos::ZERO)
         };
-        let known = Mutex::new(Known::new(self.groups.iter().map(dearest).collect()));
+        let known = Mutex::new(Known::new(self.groups.iter().map(largest).collect()));
         let stop = AtomicBool::new(false);
         let cancelled = || stop.load(Ordering::Relaxed) || (self.request.cancelled)();
         let methods = methods(self.groups, self.request.method);

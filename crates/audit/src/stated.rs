@@ -1,6 +1,6 @@
 //! Warns of stated facts that have no effect on the program or contradict what it shows: perhaps typing errors.
 
-use super::own::Owners;
+use super::exclusive_relays::ExclusiveRelays;
 use super::violations::{ExclusionViolation, RangeViolation, Violations, bits_of, writes_constant};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
@@ -16,7 +16,7 @@ use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most facts that are reported.
-const MOST_TOLD: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// Refuses ranges of words if the machine has no words.
 ///
@@ -27,7 +27,7 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .ranges
         .keys()
         .filter(|_| program.stated_ranges.is_empty())
-        .take(MOST_TOLD)
+        .take(MAX_LISTED)
         .map(|device| {
             let message = format!("a range is stated for '{device}', but the machine has no words");
             facts.fault(["ranges", device], Part::Key, Code::Fact, message, "remove it")
@@ -71,7 +71,7 @@ pub fn writers(
             _ => faults.push(fault(device)),
         }
     }
-    faults.truncate(MOST_TOLD);
+    faults.truncate(MAX_LISTED);
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
 }
 
@@ -102,7 +102,7 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
             stated.extend(others.map(|&other| [Logic::Bit(one), Logic::Bit(other)]));
         }
     }
-    faults.truncate(MOST_TOLD);
+    faults.truncate(MAX_LISTED);
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -144,7 +144,7 @@ pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -
 /// Warns of devices that are stated to be written only by the program, if that has no effect.
 #[must_use]
 pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
-    let owners = Owners::of(program, trust);
+    let exclusive = ExclusiveRelays::of(program, trust);
     let fact = ["internal", "devices"];
     let told = |message: String, help: &str| {
         facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
@@ -157,13 +157,13 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
         Region::Range { first, count } => {
             let is_known = |cell| {
                 has_no_other_writer(program, cell)
-                    || owners.is_output(cell) && is_unwritten_elsewhere(program, cell)
+                    || exclusive.is_output(cell) && is_unwritten_elsewhere(program, cell)
             };
             !(0..count).any(|n| is_known(Cell { index: first.index + n, ..first }))
         }
         _ => false,
     };
-    let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MOST_TOLD);
+    let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MAX_LISTED);
     idle.map(|(device, _)| {
         let message = format!(
             "{device} under [internal] has no effect: it is an input, is not cleared at power-up, or is also under [external]"
@@ -210,7 +210,7 @@ pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
         };
         facts.fault(["calls", name], Part::Key, Code::UnusedFact, message, help).warning()
     };
-    unused.take(MOST_TOLD).map(warning).collect()
+    unused.take(MAX_LISTED).map(warning).collect()
 }
 
 /// Where a routine of this name begins.
@@ -240,7 +240,7 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
             facts.ranges.keys().map(|key| (normalized(key), key)).collect();
         let mut dropped = 0;
         for range in unknown {
-            if warnings.len() >= MOST_TOLD {
+            if warnings.len() >= MAX_LISTED {
                 dropped += 1;
                 continue;
             }
@@ -319,14 +319,14 @@ pub fn violations(
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "a scan that nothing known excludes ends with {word} = {value}, written by {wrote}"
+                "{wrote} may leave {value} in {word} at the end of a scan: the known facts do not exclude this"
             );
             let help = "check the range, or state what prevents this value, such as the ranges of the words that it is computed from";
             doubtful
                 .push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help).warning());
         }
     }
-    for (&pair, ExclusionViolation { by, scan }) in found.exclusions.iter().take(MOST_TOLD) {
+    for (&pair, ExclusionViolation { by, scan }) in found.exclusions.iter().take(MAX_LISTED) {
         let names: Vec<String> = bits_of(&program.invariants[pair])
             .iter()
             .filter_map(|bit| bit_name(program, bit))
@@ -344,7 +344,7 @@ pub fn violations(
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "a scan that nothing known excludes ends with {names} both on, written by {by}"
+                "{by} may leave {names} both on at the end of a scan: the known facts do not exclude this"
             );
             let help = "check the set, or state what prevents this, such as inputs that are never on together";
             doubtful

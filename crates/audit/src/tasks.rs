@@ -75,8 +75,12 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
         looked += 1;
         for other in (0..all.len()).filter(|&other| other != this) {
             if all[other].delays(&all[this]) && !before.contains(&other) {
-                by_intervals(all, bounds, other)
-                    .map_err(|why| format!("for {}, which runs first, {why}", all[other].name))?;
+                by_intervals(all, bounds, other).map_err(|why| {
+                    format!(
+                        "it can be delayed by {}, for which no response time is known: {why}",
+                        all[other].name
+                    )
+                })?;
                 before.push(other);
             }
         }
@@ -110,15 +114,17 @@ fn by_intervals(
         let mut next = own;
         for &(interval, takes) in &before {
             let times = whole.0.div_ceil(interval.0).max(1);
-            let more = takes.0.checked_mul(times).ok_or("its time is too long")?;
-            next = Picos(next.0.checked_add(more).ok_or("its time is too long")?);
+            let more =
+                takes.0.checked_mul(times).ok_or("the sum of the tasks' times is too large")?;
+            next =
+                Picos(next.0.checked_add(more).ok_or("the sum of the tasks' times is too large")?);
         }
         if next > limit {
             return Err(match all[at].interval {
                 Some(interval) => {
-                    format!("it may not have ended when it is due again, after {interval}")
+                    format!("it may still be running when it is due again, after {interval}")
                 }
-                None => "the tasks that run first may leave it no time".to_owned(),
+                None => "the tasks that run before it may use all of the CPU's time".to_owned(),
             });
         }
         if next == whole {
@@ -194,9 +200,11 @@ mod tests {
         assert!(told(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0).contains("how often b"));
         assert!(told(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("due again"));
         assert!(told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("due again"));
-        assert!(told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("no time"));
+        assert!(
+            told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("all of the CPU's time")
+        );
         let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
-        assert!(told(&late, 0).starts_with("for b"), "{}", told(&late, 0));
+        assert!(told(&late, 0).starts_with("it can be delayed by b"), "{}", told(&late, 0));
         // It is unknown which of the two runs first.
         assert_eq!(responses(&[(Some(9), None, 1), (Some(9), Some(0), 2)]), [Ok(3), Ok(3)]);
     }

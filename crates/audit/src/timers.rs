@@ -14,7 +14,7 @@ use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
 /// The largest set value, for binary and for decimal ones.
-const MOST: [u64; 2] = [32_767, 9_999];
+const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 
 /// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
 /// from the sum of all instructions that can run.
@@ -51,7 +51,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
                     program.kinds.get(&choice)
             {
                 let ticks = longest.0 / unit.0.max(1) + 1;
-                if ticks <= MOST[usize::from(is_decimal)] {
+                if ticks <= MAX_SET_VALUE[usize::from(is_decimal)] {
                     let ticks = u16::try_from(ticks).unwrap_or(u16::MAX);
                     settled.insert(choice, if is_decimal { digits(ticks) } else { ticks });
                 }
@@ -98,9 +98,9 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
     {
         return None;
     }
-    let dearest = u64::try_from(model.sum_of_largest()).ok()?;
+    let largest = u64::try_from(model.sum_of_largest()).ok()?;
     let others = [prices.overhead_sum(), prices.more_points()];
-    others.iter().try_fold(dearest, |sum, time| sum.checked_add(time.0)).map(Picos)
+    others.iter().try_fold(largest, |sum, time| sum.checked_add(time.0)).map(Picos)
 }
 
 /// Regions that instructions other than a timer's own write, with present values of timers in them.

@@ -10,7 +10,7 @@ use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeSet;
 
 /// The search ends when this many loops are found: one alone leaves a scan without a bound.
-const MOST_FOUND: usize = 10;
+const MAX_FOUND: usize = 10;
 
 /// The loops without a bound.
 pub struct Loops {
@@ -78,7 +78,7 @@ pub fn loops(
         known.found.extend(come_to);
         known.found.sort();
         known.found.dedup();
-        if known.found.len() >= MOST_FOUND {
+        if known.found.len() >= MAX_FOUND {
             break;
         }
         rest.retain(|one| !known.found.contains(&shown(program, one.instruction)));

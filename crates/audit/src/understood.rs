@@ -12,7 +12,7 @@ use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
 
 /// The most wrong facts of one kind that are reported.
-const MOST_TOLD: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// A decoded program and its timing table.
 #[derive(Clone)]
@@ -83,7 +83,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         return Err(Failure::from(no_clock()));
     }
     if request.facts.latched.is_some() && !machine.latched {
-        let message = "[io] latched is stated, but it is fixed for this PLC";
+        let message = "`[io] latched` cannot be stated for this PLC: its value is fixed";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
@@ -93,7 +93,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         ("indirect", request.facts.indirect.is_some()),
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
-        let message = format!("[index] {key} is stated, but it is fixed for this PLC");
+        let message = format!("`[index] {key}` cannot be stated for this PLC: its value is fixed");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
@@ -157,11 +157,11 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
         .interrupts
         .keys()
         .filter(|label| !known.contains(*label))
-        .take(MOST_TOLD)
+        .take(MAX_LISTED)
         .map(|label| {
             let message = format!("a number of interrupts is stated for {label}, but the program has no interrupt routine of that name");
             let names: Vec<&str> =
-                program.interrupts.iter().take(MOST_TOLD).map(|one| one.name.as_str()).collect();
+                program.interrupts.iter().take(MAX_LISTED).map(|one| one.name.as_str()).collect();
             let help = match names.as_slice() {
                 [] => "it has no interrupt routines at all".to_owned(),
                 names => format!("its interrupt routines are {}", names.join(", ")),

@@ -19,7 +19,7 @@ const WIDE: i64 = 1000;
 pub(super) const INDEX: i64 = 99;
 
 /// The most words that are named as the origin of an index.
-const MOST_ORIGINS: usize = 4;
+const MAX_ORIGINS: usize = 4;
 
 /// A value about which nothing, or little, is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,8 +86,8 @@ impl Unknown {
     pub fn origin(&self) -> String {
         match &self.kind {
             UnknownKind::Index(from) if !from.is_empty() => {
-                let more = if from.len() > MOST_ORIGINS { " and others" } else { "" };
-                let from: Vec<&str> = from.iter().map(String::as_str).take(MOST_ORIGINS).collect();
+                let more = if from.len() > MAX_ORIGINS { " and others" } else { "" };
+                let from: Vec<&str> = from.iter().map(String::as_str).take(MAX_ORIGINS).collect();
                 format!(", from the value of {} at the start of the scan{more}", from.join(", "))
             }
             _ => String::new(),
@@ -256,7 +256,7 @@ impl Costs<'_> {
                         Some((i64::try_from(counted.most).unwrap_or(i64::MAX), cost))
                     }
                     // If the count is not in a word, its time is part of the instruction's own time.
-                    None => Some((most, self.dearest(at))),
+                    None => Some((most, self.largest_time(at))),
                 }
             }
         }
@@ -264,12 +264,12 @@ impl Costs<'_> {
 
     /// The time of a summary's charges: instructions, and how often each is charged.
     fn summary(&self, charges: &[(usize, u64)]) -> Picos {
-        let all = charges.iter().map(|&(at, often)| times(self.dearest(at), often));
+        let all = charges.iter().map(|&(at, often)| times(self.largest_time(at), often));
         all.fold(Picos::ZERO, plus)
     }
 
     /// The longest time of one execution of an instruction.
-    fn dearest(&self, at: usize) -> Picos {
+    fn largest_time(&self, at: usize) -> Picos {
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         self.times[at].with(units).max(self.times[at].off)
     }
@@ -295,7 +295,7 @@ impl Costs<'_> {
         let program = self.program;
         let (mut cost, mut at) = (Picos::ZERO, from);
         while at < to.min(program.instructions.len()) {
-            cost = plus(cost, self.dearest(at));
+            cost = plus(cost, self.largest_time(at));
             let (more, next) = match &program.instructions[at].step {
                 Step::ForBegin { most, end, .. } => {
                     (times(self.span(at + 1, end + 1), u64::from(*most)), end + 1)

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The number of places that are named.
-const MOST_PLACES: usize = 20;
+const MAX_PLACES: usize = 20;
 
 /// The unknown targets of writes on which something depends, in the order of the scan. Those that depend only on values
 /// that others may have written are left out: they are known once these are. `machine` says whether the CPU has
@@ -32,7 +32,7 @@ pub(super) fn all(
     if machine.index && !either.is_empty() {
         found.push(Unknown {
             word: "index bits".into(),
-            places: either.iter().map(place).take(MOST_PLACES).collect(),
+            places: either.iter().map(place).take(MAX_PLACES).collect(),
             kind: UnknownKind::IndexBits,
             key: "bits".to_owned(),
             fact: "bits = 16".to_owned(),
@@ -43,7 +43,7 @@ pub(super) fn all(
     if machine.index && !indirect.is_empty() {
         found.push(Unknown {
             word: "indirect addresses".into(),
-            places: indirect.iter().map(place).take(MOST_PLACES).collect(),
+            places: indirect.iter().map(place).take(MAX_PLACES).collect(),
             kind: UnknownKind::Indirect,
             key: "indirect".to_owned(),
             fact: "indirect = [\"D0-D99\"]".to_owned(),
@@ -51,7 +51,7 @@ pub(super) fn all(
     }
     let mut known = BTreeSet::new();
     let indices = first.iter().filter(|far| far.has_index && !is_open(far));
-    for far in indices.take(MOST_PLACES) {
+    for far in indices.take(MAX_PLACES) {
         let place = place(far);
         let key = key(program, place.0);
         // An instruction may write to two such targets.

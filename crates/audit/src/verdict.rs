@@ -393,13 +393,7 @@ impl Check {
             share: self.assumed.share(),
             of_lower: self.verdict == Verdict::Refuted,
             most: most.to_string(),
-            first: audit
-                .table
-                .assumed
-                .iter()
-                .take(MOST_NAMED)
-                .map(|one| one.name.clone())
-                .collect(),
+            first: audit.table.assumed.iter().take(MAX_NAMED).map(|one| one.name.clone()).collect(),
         };
         self.verdict = match self.verdict {
             Verdict::Undecided(reasons) => Verdict::Undecided([reasons, vec![reason]].concat()),
@@ -410,7 +404,7 @@ impl Check {
 }
 
 /// How many assumed times are named if there are too many.
-const MOST_NAMED: usize = 6;
+const MAX_NAMED: usize = 6;
 
 /// Why a limit between the bounds is neither proved nor refuted, and what to do.
 fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
@@ -426,8 +420,8 @@ fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
         let most = audit.upper_with_all_points();
         let begun: Picos = audit.points.iter().map(|points| points.begun).sum();
         let room = margin.room(limit).checked_sub(upper + begun).unwrap_or_default();
-        let dearest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
-        let more = room.0.checked_div(dearest).unwrap_or(0).saturating_mul(16);
+        let largest = audit.points.iter().map(|points| points.sixteen.0).max().unwrap_or(0);
+        let more = room.0.checked_div(largest).unwrap_or(0).saturating_mul(16);
         let depends = Reason::MorePoints { seen, all, upper, most };
         return vec![depends, Reason::StatePoints { sides, more: Some(more) }];
     }

@@ -16,10 +16,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The number of scans that are simulated to see what they set, and the most instructions in each.
 const SCANS: usize = 3;
-const MOST_RUN: u64 = 400_000;
+const MAX_INSTRUCTIONS: u64 = 400_000;
 
 /// The program and settings for which runs are examined.
-pub(super) struct Look<'a> {
+pub(super) struct ScanControlAnalysis<'a> {
     pub program: &'a Program,
     pub prices: &'a Prices,
     pub table: &'a Table,
@@ -30,7 +30,7 @@ pub(super) struct Look<'a> {
 
 /// What was observed in runs from power-up.
 #[derive(Default)]
-struct Seen {
+struct Observed {
     /// The parts of their scans without a restart.
     stretches: Vec<Stretch>,
     /// Whether a scan set the watchdog.
@@ -39,9 +39,9 @@ struct Seen {
     constant: Option<Picos>,
 }
 
-impl Look<'_> {
+impl ScanControlAnalysis<'_> {
     /// Determines the watchdog and the constant scan.
-    pub fn see(
+    pub fn analyse(
         &self,
         found: &RunResults,
         search: &Search<'_>,
@@ -52,12 +52,12 @@ impl Look<'_> {
             && control.extensions.is_empty()
             && control.constant.is_empty()
             && control.switches.is_empty();
-        let seen = if is_quiet { Seen::default() } else { self.seen() };
-        let cycle = self.cycle(&seen);
+        let observed = if is_quiet { Observed::default() } else { self.observed() };
+        let cycle = self.cycle(&observed);
         let mut stretches = Vec::new();
         if !is_quiet {
-            stretches = self.others(found, search, seen.sets_watchdog)?;
-            stretches.extend(seen.stretches);
+            stretches = self.others(found, search, observed.sets_watchdog)?;
+            stretches.extend(observed.stretches);
         }
         Ok((self.watchdog(stretches, &search.limits), cycle))
     }
@@ -216,8 +216,8 @@ impl Look<'_> {
     }
 
     /// Simulates the program from power-up with all inputs off, and with all on.
-    fn seen(&self) -> Seen {
-        let mut seen = Seen::default();
+    fn observed(&self) -> Observed {
+        let mut observed = Observed::default();
         let times = self.prices.least_times();
         let outside = Outside::of(self.program);
         for value in [0, u16::MAX] {
@@ -225,9 +225,9 @@ impl Look<'_> {
                 0 => BTreeMap::new(),
                 _ => self.inputs(&outside).into_iter().map(|cell| (cell, value)).collect(),
             };
-            self.run(&outside, &times, &inputs, &mut seen);
+            self.run(&outside, &times, &inputs, &mut observed);
         }
-        seen
+        observed
     }
 
     /// The inputs that the program reads.
@@ -254,7 +254,7 @@ impl Look<'_> {
         outside: &'r Outside<'r>,
         times: &'r [Times],
         inputs: &BTreeMap<Cell, u16>,
-        seen: &mut Seen,
+        observed: &mut Observed,
     ) {
         let control = &self.program.scan_control;
         let choices = BTreeMap::new();
@@ -262,11 +262,11 @@ impl Look<'_> {
         let (mut is_set, mut is_on, mut constant) = (false, false, Picos::ZERO);
         for _ in 0..SCANS {
             let given = OutsideValues { inputs: inputs.clone(), choices: &choices, seed: None };
-            let scan = run.scan(&given, MOST_RUN);
+            let scan = run.scan(&given, MAX_INSTRUCTIONS);
             if !scan.is_possible() {
                 break;
             }
-            seen.stretches.push(self.stretch(&scan, !is_set, true));
+            observed.stretches.push(self.stretch(&scan, !is_set, true));
             for event in &scan.replay.events {
                 let at = event.instruction;
                 is_set |= event.fired && control.watchdog.contains_key(&at);
@@ -287,13 +287,13 @@ impl Look<'_> {
                 break;
             }
             if is_on && constant > Picos::ZERO {
-                seen.constant = seen.constant.max(Some(constant));
+                observed.constant = observed.constant.max(Some(constant));
             }
         }
-        seen.sets_watchdog |= is_set;
+        observed.sets_watchdog |= is_set;
     }
 
-    fn cycle(&self, seen: &Seen) -> Cycle {
+    fn cycle(&self, observed: &Observed) -> Cycle {
         let control = &self.program.scan_control;
         let stated = self.facts.constant_scan;
         let may_be = control.may_be_constant();
@@ -306,7 +306,7 @@ impl Look<'_> {
         Cycle {
             upper: upper.filter(|&time| time > Picos::ZERO),
             interrupts: stretch::interrupts(self.program, &self.prices.times()),
-            lower: seen.constant.max(stated).filter(|&time| time > Picos::ZERO),
+            lower: observed.constant.max(stated).filter(|&time| time > Picos::ZERO),
             settings: self.uses(&control.constant),
             switches: control.switches.keys().map(|&at| self.place(at)).collect(),
             devices: [control.devices[1], control.devices[2]],

@@ -21,9 +21,9 @@ use std::collections::BTreeSet;
 /// The name of this stage in the progress display.
 const STAGE: &str = "solving what if";
 /// The most counts that are limited together.
-const MOST_STEPS: usize = 5;
+const MAX_STEPS: usize = 5;
 /// The most audits that measure the assumptions.
-const MOST_PRICING: usize = 64;
+const MAX_PRICING: usize = 64;
 /// A change of the bound by less than the bound divided by this is not listed.
 const SMALLEST: u64 = 1000;
 
@@ -180,14 +180,14 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = audit.unknowns.to_vec();
     let (mut upper, mut counts_first) = (audit.bound.upper, false);
-    while steps.len() < MOST_STEPS && !(request.cancelled)() {
+    while steps.len() < MAX_STEPS && !(request.cancelled)() {
         let is_new = |one: &&Unknown| {
             !matches!(one.kind, UnknownKind::Indirect)
                 && steps.iter().all(|step| step.unknown.key != one.key)
         };
-        let dearest =
+        let largest =
             named.iter().filter(|_| counts_first).find(|one| is_new(one) && one.counts().is_some());
-        let Some(unknown) = dearest.or_else(|| named.iter().find(is_new)).cloned() else { break };
+        let Some(unknown) = largest.or_else(|| named.iter().find(is_new)).cloned() else { break };
         for (facts, &most) in facts.iter_mut().zip(most) {
             unknown.state(facts, most);
         }
@@ -257,7 +257,7 @@ fn priced(
     let mut prices: Vec<Option<SolvedBound>> = vec![None; all.len()];
     let mut is_minor = vec![false; all.len()];
     let (mut asked, mut without_all) = (0, None);
-    while !open.is_empty() && asked + open.len() <= MOST_PRICING && !(request.cancelled)() {
+    while !open.is_empty() && asked + open.len() <= MAX_PRICING && !(request.cancelled)() {
         open.retain(|some| !some.is_empty());
         let facts: Vec<Facts> = open.iter().map(without).collect();
         asked += facts.len();

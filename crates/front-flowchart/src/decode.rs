@@ -36,7 +36,7 @@ const STARTED: AreaId = AreaId(6);
 /// The first of the areas for WAITs; each routine has one.
 const WAITS: u16 = 7;
 /// The largest number of instructions to which a group is unrolled, unless a single copy has more.
-const MOST_LAID: usize = 100_000;
+const MAX_UNROLLED: usize = 100_000;
 
 /// A tenth of a second, in picoseconds.
 const TENTH: u64 = 100_000_000_000;
@@ -110,7 +110,7 @@ fn name(routine: &Routine) -> String {
 
 /// The timers, unless timers and ends of passes together are too many to be kept from pass to pass.
 fn timers(source: &Source) -> BTreeSet<u32> {
-    const MOST: usize = 20_000;
+    const MAX_TIMERS: usize = 20_000;
     let all: BTreeSet<u32> = source
         .instructions
         .iter()
@@ -120,7 +120,7 @@ fn timers(source: &Source) -> BTreeSet<u32> {
         })
         .collect();
     let ends = source.instructions.iter().filter(|one| one.op.leaves() || one.op.asks()).count();
-    if all.len().saturating_mul(ends) <= MOST { all } else { BTreeSet::new() }
+    if all.len().saturating_mul(ends) <= MAX_TIMERS { all } else { BTreeSet::new() }
 }
 
 /// The boxes of the flowchart, numbered from 1: for each instruction the box that contains it.
@@ -202,7 +202,7 @@ impl Layout<'_> {
 
     fn routine(&mut self, index: usize, routine: &Routine) {
         let is_main = routine.group.is_none();
-        let most = MOST_LAID / routine.body.len().max(1);
+        let most = MAX_UNROLLED / routine.body.len().max(1);
         let copies = match is_main {
             true => 0,
             false => jumps_back(self.source, routine, self.latched).min(most),
@@ -467,12 +467,12 @@ impl Layout<'_> {
             block: self.blocks[at],
             text: one.text.as_str().into(),
             operands: operands(one, &self.outputs),
-            timing: class.map(|(class, dearer)| {
+            timing: class.map(|(class, use_larger_time)| {
                 Box::new(TimingKey {
                     names: vec![mnemonic(one.op).to_owned()],
                     class,
                     units: Units::None,
-                    use_larger_time: dearer,
+                    use_larger_time,
                     optional: false,
                     accessed: AccessedDevices::default(),
                 })

@@ -13,7 +13,7 @@ mod source;
 mod structure;
 mod turn;
 
-pub use source::{Instruction, MOST_GROUPS, NAME, Op, Routine, Source};
+pub use source::{Instruction, MAX_GROUPS, NAME, Op, Routine, Source};
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;

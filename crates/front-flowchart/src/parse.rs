@@ -318,7 +318,7 @@ impl Line<'_> {
                 word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
             if !more {
                 let message = format!("'{}' is one operand too many", concat(rest));
-                return self.fault(faults, reach(rest), Code::ExtraOperand, &message, FORM);
+                return self.fault(faults, span_of(rest), Code::ExtraOperand, &message, FORM);
             }
         }
     }
@@ -364,7 +364,7 @@ fn concat(words: &[Token]) -> String {
 }
 
 /// The range from the first word to the last one.
-fn reach(words: &[Token]) -> Range<usize> {
+fn span_of(words: &[Token]) -> Range<usize> {
     match words {
         [first, .., last] => first.at.start..last.at.end,
         [only] => only.at.clone(),

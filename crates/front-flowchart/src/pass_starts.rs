@@ -7,11 +7,11 @@ use super::source::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The search limit: the total size of the states of all steps.
-const MOST_STEPS: usize = 2_000_000;
+const MAX_STEPS: usize = 2_000_000;
 /// With more timers than this, states do not contain timers.
-const MOST_TIMERS: usize = 250;
+const MAX_TIMERS: usize = 250;
 /// With more outputs than this, states do not contain outputs: each may be on or off at power-up.
-const MOST_OUTPUTS: usize = 6;
+const MAX_OUTPUTS: usize = 6;
 
 /// A state at the beginning of a pass.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,7 +74,7 @@ pub fn pass_starts(source: &Source, latched: bool, reset: Reset) -> Option<PassS
     let none = BTreeSet::new();
     [(&timers, &outputs), (&timers, &none), (&none, &none)]
         .into_iter()
-        .filter(|(timers, outputs)| timers.len() <= MOST_TIMERS && outputs.len() <= MOST_OUTPUTS)
+        .filter(|(timers, outputs)| timers.len() <= MAX_TIMERS && outputs.len() <= MAX_OUTPUTS)
         .find_map(|(timers, outputs)| {
             let (starts, direct) = (BTreeSet::new(), direct.clone());
             let (timers, outputs) = (timers.clone(), outputs.clone());
@@ -109,7 +109,7 @@ fn follow(source: &Source, mut view: PassStarts) -> Option<PassStarts> {
                 continue;
             }
             steps += walk.size();
-            if steps > MOST_STEPS {
+            if steps > MAX_STEPS {
                 return None;
             }
             for next in walk.nexts(source, &view) {

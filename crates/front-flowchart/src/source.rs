@@ -9,7 +9,7 @@ use std::ops::Range;
 pub const NAME: &str = "flowchart";
 
 /// The largest number of groups of a program.
-pub const MOST_GROUPS: usize = 32;
+pub const MAX_GROUPS: usize = 32;
 
 /// What an instruction does. A jump target is an index into [`Source::instructions`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Resolves routines, labels and groups of a list, and refuses constructs that the documents do not define.
 
 use super::parse::{Listed, Word};
-use super::source::{Instruction, MOST_GROUPS, Op, Routine, Source};
+use super::source::{Instruction, MAX_GROUPS, Op, Routine, Source};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,7 +96,7 @@ impl Reader<'_, '_> {
                 } else {
                     self.groups.insert(one.operand, at);
                 }
-                if one.operand as usize > MOST_GROUPS {
+                if one.operand as usize > MAX_GROUPS {
                     let message = format!("group {} does not exist", one.operand);
                     self.fault(Code::GroupNumber, one, &message, "use group numbers up to 32");
                 }
@@ -104,8 +104,8 @@ impl Reader<'_, '_> {
             }
             routines.last_mut().expect("one is there from the start").body.end = at + 1;
         }
-        if routines.len() > MOST_GROUPS + 1
-            && let Some(one) = list.get(routines[MOST_GROUPS + 1].body.start)
+        if routines.len() > MAX_GROUPS + 1
+            && let Some(one) = list.get(routines[MAX_GROUPS + 1].body.start)
         {
             self.fault(Code::TooManyGroups, one, "this is the 33rd group", "use at most 32 groups");
         }

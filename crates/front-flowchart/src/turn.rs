@@ -7,9 +7,9 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The search limit: the total size of all states.
-const MOST_STATES: usize = 500_000;
+const MAX_STATES: usize = 500_000;
 /// The largest number of jumps back that is unrolled.
-const MOST_BACK: usize = 64;
+const MAX_BACK_JUMPS: usize = 64;
 
 /// What is known at an instruction. An unknown bit may be on or off; after a test its value is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,11 +66,11 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
             };
             graph.add_edge(from, to, back);
         }
-        if size > MOST_STATES {
-            return MOST_BACK;
+        if size > MAX_STATES {
+            return MAX_BACK_JUMPS;
         }
     }
-    longest(graph).min(MOST_BACK)
+    longest(graph).min(MAX_BACK_JUMPS)
 }
 
 /// The largest number of jumps back on a path that uses each cycle of the graph at most once.

@@ -285,7 +285,7 @@ impl<'p> Check<'p> {
         if let Some(deep) = deep(&bases) {
             let (name, site) = nodes[deep];
             let told = format!(
-                "{name} extends more than {MOST_BASES} units, each of which extends the next"
+                "{name} extends more than {MAX_BASES} units, each of which extends the next"
             );
             let help = "no controller's project does so: let it extend fewer";
             self.push(site, Code::TooMany, told, help);
@@ -421,7 +421,7 @@ impl<'p> Check<'p> {
 type Member = (&'static str, String, u32);
 
 /// The most units of which each extends the next.
-const MOST_BASES: usize = 100;
+const MAX_BASES: usize = 100;
 
 const VARIABLE: &str = "variable";
 const EXTERNAL: &str = "external variable";
@@ -491,7 +491,7 @@ fn named_types<'t>(of: &'t TypeRef, found: &mut Vec<&'t str>) {
 fn deep(edges: &[Vec<usize>]) -> Option<usize> {
     (0..edges.len()).find(|&start| {
         let mut node = start;
-        (0..=MOST_BASES).all(|_| {
+        (0..=MAX_BASES).all(|_| {
             let next = edges[node].first().copied();
             node = next.unwrap_or(node);
             next.is_some()

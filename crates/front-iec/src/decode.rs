@@ -54,7 +54,7 @@ pub fn decode(
     }
     // What references can mean is known when all is put together.
     let mut known = References::default().again(true);
-    for _ in 0..MOST_ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let count = known.count();
         known = put_together(project, dialect, options, asked, Some(known))?.0;
         if known.count() == count {
@@ -76,7 +76,7 @@ pub fn decode(
 type Meant = Result<Program, Vec<Diagnostic>>;
 
 /// How often a project is put together until it is known which variables references can mean.
-const MOST_ROUNDS: u32 = 50;
+const MAX_ROUNDS: u32 = 50;
 
 /// Puts a project together, with what is known of its references, if it has any; what is found of these then. Before the last
 /// time what it means is of no account.

@@ -26,7 +26,7 @@ pub(super) enum What {
 }
 
 /// The most instances of function blocks in one variable.
-const MOST_INSTANCES: u64 = 100_000;
+const MAX_INSTANCES: u64 = 100_000;
 
 /// An instance of a unit.
 #[derive(Debug, Clone)]
@@ -135,9 +135,9 @@ impl<'p> Emit<'p> {
     /// A variable of its own.
     pub(super) fn variable(&mut self, name: &str, ty: Ty, line: u32) -> Result<Place, Fault> {
         let instances = self.types.instances(&ty);
-        if instances > MOST_INSTANCES {
+        if instances > MAX_INSTANCES {
             let what = format!("{name} holds {instances} instances of function blocks");
-            let help = format!("a variable or a program may hold {MOST_INSTANCES}");
+            let help = format!("a variable or a program may hold {MAX_INSTANCES}");
             return Err(Fault::new(line, what).code(Code::TooLarge).help(help));
         }
         let (known, is_again) = self.references.variable(name);

@@ -18,7 +18,7 @@ use scanbound_ir::{
 pub(super) const FIRST_SCAN: &str = "first scan";
 
 /// More elements of an array are not looked at one by one.
-const MOST_ELEMENTS: usize = 20_000;
+const MAX_ELEMENTS: usize = 20_000;
 
 /// How many constants may refer to each other in a row.
 const DEPTH: u32 = 100;
@@ -168,7 +168,7 @@ impl Firsts<'_> {
         let count = counts.try_fold(1_usize, |all, count| all.checked_mul(count?))?;
         // Lists within the list, for several dimensions, are not told apart from values of elements.
         let is_nested = |one: &Argument| given(Some(&one.value), LISTED).is_some();
-        if count > MOST_ELEMENTS
+        if count > MAX_ELEMENTS
             || values.len() > count
             || (dimensions.len() > 1 && values.iter().any(is_nested))
         {

@@ -313,8 +313,8 @@ impl<'p> Emit<'p> {
         let upper = name.to_ascii_uppercase();
         let inputs = given.iter().filter(|one| !one.is_output && !is_named(one, "EN"));
         let inputs: Vec<&Expr> = inputs.map(|one| &one.value).collect();
-        if inputs.len() > MOST_INPUTS {
-            let told = format!("{upper} has more than {MOST_INPUTS} inputs");
+        if inputs.len() > MAX_INPUTS {
+            let told = format!("{upper} has more than {MAX_INPUTS} inputs");
             let help = "give a part of them to another call";
             return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }
@@ -693,7 +693,7 @@ fn decimal(name: &str) -> Option<(bool, Option<Ty>)> {
 const CHOOSES: &[&str] = &["MAX", "MIN", "LIMIT", "SEL", "MUX", "GT", "GE", "EQ", "NE", "LE", "LT"];
 
 /// A function of the standard has no more inputs.
-const MOST_INPUTS: usize = 200;
+const MAX_INPUTS: usize = 200;
 
 /// Functions of the standard that are operators, too, or give what they are given.
 const OPERATORS: &[&str] = &[

@@ -20,7 +20,7 @@ const OWN_UNITS: &str =
 const HIGH_FIRST: &str = "which byte of a word at an address comes first: either";
 
 /// Of more variables it is not told what they cannot hold.
-const MOST_BOUND: usize = 4096;
+const MAX_CONSTRAINED: usize = 4096;
 
 /// Where variables that share bits get their values as the scan begins.
 pub(super) struct Image {
@@ -113,7 +113,7 @@ impl Assembler {
                 _ => bytes(place, false, &mut found),
             }
         }
-        for (cell, signed) in found.into_iter().take(MOST_BOUND) {
+        for (cell, signed) in found.into_iter().take(MAX_CONSTRAINED) {
             let bit = |bit| Logic::Bit(BitSource::WordBit(cell, bit));
             let low: Vec<Logic> = (8..16).map(|at| bit(at).not()).collect();
             let within = match signed {
@@ -273,7 +273,7 @@ fn shared_addresses(project: &Project) -> (bool, bool) {
 
 /// The words of 8 bits in a variable, and whether they have a sign; of arrays, if they are asked for.
 fn bytes(place: &Place, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
-    if found.len() >= MOST_BOUND {
+    if found.len() >= MAX_CONSTRAINED {
         return;
     }
     match &place.ty {
@@ -286,7 +286,7 @@ fn bytes(place: &Place, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
         }
         Ty::Array { dimensions, of } if with_arrays => {
             let [(low, high)] = dimensions[..] else { return };
-            for index in (low..=high).take(MOST_BOUND) {
+            for index in (low..=high).take(MAX_CONSTRAINED) {
                 let Some(tag) = place.tag.element(index) else { return };
                 bytes(&Place { name: String::new(), tag, ty: (**of).clone() }, true, found);
             }
@@ -296,7 +296,7 @@ fn bytes(place: &Place, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
 }
 
 /// Elements of larger arrays are not looked at one by one: that they share bits is refused.
-const MOST_SHARED: i64 = 100_000;
+const MAX_SHARED: i64 = 100_000;
 
 /// The parts of what has an address that have values of their own.
 fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
@@ -310,7 +310,7 @@ fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
     let first = taken.map(|(from, _)| from);
     if let Ty::Array { dimensions, of } = &one.place.ty
         && let ([(low, high)], Some(bits @ 2..)) = (&dimensions[..], size(of))
-        && high - low < MOST_SHARED
+        && high - low < MAX_SHARED
     {
         for (at, index) in (0..).zip(*low..=*high) {
             let Some(tag) = one.place.tag.element(index) else { continue };

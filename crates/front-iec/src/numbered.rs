@@ -12,7 +12,7 @@ use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
 
 /// An array of so many instances is called by a number that is worked out.
-const MOST_INSTANCES: i64 = 64;
+const MAX_INSTANCES: i64 = 64;
 
 impl Emit<'_> {
     /// Calls the instance of an array that has this number, where that is worked out: the one of all whose number it is.
@@ -42,7 +42,7 @@ impl Emit<'_> {
             return Ok(false);
         }
         let (low, high) = match dimensions[..] {
-            [(low, high)] if high - low < MOST_INSTANCES => (low, high),
+            [(low, high)] if high - low < MAX_INSTANCES => (low, high),
             _ => {
                 let told = format!("{}: an instance of unknown number is called", all.name);
                 let help = "call one of an array of up to 64 instances, or write CASE";

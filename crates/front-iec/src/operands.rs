@@ -23,7 +23,7 @@ const RIGHT_FIRST: &str = "operands are worked out from right to left";
 const TARGET_FIRST: &str = "an element is looked for before the value that it is assigned";
 
 /// With more calls in one expression than this it would be put together too often.
-const MOST_CALLS: usize = 6;
+const MAX_CALLS: usize = 6;
 
 /// What works out some values, from right to left where that is asked for.
 type Work<'w, E> = dyn FnMut(&mut E, bool) -> Result<Vec<Value>, Fault> + 'w;
@@ -90,7 +90,7 @@ impl Emit<'_> {
                 calls += usize::from(is_one);
             });
         }
-        if calls > MOST_CALLS {
+        if calls > MAX_CALLS {
             let told = "so many calls in one expression, of which one changes what others read: \
                 their order is not followed";
             let help = "assign what they give to variables of their own before";

@@ -15,7 +15,7 @@ use scanbound_front::{Faults, absent};
 use scanbound_ir::Cell;
 
 /// The deepest nesting of loops that is accepted; no CPU allows as many.
-const MOST_NESTED: usize = 64;
+const MAX_NESTING: usize = 64;
 
 /// On the FX, P63 means END and needs no label.
 const END_OF_FX: u32 = 63;
@@ -412,8 +412,8 @@ impl<'r> Checker<'r, '_> {
 
     fn loop_begins(&mut self, at: usize) {
         self.loops.push(at);
-        if self.loops.len() > MOST_NESTED {
-            let message = format!("loops are nested more than {MOST_NESTED} levels deep");
+        if self.loops.len() > MAX_NESTING {
+            let message = format!("loops are nested more than {MAX_NESTING} levels deep");
             self.fault(
                 at,
                 Code::Nesting,

@@ -9,7 +9,7 @@ use scanbound_front::{Faults, shown};
 
 /// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real projects
 /// have some ten thousand instructions.
-const MOST: usize = 400_000;
+const MAX_INSTRUCTIONS: usize = 400_000;
 /// The longest line, in bytes.
 const LONGEST: usize = 64 * 1024;
 
@@ -78,12 +78,12 @@ pub(super) fn instruction(
 
 /// Reports an error and returns true if there are more instructions than the limit; reading then stops.
 pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
-    let too_many = instructions.len() > MOST;
+    let too_many = instructions.len() > MAX_INSTRUCTIONS;
     if too_many {
         faults.push(Diagnostic::file(
             Code::TooMany,
             faults.file(),
-            format!("the program has more than {MOST} instructions"),
+            format!("the program has more than {MAX_INSTRUCTIONS} instructions"),
             "scanbound does not support so many: check the file",
         ));
     }

@@ -289,9 +289,9 @@ impl OmronBuilder {
         }
     }
 
-    /// The key of an instruction's time. With `dearer`, the larger of the two times counts, because its condition does not match
+    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because its condition does not match
     /// the on-time and off-time of tables.
-    pub(super) fn key(&self, item: &Item<'_>, dearer: bool) -> TimingKey {
+    pub(super) fn key(&self, item: &Item<'_>, use_larger_time: bool) -> TimingKey {
         let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];
         if let Some(row) = item.row.filter(|row| row.mnemonic != item.name) {
@@ -323,7 +323,7 @@ impl OmronBuilder {
             names,
             class,
             units: Units::None,
-            use_larger_time: dearer,
+            use_larger_time,
             optional: false,
             accessed: accessed::touched(item, self.memory),
         }

@@ -250,7 +250,7 @@ impl Reader<'_, '_> {
             (None, _) => format!("{} contains {} {what}, not one", block.name, block.held),
             (Some(_), Some(told)) if told == block.held => return,
             (Some(count), Some(told)) => {
-                format!("{count} says {told}, but {} {what} follow", block.held)
+                format!("{count} is {told}, but the file contains {} {what}", block.held)
             }
             // Older files do not state the number of programs.
             (Some("ProgramCount"), None) => return,

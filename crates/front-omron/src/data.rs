@@ -2,7 +2,7 @@
 
 use super::builder::OmronBuilder;
 use super::catalog::{Amount, Extent, Role, Slot};
-use super::extent::{MOST_WORDS, fits, length};
+use super::extent::{MAX_WORDS, fits, length};
 use super::memory::Memory;
 use super::operand::Operand;
 use super::resolve::Item;
@@ -234,7 +234,7 @@ fn block(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     }
     let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
     let amount = amounts.find(|amount| amount.counter().is_some())?;
-    let count = length(builder.memory, item, amount).filter(|&count| count <= MOST_WORDS)?;
+    let count = length(builder.memory, item, amount).filter(|&count| count <= MAX_WORDS)?;
     if !builder.out.has_room(2 * count as usize) {
         return None;
     }
@@ -305,7 +305,7 @@ fn bits(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
             let first = item.operands.first()?.word()?;
             let start = item.operands.get(1)?.count(family).filter(|&bit| bit < 16)?;
             let count =
-                item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MOST_WORDS)?;
+                item.operands.get(2)?.count(family).filter(|&count| count <= 16 * MAX_WORDS)?;
             if !builder.out.has_room(2 * count as usize) {
                 return None;
             }

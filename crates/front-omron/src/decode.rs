@@ -23,11 +23,11 @@ use scanbound_ir::{
 };
 
 /// The largest number of errors about stated ranges that are listed.
-const MOST_FAULTS: usize = 100;
+const MAX_FAULTS: usize = 100;
 
 /// The largest number of instructions. The largest CPUs hold 400 K steps; a contact takes one step, most other instructions
 /// two to seven.
-const MOST: usize = 300 * 1024;
+const MAX_INSTRUCTIONS: usize = 300 * 1024;
 
 /// Refuses a project with more instructions than any CPU can hold.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
@@ -35,13 +35,13 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
         let own = file.programs.iter().flat_map(|program| &program.instructions);
         own.map(move |instruction| (file, instruction))
     });
-    let Some((file, instruction)) = instructions.nth(MOST) else { return Ok(()) };
+    let Some((file, instruction)) = instructions.nth(MAX_INSTRUCTIONS) else { return Ok(()) };
     Err(vec![Diagnostic::line(
         Code::TooMany,
         &file.name,
         instruction.line,
         &*instruction.text,
-        format!("the project has more than {MOST} instructions"),
+        format!("the project has more than {MAX_INSTRUCTIONS} instructions"),
         "no CPU can hold so many: check the file",
     )])
 }
@@ -102,7 +102,7 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
 /// The name for interrupt tasks whose programs are missing.
 const UNLISTED: &str = "unlisted tasks";
 /// The largest number of input and output words of any CPU.
-const MOST_POINTS: u32 = 320;
+const MAX_POINTS: u32 = 320;
 
 /// The subroutines that interrupts may run, besides those that nothing calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -313,7 +313,7 @@ impl Decoder {
     /// interrupts wait.
     fn note_scan_control(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
         const MS: u64 = 1_000_000_000;
-        const MOST: u32 = 0x0F9F;
+        const MAX_UNITS: u32 = 0x0F9F;
         let family = self.builder.memory.family;
         let program = &mut self.builder.out.program;
         program.scan_control.holds_interrupts |=
@@ -328,7 +328,7 @@ impl Decoder {
                 Family::C => (Picos::ZERO, Picos(100 * MS).times(count.unwrap_or(99))),
                 _ => {
                     let unit = Picos(10 * MS);
-                    (unit.times(count.unwrap_or(0)), unit.times(count.unwrap_or(MOST.into())))
+                    (unit.times(count.unwrap_or(0)), unit.times(count.unwrap_or(MAX_UNITS.into())))
                 }
             };
             program.scan_control.extensions.insert(at, times);
@@ -339,7 +339,7 @@ impl Decoder {
     fn count_points(&mut self, item: &Item<'_>) {
         let Some(row) = item.row else { return };
         let memory = self.builder.memory;
-        let length = |amount| extent::length(memory, item, amount).unwrap_or(MOST_POINTS);
+        let length = |amount| extent::length(memory, item, amount).unwrap_or(MAX_POINTS);
         let block = row.operands.iter().find_map(|slot| match slot.written_words() {
             Some(amount @ Amount::Counted { .. }) => Some(amount),
             _ => None,
@@ -357,7 +357,7 @@ impl Decoder {
                 (Role::Destination | Role::ReadWrite, _) => (1, 1),
                 _ => (0, 1),
             };
-            let words = (0..count.min(MOST_POINTS)).map(|n| cell.plus(n));
+            let words = (0..count.min(MAX_POINTS)).map(|n| cell.plus(n));
             // A read of a whole word may read bits that the program wrote.
             let bits = match *operand {
                 Operand::Bit(_, bit) if count == 1 => 1 << bit,
@@ -590,7 +590,7 @@ impl Decoder {
             Reader { memory: self.builder.memory, symbols: [symbols, &nothing], fast: &fast };
         for (device, &(low, high)) in &options.facts.ranges {
             match reader.read(device, Expected::Word) {
-                _ if self.faults.len() >= MOST_FAULTS => break,
+                _ if self.faults.len() >= MAX_FAULTS => break,
                 Ok(Operand::Word(_)) if (0x8000..0x1_0000).contains(&high) => self.faults.push(options.facts.fault(
                     ["ranges", device],
                     Part::Value,

@@ -281,7 +281,7 @@ fn meaning(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> 
         }
         "SLD" | "SRD" => {
             let count = extent::length(builder.memory, item, Amount::UpTo { operand: 1 })?;
-            let count = Some(count).filter(|&count| count <= extent::MOST_WORDS)?;
+            let count = Some(count).filter(|&count| count <= extent::MAX_WORDS)?;
             own(
                 builder,
                 Operation::Shift { left: name == "SLD", signed: false },
@@ -373,7 +373,7 @@ fn moved(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
         }
         "BCNT" if family == Family::Cs => {
             let count = item.operands.first()?.count(family);
-            let count = count.filter(|count| (1..=extent::MOST_WORDS).contains(count))?;
+            let count = count.filter(|count| (1..=extent::MAX_WORDS).contains(count))?;
             simple(
                 Operation::CountBits(1),
                 words(builder, item, 1, count)?,

@@ -6,7 +6,7 @@ use super::resolve::Item;
 use scanbound_ir::Cell;
 
 /// The largest number of words that is modelled exactly; larger blocks are havocked.
-pub(super) const MOST_WORDS: u32 = 256;
+pub(super) const MAX_WORDS: u32 = 256;
 
 /// The number of words of an operand; `None` if unknown.
 pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {

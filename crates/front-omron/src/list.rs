@@ -8,7 +8,7 @@ use scanbound_front::Faults;
 use scanbound_front::text;
 
 /// The largest number of operands of an instruction.
-const MOST_OPERANDS: usize = 100;
+const MAX_OPERANDS: usize = 100;
 
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 200;
@@ -196,7 +196,7 @@ pub(super) fn read_line(
         Line::Empty => {}
         Line::Instruction(instruction) => out.push(instruction),
         Line::Operands(operands, places) => match out.last_mut() {
-            Some(before) if before.operands.len() < MOST_OPERANDS => {
+            Some(before) if before.operands.len() < MAX_OPERANDS => {
                 before.places.extend(places);
                 before.text = [&*before.text, &operands.join(" ")].join(" ").into();
                 before.operands.extend(operands);

@@ -414,7 +414,7 @@ fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, moves: Logic, res
         (Some(Operand::Word(first)), Some(Operand::Word(last)))
             if first.area == last.area
                 && first.index <= last.index
-                && last.index - first.index < extent::MOST_WORDS =>
+                && last.index - first.index < extent::MAX_WORDS =>
         {
             Some((*first, last.index - first.index + 1))
         }

@@ -141,7 +141,7 @@ fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
 
 /// The encoding that the XML declaration names, if it is not Unicode.
 fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
-    let end = bytes.iter().take(MOST_DECLARED).position(|&byte| byte == b'>')?;
+    let end = bytes.iter().take(MAX_DECLARED).position(|&byte| byte == b'>')?;
     let head = std::str::from_utf8(&bytes[..end]).ok()?;
     let (_, label) = head.strip_prefix("<?xml")?.split_once("encoding")?;
     let label = label.trim_start().strip_prefix('=')?.trim_start();
@@ -151,7 +151,7 @@ fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
 }
 
 /// The largest length of an XML declaration, in bytes.
-const MOST_DECLARED: usize = 200;
+const MAX_DECLARED: usize = 200;
 
 /// Decodes, or returns the offset of the first invalid byte.
 fn strict<'a>(encoding: &'static Encoding, bytes: &'a [u8]) -> Result<Cow<'a, str>, usize> {

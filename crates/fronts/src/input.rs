@@ -83,7 +83,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
 /// # Errors
 /// The file cannot be read.
 pub fn one(path: &Path) -> io::Result<Input> {
-    Ok(Input { name: name(path), bytes: whole(path, MOST_MEASURED)? })
+    Ok(Input { name: name(path), bytes: whole(path, MAX_MEASUREMENT_FILE)? })
 }
 
 /// Reads a small file that is not a program: facts, a timing table, a calibration plan.
@@ -91,13 +91,13 @@ pub fn one(path: &Path) -> io::Result<Input> {
 /// # Errors
 /// The file cannot be read, is not a regular file, or is too large.
 pub fn aside(path: &Path) -> io::Result<Vec<u8>> {
-    whole(path, MOST_ASIDE)
+    whole(path, MAX_OTHER_FILE)
 }
 
 /// The largest file of measurements, in bytes.
-const MOST_MEASURED: u64 = 4 << 30;
+const MAX_MEASUREMENT_FILE: u64 = 4 << 30;
 /// The largest file of facts, tables, plans and nets, in bytes.
-const MOST_ASIDE: u64 = 64 << 20;
+const MAX_OTHER_FILE: u64 = 64 << 20;
 
 /// Reads a file of at most `most` bytes.
 fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -455,13 +455,13 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The largest number of file names that show an order.
-const MOST_NAMED: usize = 6;
+const MAX_NAMED: usize = 6;
 
 /// The file names; of many only the first.
 fn in_short(names: &[String]) -> String {
-    let mut told = names[..names.len().min(MOST_NAMED)].join(", ");
-    if names.len() > MOST_NAMED {
-        told += &format!(" and {} more", names.len() - MOST_NAMED);
+    let mut told = names[..names.len().min(MAX_NAMED)].join(", ");
+    if names.len() > MAX_NAMED {
+        told += &format!(" and {} more", names.len() - MAX_NAMED);
     }
     told
 }

@@ -13,7 +13,7 @@ pub type Scope<'s> = [&'s [Variable]];
 const DEPTH: u32 = 100;
 
 /// How many names are looked up for one number.
-const MOST_LOOKUPS: u32 = 10_000;
+const MAX_LOOKUPS: u32 = 10_000;
 
 /// What a global name stands for.
 #[derive(Clone, Copy)]
@@ -255,7 +255,7 @@ impl<'p> Constants<'p> {
 
     fn deeper(&self, one: &Expr, scope: &Scope<'_>, depth: u32) -> Option<i64> {
         self.lookups.set(self.lookups.get() + 1);
-        if depth >= DEPTH || self.lookups.get() > MOST_LOOKUPS {
+        if depth >= DEPTH || self.lookups.get() > MAX_LOOKUPS {
             self.endless.set(true);
             return None;
         }

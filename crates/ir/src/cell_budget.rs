@@ -7,7 +7,7 @@ use super::meaning::{Meaning, Operand, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
 /// The largest number of cells that a program may list.
-const MOST: usize = 2_000_000;
+const MAX_CELLS: usize = 2_000_000;
 /// An instruction with at most this many cells is always exempt from the limit.
 const FEW: usize = 16;
 /// The fixed size of a [`Meaning`], expressed in cells.
@@ -23,7 +23,7 @@ impl CellBudget {
     /// Whether this many more cells fit within the limit.
     #[must_use]
     pub fn has_room(&self, cells: usize) -> bool {
-        cells <= FEW || self.cells + cells <= MOST
+        cells <= FEW || self.cells + cells <= MAX_CELLS
     }
 
     /// Keeps an instruction's effects unchanged if they fit within the limit; else replaces them by a havoc of
@@ -83,7 +83,7 @@ impl CellBudget {
             Target::Nowhere => 1,
         });
         let cells = inputs.chain(outputs).sum::<usize>() + KNOWN;
-        let room = self.cells + cells <= MOST;
+        let room = self.cells + cells <= MAX_CELLS;
         if room {
             self.cells += cells;
         }
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn what_has_no_room_is_any_value_in_as_few_regions_as_it_takes() {
-        let mut budget = CellBudget { cells: MOST - 100 };
+        let mut budget = CellBudget { cells: MAX_CELLS - 100 };
         let mut fresh = 0;
         let mut choice = || {
             fresh += 1;

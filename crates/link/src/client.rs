@@ -1,16 +1,16 @@
-//! Asks a PLC for its scan times, its devices and its state. There is nothing here that writes.
+//! Reads scan times, devices and the state of a PLC. Nothing here writes to a PLC.
 
 use super::device::{Area, Device, Kind};
 use super::fault::{Fault, Wrong};
 use super::fins::{self, Nodes};
 use super::registers::{Register, Registers};
-use super::slmp::{self, Ask, Code};
+use super::slmp::{self, Code, Query};
 use super::transport::Transport;
 use super::{Split, State, hostlink, serial};
 use scanbound_base::time::Picos;
 use std::time::Duration;
 
-/// How a PLC is spoken with.
+/// The protocol of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
     /// SLMP, which is the MC protocol's 3E frame, over TCP.
@@ -19,12 +19,12 @@ pub enum Protocol {
     FinsUdp,
     /// FINS over TCP.
     FinsTcp,
-    /// Host Link in C-mode, on a serial line or over TCP by way of a serial device server: the unit's number, and how the
-    /// line is to be set, if it is not set already.
+    /// Host Link in C-mode, on a serial line or over TCP through a serial device server: the unit's number, and the line's
+    /// settings, unless it is already set.
     HostLink(u8, Option<serial::Settings>),
 }
 
-/// A PLC that answers.
+/// A connected PLC.
 pub struct Plc {
     protocol: Protocol,
     transport: Transport,
@@ -36,26 +36,26 @@ pub struct Plc {
 /// The scan times that a CPU keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScanTimes {
-    /// The scan before.
+    /// The last scan.
     pub current: Picos,
-    /// The shortest since the CPU runs.
+    /// The shortest scan since the CPU started.
     pub least: Option<Picos>,
-    /// The longest since the CPU runs.
+    /// The longest scan since the CPU started.
     pub most: Option<Picos>,
 }
 
-/// The frame's length among answers.
+/// Finds the end of an answer in a stream.
 fn slmp_answer(bytes: &[u8]) -> Split {
     slmp::split(bytes, true)
 }
 
-/// A datagram is a frame.
+/// A datagram is always one whole frame.
 fn datagram(bytes: &[u8]) -> Split {
     if bytes.is_empty() { Split::More } else { Split::Frame(bytes.len()) }
 }
 
 impl Plc {
-    /// Connects. `patience` is how long each answer may take.
+    /// Connects. Each answer may take at most `patience`.
     ///
     /// # Errors
     /// The PLC cannot be reached, or has no connection left.
@@ -75,7 +75,7 @@ impl Plc {
         Ok(plc)
     }
 
-    /// Whom it is.
+    /// The address or the serial line of the PLC.
     #[must_use]
     pub fn peer(&self) -> &str {
         self.transport.peer()
@@ -85,7 +85,7 @@ impl Plc {
         wrong.from(self.transport.peer())
     }
 
-    /// The areas that the protocol knows.
+    /// The areas that the protocol can read.
     #[must_use]
     pub fn areas(&self) -> &'static [Area] {
         match self.protocol {
@@ -95,17 +95,17 @@ impl Plc {
         }
     }
 
-    /// The device of that name.
+    /// The device with this name.
     ///
     /// # Errors
-    /// The protocol knows none of it.
+    /// The protocol cannot read a device with this name.
     pub fn device(&self, name: &str) -> Result<Device, Fault> {
         Device::named(name, self.areas())
-            .ok_or_else(|| Fault::Usage(format!("{name} is no device that this protocol reads")))
+            .ok_or_else(|| Fault::Usage(format!("this protocol cannot read {name}")))
     }
 
-    /// Asks over FINS.
-    fn fins(&mut self, ask: fins::Ask) -> Result<Vec<u8>, Fault> {
+    /// Sends a FINS request and returns the data of the answer.
+    fn fins(&mut self, ask: fins::Query) -> Result<Vec<u8>, Fault> {
         self.id = self.id.wrapping_add(1);
         let request = fins::request(ask, self.nodes, self.id);
         let frame = match self.protocol {
@@ -120,19 +120,19 @@ impl Plc {
         Ok(data.to_vec())
     }
 
-    /// Words from a device on, read at one moment.
+    /// Reads words from a device on, all at the same moment.
     ///
     /// # Errors
     /// The PLC does not answer, or refuses.
     pub fn words(&mut self, device: Device, count: u16) -> Result<Vec<u16>, Fault> {
         let words = match self.protocol {
             Protocol::Slmp(code) => {
-                let request = slmp::request(Ask::Words(device, count), code);
+                let request = slmp::request(Query::Words(device, count), code);
                 let frame = self.transport.ask(&request, slmp_answer)?;
                 slmp::words(&frame, count)
             }
             Protocol::FinsUdp | Protocol::FinsTcp => {
-                let data = self.fins(fins::Ask::Words(device, count))?;
+                let data = self.fins(fins::Query::Words(device, count))?;
                 fins::words(&data, count)
             }
             Protocol::HostLink(unit, _) => {
@@ -144,15 +144,15 @@ impl Plc {
         words.map_err(|wrong| self.wrong(wrong))
     }
 
-    /// Many words from a device on, in as many requests as that takes.
+    /// Reads any number of words from a device on, in as many requests as necessary.
     ///
     /// # Errors
     /// The PLC does not answer, or refuses.
     pub fn many(&mut self, device: Device, count: u32) -> Result<Vec<u16>, Fault> {
         let most = match self.protocol {
-            Protocol::Slmp(_) => slmp::MOST_WORDS,
-            Protocol::FinsUdp | Protocol::FinsTcp => fins::MOST_WORDS,
-            Protocol::HostLink(..) => hostlink::MOST_WORDS,
+            Protocol::Slmp(_) => slmp::MAX_WORDS,
+            Protocol::FinsUdp | Protocol::FinsTcp => fins::MAX_WORDS,
+            Protocol::HostLink(..) => hostlink::MAX_WORDS,
         };
         let mut words = Vec::new();
         let mut done = 0;
@@ -165,14 +165,14 @@ impl Plc {
         Ok(words)
     }
 
-    /// What a device holds: a bit, or a word.
+    /// The value of a device: a bit, or a word.
     ///
     /// # Errors
     /// The PLC does not answer, or refuses.
     pub fn value(&mut self, device: Device) -> Result<u16, Fault> {
         match (self.protocol, device.area.kind) {
             (Protocol::Slmp(code), Kind::Bit) => {
-                let request = slmp::request(Ask::Bits(device, 1), code);
+                let request = slmp::request(Query::Bits(device, 1), code);
                 let frame = self.transport.ask(&request, slmp_answer)?;
                 let bits = slmp::bits(&frame, 1).map_err(|wrong| self.wrong(wrong))?;
                 Ok(u16::from(bits.first().copied().unwrap_or(false)))
@@ -190,16 +190,17 @@ impl Plc {
         let device = self.device(&name)?;
         let words = self.words(device, register.form.words())?;
         register.form.read(&words).ok_or_else(|| {
-            let why =
-                format!("{name} holds no scan time: {words:?}; is the CPU of another family?");
+            let why = format!(
+                "{name} contains {words:?}, which is not a scan time: check that --cpu names the right family"
+            );
             self.wrong(Wrong::NoAnswer(why))
         })
     }
 
-    /// The scan times that the CPU keeps.
+    /// The scan times that the CPU stores.
     ///
     /// # Errors
-    /// The PLC does not answer, refuses, or its registers hold no times.
+    /// The PLC does not answer, refuses, or its registers do not hold times.
     pub fn scan_times(&mut self, registers: &Registers) -> Result<ScanTimes, Fault> {
         let current = self.time(registers.current)?;
         let least = registers.least.map(|register| self.time(register)).transpose()?;
@@ -207,7 +208,7 @@ impl Plc {
         Ok(ScanTimes { current, least, most })
     }
 
-    /// Whether the CPU runs, where its protocol or its family's registers tell.
+    /// Whether the CPU runs.
     ///
     /// # Errors
     /// The PLC does not answer, or refuses.
@@ -224,7 +225,7 @@ impl Plc {
                 Ok(if self.value(device)? & 0xF == 0 { State::Run } else { State::Stop })
             }
             Protocol::FinsUdp | Protocol::FinsTcp => {
-                let data = self.fins(fins::Ask::State)?;
+                let data = self.fins(fins::Query::State)?;
                 fins::state(&data).map_err(|wrong| self.wrong(wrong))
             }
             Protocol::HostLink(unit, _) => {
@@ -235,18 +236,18 @@ impl Plc {
         }
     }
 
-    /// The CPU's name, where the protocol tells it.
+    /// The CPU's name. `None` if the protocol has no request for it.
     ///
     /// # Errors
     /// The PLC does not answer, or refuses.
     pub fn model(&mut self) -> Result<Option<String>, Fault> {
         let Protocol::Slmp(code) = self.protocol else { return Ok(None) };
-        let frame = self.transport.ask(&slmp::request(Ask::Model, code), slmp_answer)?;
+        let frame = self.transport.ask(&slmp::request(Query::Model, code), slmp_answer)?;
         slmp::model(&frame).map(Some).map_err(|wrong| self.wrong(wrong))
     }
 }
 
-/// Whether the name is an address with a port, and no serial line.
+/// Whether the name is an address with a port. Otherwise it is a serial line.
 pub(super) fn is_address(peer: &str) -> bool {
     peer.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok())
 }

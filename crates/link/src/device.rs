@@ -1,4 +1,4 @@
-//! Devices as users and protocols name them: an area and a number.
+//! Devices by their names and by their codes in frames: an area and a number.
 
 use std::fmt;
 
@@ -11,12 +11,12 @@ pub enum Kind {
     Word,
 }
 
-/// An area of a PLC's memory, as protocols know it.
+/// An area of a PLC's memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Area {
     /// Its name.
     pub name: &'static str,
-    /// The code of its bits, or of its words, in frames.
+    /// Its code in frames.
     pub code: u8,
     /// Whether it holds bits or words.
     pub kind: Kind,
@@ -31,16 +31,16 @@ pub struct Device {
     pub area: &'static Area,
     /// Its number.
     pub index: u32,
-    /// A bit of the word.
+    /// If it is a bit of a word: the number of the bit.
     pub bit: Option<u8>,
 }
 
 impl Device {
-    /// The device of that name among these areas; none if it is of none, or no number follows.
+    /// The device with this name in these areas. `None` if no area has this name, or if no number follows.
     #[must_use]
     pub fn named(name: &str, areas: &'static [Area]) -> Option<Device> {
         let name = name.trim().to_ascii_uppercase();
-        // The longest name counts: SD is not S, and ZR not Z.
+        // The area with the longest matching name: SD100 is in SD, not in S.
         let fits = areas.iter().filter(|area| name.starts_with(area.name));
         let mut fits: Vec<&'static Area> = fits.collect();
         fits.sort_by_key(|area| std::cmp::Reverse(area.name.len()));

@@ -10,39 +10,39 @@ pub enum Fault {
     /// The name of the PLC, or of its device, cannot be used.
     #[error("{0}")]
     Usage(String),
-    /// Nobody listens there.
+    /// Nothing listens at this address.
     #[error(
         "{peer} refused the connection: check the port, and that the PLC has a connection open for this protocol"
     )]
     Refused {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
     },
-    /// There is no way there, or the connection broke.
+    /// There is no route, or the connection broke.
     #[error("{peer} cannot be reached: {error}")]
     Unreachable {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
-    /// Nothing came in time.
+    /// No answer arrived in time.
     #[error(
         "{peer} did not answer within {} ms: check the address, the protocol and its settings (binary or ASCII, UDP or TCP)",
         after.as_millis()
     )]
     TimedOut {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
-        /// How long was waited.
+        /// The time waited.
         after: Duration,
     },
-    /// The answer ended in its midst.
-    #[error("{peer} sent half a frame: {got} bytes, and then {}", if *closed { "closed the connection" } else { "nothing more" })]
+    /// The answer is incomplete.
+    #[error("{peer} sent an incomplete frame: {got} bytes, then {}", if *closed { "it closed the connection" } else { "nothing more" })]
     Half {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
-        /// How many bytes came.
+        /// The number of bytes that arrived.
         got: usize,
         /// Whether the connection was closed.
         closed: bool,
@@ -50,21 +50,21 @@ pub enum Fault {
     /// The PLC closed the connection instead of answering.
     #[error("{peer} closed the connection without an answer: all its connections may be in use")]
     Closed {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
     },
-    /// What came is no answer to what was asked.
-    #[error("{peer} sent what is no answer to the request: {why}")]
+    /// The PLC sent something that does not answer the request.
+    #[error("{peer} sent an invalid answer: {why}")]
     NoAnswer {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
-        /// What is wrong with it.
+        /// What is wrong with the answer.
         why: String,
     },
-    /// The PLC answered that it does not do what was asked.
+    /// The PLC refused the request.
     #[error("{peer} answered with end code {code}: {meaning}")]
     EndCode {
-        /// Who was asked.
+        /// The address or serial line of the PLC.
         peer: String,
         /// The code, as manuals write it.
         code: String,
@@ -74,7 +74,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether it may be gone when the PLC is asked again: the way there failed, and the PLC did not refuse.
+    /// Whether another request may succeed: the connection failed, and the PLC did not refuse.
     #[must_use]
     pub fn may_pass(&self) -> bool {
         match self {
@@ -92,7 +92,7 @@ impl Fault {
 /// What is wrong with an answer, before it is known from whom it came.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Wrong {
-    /// It is no answer to what was asked.
+    /// It does not answer the request.
     NoAnswer(String),
     /// It is a refusal.
     EndCode {

@@ -1,6 +1,6 @@
 //! Frames of FINS, over UDP and over TCP: requests and answers.
 //!
-//! Of its commands only those that read: memory areas (0101), the CPU's state (0601) and its cycle times (0620), as CS and
+//! Only the commands that read are supported: memory areas (0101), the CPU's state (0601) and its cycle times (0620), as CS and
 //! CJ CPUs have them (CS/CJ-series Communications Commands, sections 5-2 and 5-3).
 
 use super::device::{Area, Device, Kind};
@@ -11,7 +11,7 @@ const fn words_of(name: &'static str, code: u8) -> Area {
     Area { name, code, kind: Kind::Word, hexadecimal: false }
 }
 
-/// The areas, by the codes of their words. The code of their bits is that less 80 (hexadecimal).
+/// The areas with the codes of their words. The code of the bits of an area is lower by 0x80.
 pub const AREAS: &[Area] = &[
     words_of("CIO", 0xB0),
     words_of("W", 0xB1),
@@ -21,11 +21,11 @@ pub const AREAS: &[Area] = &[
 ];
 
 /// The most words that a request may ask for.
-pub const MOST_WORDS: u32 = 500;
+pub const MAX_WORDS: u32 = 500;
 
-/// What a request asks for.
+/// A request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ask {
+pub enum Query {
     /// Words from a device on.
     Words(Device, u16),
     /// The CPU's state.
@@ -34,66 +34,66 @@ pub enum Ask {
     CycleTimes,
 }
 
-/// Who sends to whom: nodes of the local network.
+/// The node numbers of client and PLC in the local network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Nodes {
-    /// The own.
+    /// This program's node.
     pub own: u8,
-    /// The PLC's.
+    /// The PLC's node.
     pub plc: u8,
 }
 
-/// What an end code means, as far as it is known here.
+/// The meaning of an end code. Unknown codes refer to the manual.
 #[must_use]
 pub fn meaning(main: u8, sub: u8) -> &'static str {
     match (main, sub) {
         (0x01, _) => "the local node is not ready",
-        (0x02, _) => "the node that was asked is not there, or busy",
+        (0x02, _) => "the PLC's node does not exist or is busy",
         (0x04, _) => "the CPU does not know this command",
-        (0x05, _) => "there is no route to the node that was asked",
+        (0x05, _) => "there is no route to the PLC's node",
         (0x10, 0x01) => "the request is too long",
         (0x10, 0x02) => "the request is too short",
         (0x10, _) => "the request is not well-formed",
         (0x11, 0x01) => "there is no such memory area",
-        (0x11, 0x03 | 0x04) => "the words lie beyond the end of their area",
+        (0x11, 0x03 | 0x04) => "the words are beyond the end of their area",
         (0x11, 0x0B) => "the answer would be too long",
         (0x11, _) => "a parameter of the request is wrong",
-        (0x20 | 0x21, _) => "this cannot be read, it is protected",
-        (0x22, _) => "the CPU is not in a mode in which it answers this",
+        (0x20 | 0x21, _) => "these data are read-protected",
+        (0x22, _) => "the CPU does not allow this command in its present mode",
         (0x25, _) => "the unit has an error",
         (0x30, _) => "another node has the access right",
         _ => "see the end codes in the manual of communications commands",
     }
 }
 
-/// A request, as it is sent in one datagram.
+/// The frame of a request; it is one datagram.
 #[must_use]
-pub fn request(ask: Ask, nodes: Nodes, id: u8) -> Vec<u8> {
+pub fn request(ask: Query, nodes: Nodes, id: u8) -> Vec<u8> {
     let mut frame = vec![0x80, 0x00, 0x02, 0x00, nodes.plc, 0x00, 0x00, nodes.own, 0x00, id];
     match ask {
-        Ask::Words(device, count) => {
+        Query::Words(device, count) => {
             frame.extend([0x01, 0x01, device.area.code]);
-            // No area has more words than these two bytes can tell.
+            // No area has more words than two bytes can address.
             frame.extend(u16::try_from(device.index).unwrap_or(u16::MAX).to_be_bytes());
             frame.push(0);
             frame.extend(count.to_be_bytes());
         }
-        Ask::State => frame.extend([0x06, 0x01]),
-        Ask::CycleTimes => frame.extend([0x06, 0x20, 0x01]),
+        Query::State => frame.extend([0x06, 0x01]),
+        Query::CycleTimes => frame.extend([0x06, 0x20, 0x01]),
     }
     frame
 }
 
-/// What an answer to that request holds behind its end code.
+/// The data of an answer, which follows its end code.
 ///
 /// # Errors
-/// It is no answer to it, or a refusal.
+/// The frame does not answer this request, or the PLC refuses.
 pub fn accepted<'a>(frame: &'a [u8], request: &[u8]) -> Result<&'a [u8], Wrong> {
     let Some((head, rest)) = frame.split_at_checked(12) else {
-        return Err(Wrong::no(format!("{} bytes are no FINS frame", frame.len())));
+        return Err(Wrong::no(format!("{} bytes are too few for a FINS frame", frame.len())));
     };
     if head[0] & 0xC0 != 0xC0 {
-        return Err(Wrong::no("it is no response"));
+        return Err(Wrong::no("it is not a response"));
     }
     if head.get(9..12) != request.get(9..12) {
         return Err(Wrong::no("it answers another request"));
@@ -101,7 +101,7 @@ pub fn accepted<'a>(frame: &'a [u8], request: &[u8]) -> Result<&'a [u8], Wrong> 
     let Some((end, data)) = rest.split_at_checked(2) else {
         return Err(Wrong::no("it has no end code"));
     };
-    // Bit 7 tells of an error on the way, bits 6 and 7 of the second byte of one of the CPU, which runs on.
+    // Bit 7 of the first byte: an error of the network. Bits 6 and 7 of the second byte: a CPU error that does not stop it.
     match (end[0] & 0x7F, end[1] & 0x3F) {
         (0, 0) => Ok(data),
         (main, sub) => Err(Wrong::EndCode {
@@ -111,34 +111,37 @@ pub fn accepted<'a>(frame: &'a [u8], request: &[u8]) -> Result<&'a [u8], Wrong> 
     }
 }
 
-/// The words of such an answer.
+/// The words in the data of an answer.
 ///
 /// # Errors
-/// They are not as many as were asked for.
+/// Their number differs from the requested number.
 pub fn words(data: &[u8], count: u16) -> Result<Vec<u16>, Wrong> {
     let words: Vec<u16> =
         data.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]])).collect();
     if data.len() != 2 * usize::from(count) {
-        return Err(Wrong::no(format!("{count} words were asked for, {} came", words.len())));
+        return Err(Wrong::no(format!(
+            "{count} words were requested, but {} were received",
+            words.len()
+        )));
     }
     Ok(words)
 }
 
-/// The CPU's state of such an answer.
+/// The CPU's state in the data of an answer.
 ///
 /// # Errors
-/// It is cut short.
+/// The data is incomplete.
 pub fn state(data: &[u8]) -> Result<State, Wrong> {
     match data.first() {
         Some(status) => Ok(if status & 0x7F == 1 { State::Run } else { State::Stop }),
-        None => Err(Wrong::no("the CPU's state is cut short")),
+        None => Err(Wrong::no("the CPU's state is incomplete")),
     }
 }
 
-/// The mean, the largest and the least cycle time of such an answer, in tenths of a millisecond.
+/// The mean, the largest and the smallest cycle time in the data of an answer, in tenths of a millisecond.
 ///
 /// # Errors
-/// It is cut short.
+/// The data is incomplete.
 pub fn cycle_times(data: &[u8]) -> Result<[u32; 3], Wrong> {
     let number = |at: usize| {
         let four = data.get(4 * at..4 * at + 4)?;
@@ -146,15 +149,15 @@ pub fn cycle_times(data: &[u8]) -> Result<[u32; 3], Wrong> {
     };
     match (number(0), number(1), number(2)) {
         (Some(mean), Some(most), Some(least)) => Ok([mean, most, least]),
-        _ => Err(Wrong::no("the cycle times are cut short")),
+        _ => Err(Wrong::no("the cycle times are incomplete")),
     }
 }
 
-/// The answer of a CPU to a datagram; none to what is no request.
+/// The answer of an emulated CPU to a datagram. `None` if the datagram needs no answer.
 #[must_use]
 pub fn answer(frame: &[u8], memory: &mut dyn Memory) -> Option<Vec<u8>> {
     let (head, rest) = frame.split_at_checked(10)?;
-    // A response is not answered, nor a request that wants none.
+    // Responses, and requests that want no response, are not answered.
     if head[0] & 0x41 != 0 || head[0] & 0x80 == 0 {
         return None;
     }
@@ -181,7 +184,7 @@ fn answered(command: &[u8], rest: &[u8], memory: &mut dyn Memory) -> Result<Vec<
             if bit != 0 {
                 return Err(0x1103);
             }
-            if count > MOST_WORDS {
+            if count > MAX_WORDS {
                 return Err(0x110B);
             }
             let words = memory.words(area.name, first, count).ok_or(0x1104u16)?;
@@ -202,15 +205,15 @@ fn answered(command: &[u8], rest: &[u8], memory: &mut dyn Memory) -> Result<Vec<
     }
 }
 
-/// What stands in front of each frame over TCP.
+/// The first bytes of each frame over TCP.
 const MAGIC: &[u8; 4] = b"FINS";
 
-/// The header of FINS over TCP: its command.
+/// The command in the header of FINS over TCP.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
-    /// The client asks for its node's number.
+    /// The client asks for its node number.
     AskNode,
-    /// The server tells both.
+    /// The server sends both node numbers.
     TellNodes,
     /// A frame follows.
     Frame,
@@ -227,7 +230,7 @@ pub fn over_tcp(over: Over, error: u32, rest: &[u8]) -> Vec<u8> {
         Over::Frame => 2,
         Over::Fault => 3,
     };
-    // What is sent here fits a frame by far.
+    // All frames that are sent here are short.
     let length = u32::try_from(rest.len() + 8).unwrap_or(u32::MAX);
     let mut frame = MAGIC.to_vec();
     frame.extend(length.to_be_bytes());
@@ -237,16 +240,16 @@ pub fn over_tcp(over: Over, error: u32, rest: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// What a client asks first over TCP: the numbers of the nodes.
+/// The first frame of a client over TCP: it asks for the node numbers.
 #[must_use]
 pub fn hello() -> Vec<u8> {
     over_tcp(Over::AskNode, 0, &[0; 4])
 }
 
-/// The longest frame over TCP that is taken, its header included.
+/// The longest accepted frame over TCP, including its header.
 const LONGEST: usize = 4096;
 
-/// How far a stream's beginning is a frame over TCP.
+/// Whether a stream begins with a frame over TCP.
 #[must_use]
 pub fn split(bytes: &[u8]) -> Split {
     let both = bytes.len().min(4);
@@ -275,7 +278,7 @@ pub fn opened(frame: &[u8]) -> Option<(Option<Over>, u32, &[u8])> {
     Some((over, number(12)?, frame.get(16..)?))
 }
 
-/// What an error in the header over TCP means.
+/// The meaning of an error code in the header over TCP.
 #[must_use]
 pub fn tcp_meaning(error: u32) -> &'static str {
     match error {
@@ -283,19 +286,19 @@ pub fn tcp_meaning(error: u32) -> &'static str {
         2 => "the frame is too long",
         3 => "the command of the header is not known",
         0x20 => "all connections are in use",
-        0x21 => "the node is connected already",
-        0x22 => "the PLC is protected from this address",
-        0x23 => "the number of the own node is out of range",
+        0x21 => "the node is already connected",
+        0x22 => "the PLC does not accept connections from this address",
+        0x23 => "this computer's node number is out of range",
         0x24 => "both nodes have the same number",
-        0x25 => "all numbers of nodes are in use",
+        0x25 => "all node numbers are in use",
         _ => "see the Ethernet unit's manual",
     }
 }
 
-/// The nodes that a server tells.
+/// The node numbers in a server's first answer.
 ///
 /// # Errors
-/// It tells none.
+/// The answer has no node numbers, or reports an error.
 pub fn nodes(frame: &[u8]) -> Result<Nodes, Wrong> {
     match opened(frame) {
         Some((_, error, _)) if error != 0 => Err(Wrong::EndCode {
@@ -303,14 +306,14 @@ pub fn nodes(frame: &[u8]) -> Result<Nodes, Wrong> {
             meaning: tcp_meaning(error).to_owned(),
         }),
         Some((Some(Over::TellNodes), 0, &[_, _, _, own, _, _, _, plc])) => Ok(Nodes { own, plc }),
-        _ => Err(Wrong::no("it does not tell the numbers of the nodes")),
+        _ => Err(Wrong::no("it does not contain the node numbers")),
     }
 }
 
-/// The frame in what came over TCP.
+/// The FINS frame inside a frame over TCP.
 ///
 /// # Errors
-/// There is none.
+/// There is none, or the header reports an error.
 pub fn unwrapped(frame: &[u8]) -> Result<&[u8], Wrong> {
     match opened(frame) {
         Some((_, error, _)) if error != 0 => Err(Wrong::EndCode {
@@ -318,14 +321,14 @@ pub fn unwrapped(frame: &[u8]) -> Result<&[u8], Wrong> {
             meaning: tcp_meaning(error).to_owned(),
         }),
         Some((Some(Over::Frame), _, inner)) => Ok(inner),
-        _ => Err(Wrong::no("it holds no FINS frame")),
+        _ => Err(Wrong::no("it does not contain a FINS frame")),
     }
 }
 
-/// The answer of a CPU to a whole frame over TCP.
+/// The answer of an emulated CPU to a whole frame over TCP.
 #[must_use]
 pub fn answer_over_tcp(frame: &[u8], memory: &mut dyn Memory) -> Option<Vec<u8>> {
-    // The numbers of the nodes of client and server.
+    // The node numbers of client and server.
     const NODES: [u8; 8] = [0, 0, 0, 2, 0, 0, 0, 1];
     match opened(frame)? {
         (Some(Over::AskNode), ..) => Some(over_tcp(Over::TellNodes, 0, &NODES)),

@@ -1,4 +1,4 @@
-//! Frames of Host Link in C-mode, the way to CPUs that have a serial port alone.
+//! Frames of Host Link in C-mode, for CPUs that have only a serial port.
 //!
 //! `@`, the unit's number, a header, text, a check sum (all characters so far joined by exclusive or, in two hexadecimal
 //! digits), `*` and a carriage return. Only headers that read, or do nothing: RR (inputs, outputs and relays), RH, RL
@@ -33,10 +33,10 @@ pub const AREAS: &[Area] = &[
     Area { name: "CIO", code: b'R', kind: Kind::Word, hexadecimal: false },
 ];
 
-/// The most words that a request may ask for: those that the answer's first frame holds.
-pub const MOST_WORDS: u32 = 30;
+/// The most words in a request: as many as fit into the first frame of the answer.
+pub const MAX_WORDS: u32 = 30;
 /// The most flags of timers and counters, for the same reason.
-pub const MOST_FLAGS: u32 = 120;
+pub const MAX_FLAGS: u32 = 120;
 /// The longest frame.
 const LONGEST: usize = 131;
 
@@ -86,7 +86,7 @@ pub fn setting_request(unit: u8, from: u32, coil: Coil, number: u32) -> Vec<u8> 
     })
 }
 
-/// A request to send these characters back.
+/// A test request; the unit sends the same characters back.
 #[must_use]
 pub fn test_request(unit: u8, text: &str) -> Vec<u8> {
     closed(format!("@{unit:02}TS{text}"))
@@ -98,7 +98,7 @@ pub fn state_request(unit: u8) -> Vec<u8> {
     closed(format!("@{unit:02}MS"))
 }
 
-/// How far a stream's beginning is a frame.
+/// Whether a stream begins with a frame.
 #[must_use]
 pub fn split(bytes: &[u8]) -> Split {
     if bytes.first().is_some_and(|first| *first != b'@') {
@@ -111,24 +111,24 @@ pub fn split(bytes: &[u8]) -> Split {
     }
 }
 
-/// Unit and header of a whole frame, and the text behind; none if it is no frame.
+/// Unit and header of a whole frame, and the text after them.
 fn opened(frame: &[u8]) -> Result<(&str, &str), Wrong> {
     let body = frame.strip_suffix(b"*\r").filter(|body| body.first() == Some(&b'@'));
-    let body = body.ok_or_else(|| Wrong::no("no Host Link frame"))?;
+    let body = body.ok_or_else(|| Wrong::no("it is not a Host Link frame"))?;
     let Some((text, sum)) = body.split_at_checked(body.len().saturating_sub(2)) else {
-        return Err(Wrong::no("no Host Link frame"));
+        return Err(Wrong::no("it is not a Host Link frame"));
     };
     let told = std::str::from_utf8(sum).ok().and_then(|sum| u8::from_str_radix(sum, 16).ok());
     let own = check_sum(text);
     if told != Some(own) {
         let told = String::from_utf8_lossy(sum).into_owned();
         return Err(Wrong::no(format!(
-            "its check sum is {told}, that of its characters {own:02X}: the line disturbs it, or the parity differs"
+            "its check sum is {told}, but the received characters give {own:02X}: the line is disturbed, or the parity setting is wrong"
         )));
     }
     let text = std::str::from_utf8(text).ok().filter(|text| text.is_ascii());
-    let text = text.ok_or_else(|| Wrong::no("it holds what is no ASCII"))?;
-    text.split_at_checked(5).ok_or_else(|| Wrong::no("no Host Link frame"))
+    let text = text.ok_or_else(|| Wrong::no("it contains characters that are not ASCII"))?;
+    text.split_at_checked(5).ok_or_else(|| Wrong::no("it is not a Host Link frame"))
 }
 
 /// What an end code means, as far as it is known here.
@@ -142,7 +142,7 @@ pub fn meaning(code: u8) -> &'static str {
         0x13 => "the check sum of the request is wrong",
         0x14 => "the request is not well-formed",
         0x15 => "the words lie beyond the end of their area",
-        0x16 => "the unit does not know this command, or there is no such timer or counter",
+        0x16 => "the unit does not know this command, or the timer or counter does not exist",
         0x18 => "the frame is too long",
         0x19 => "it cannot be done",
         0x21 => "the CPU has an error",
@@ -166,7 +166,7 @@ fn accepted<'a>(frame: &'a [u8], request: &[u8]) -> Result<&'a str, Wrong> {
         Ok(code) => {
             Err(Wrong::EndCode { code: format!("{code:02X}"), meaning: meaning(code).to_owned() })
         }
-        Err(_) => Err(Wrong::no("its end code is no number")),
+        Err(_) => Err(Wrong::no("its end code is not a number")),
     }
 }
 
@@ -178,11 +178,15 @@ fn numbers(data: &str) -> Option<Vec<u16>> {
 /// The words of an answer to that request.
 ///
 /// # Errors
-/// It is no answer to it, or a refusal.
+/// The frame does not answer this request, or the PLC refuses.
 pub fn words(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<u16>, Wrong> {
-    let words = numbers(accepted(frame, request)?).ok_or_else(|| Wrong::no("it holds no words"))?;
+    let words =
+        numbers(accepted(frame, request)?).ok_or_else(|| Wrong::no("it does not contain words"))?;
     if words.len() != usize::from(count) {
-        return Err(Wrong::no(format!("{count} words were asked for, {} came", words.len())));
+        return Err(Wrong::no(format!(
+            "{count} words were requested, but {} were received",
+            words.len()
+        )));
     }
     Ok(words)
 }
@@ -190,16 +194,19 @@ pub fn words(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<u16>, Wrong
 /// The flags of an answer to that request.
 ///
 /// # Errors
-/// It is no answer to it, or a refusal.
+/// The frame does not answer this request, or the PLC refuses.
 pub fn flags(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<bool>, Wrong> {
     let data = accepted(frame, request)?;
     if data.len() != usize::from(count) {
-        return Err(Wrong::no(format!("{count} flags were asked for, {} came", data.len())));
+        return Err(Wrong::no(format!(
+            "{count} flags were requested, but {} were received",
+            data.len()
+        )));
     }
     let flag = |one: u8| match one {
         b'0' => Ok(false),
         b'1' => Ok(true),
-        _ => Err(Wrong::no("it holds no flags")),
+        _ => Err(Wrong::no("it does not contain flags")),
     };
     data.bytes().map(flag).collect()
 }
@@ -207,10 +214,10 @@ pub fn flags(frame: &[u8], request: &[u8], count: u16) -> Result<Vec<bool>, Wron
 /// The set value of an answer to that request, by number or by operand.
 ///
 /// # Errors
-/// It is no answer to it, or a refusal.
+/// The frame does not answer this request, or the PLC refuses.
 pub fn setting(frame: &[u8], request: &[u8]) -> Result<Setting, Wrong> {
     let data = accepted(frame, request)?;
-    let none = || Wrong::no("it holds no set value");
+    let none = || Wrong::no("it does not contain a set value");
     let (operand, number) = match data.len() {
         4 => ("CON ", data),
         8 => data.split_at(4),
@@ -225,19 +232,19 @@ pub fn setting(frame: &[u8], request: &[u8]) -> Result<Setting, Wrong> {
     Ok(Setting::Word { area, index: decimal.into() })
 }
 
-/// What operands are called in answers, and the areas that these are.
+/// The names of operands in answers, and their areas.
 const OPERANDS: &[(&str, &str)] =
     &[("CIO ", "IR"), ("LR  ", "LR"), ("HR  ", "HR"), ("AR  ", "AR"), ("DM  ", "DM")];
 
-/// The CPU's state of an answer to that request.
+/// The CPU's state in an answer to this request.
 ///
 /// # Errors
-/// It is no answer to it, or a refusal.
+/// The frame does not answer this request, or the PLC refuses.
 pub fn state(frame: &[u8], request: &[u8]) -> Result<State, Wrong> {
     let data = accepted(frame, request)?;
     let status = data.get(..4).and_then(numbers);
     let status = status.and_then(|words| words.first().copied());
-    let status = status.ok_or_else(|| Wrong::no("the CPU's state is cut short"))?;
+    let status = status.ok_or_else(|| Wrong::no("the CPU's state is incomplete"))?;
     // Bits 8 and 9: 00 program, 10 run, 11 monitor.
     Ok(if status >> 9 & 1 == 1 { State::Run } else { State::Stop })
 }

@@ -1,9 +1,9 @@
-//! Talks with PLCs and answers as one: frames of SLMP, FINS and Host Link, and the connections that carry them.
+//! Reads PLCs and serves emulated ones: frames of SLMP, FINS and Host Link, and the connections that carry them.
 //!
-//! Frames are pure functions from bytes to bytes (`slmp`, `fins`, `hostlink`), for both ends. [`client`] asks over a
-//! connection, and only reads: it has no frame that writes. [`server`] answers for an emulated CPU. [`registers`] says
-//! where a CPU keeps its scan times. [`station`] asks a unit on a serial line, and finds its way back when frames are
-//! lost; [`pty`] is such a line without wires.
+//! Pure functions encode and decode frames (`slmp`, `fins`, `hostlink`), for both ends. [`client`] sends requests over a
+//! connection; there is no request that writes. [`server`] answers for an emulated CPU. [`registers`] lists
+//! where a CPU stores its scan times. [`station`] reads a unit on a serial line and recovers when frames are
+//! lost; [`pty`] is a serial line between two programs.
 
 pub mod client;
 pub mod device;
@@ -21,23 +21,23 @@ mod transport;
 
 pub use fault::Fault;
 
-/// What a CPU is doing.
+/// The state of a CPU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It runs its program.
     Run,
-    /// It does not.
+    /// It does not run its program.
     Stop,
 }
 
-/// The instructions that time and count, as far as they have set values that can be asked for.
+/// The timer and counter instructions whose set values can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coil {
     /// A timer in tenths of a second.
     Timer,
     /// A timer in hundredths of a second.
     FastTimer,
-    /// A timer that adds up.
+    /// A retentive timer.
     TotalizingTimer,
     /// A counter that counts down.
     Counter,
@@ -60,7 +60,7 @@ impl Coil {
         Coil::NAMES.iter().find(|(coil, _)| *coil == self).map_or("", |(_, name)| name)
     }
 
-    /// The one with this mnemonic.
+    /// The instruction with this mnemonic.
     #[must_use]
     pub fn named(name: &str) -> Option<Coil> {
         Coil::NAMES.iter().find(|(_, one)| *one == name).map(|(coil, _)| *coil)
@@ -70,9 +70,9 @@ impl Coil {
 /// A set value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Setting {
-    /// The number.
+    /// A number.
     Number(u16),
-    /// The word that holds it, in decimal digits.
+    /// The word that holds it, in BCD.
     Word {
         /// Its area.
         area: &'static str,
@@ -83,34 +83,34 @@ pub enum Setting {
 
 /// The memory and the state of a CPU that a server answers for.
 pub trait Memory {
-    /// Words from a device on, sixteen bits a word where the area holds bits; none where there are no such devices.
+    /// Words from a device on, sixteen bits a word if the area holds bits. `None` if these devices do not exist.
     fn words(&mut self, area: &str, first: u32, count: u32) -> Option<Vec<u16>>;
 
-    /// Bits from a device on; none where there are no such devices, or words.
+    /// Bits from a device on. `None` if these devices do not exist or are words.
     fn bits(&mut self, area: &str, first: u32, count: u32) -> Option<Vec<bool>>;
 
-    /// The set value of the first such instruction from a program address on; none where there is none.
+    /// The set value of the first such instruction from a program address on. `None` if there is no such instruction.
     fn setting(&mut self, _coil: Coil, _number: u32, _from: u32) -> Option<Setting> {
         None
     }
 
-    /// What it is doing.
+    /// The state of the CPU.
     fn state(&mut self) -> State;
 
     /// The CPU's name.
     fn model(&mut self) -> String;
 
-    /// The mean, the largest and the least scan time, in tenths of a millisecond.
+    /// The mean, the largest and the smallest scan time, in tenths of a millisecond.
     fn scan_times(&mut self) -> [u32; 3];
 }
 
-/// How far the beginning of a stream of bytes is a frame.
+/// Whether a stream of bytes begins with a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Split {
     /// More bytes are needed.
     More,
-    /// The frame has so many bytes.
+    /// The first frame has this many bytes.
     Frame(usize),
-    /// No frame begins so.
+    /// The bytes do not begin a frame.
     Garbage,
 }

@@ -11,23 +11,23 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// A pseudo-terminal's end on which an emulated PLC sits.
+/// The end of a pseudo-terminal that an emulated PLC uses.
 pub struct Pty {
     own: File,
-    /// The other end stays open, so that whoever comes and goes there does not end the line.
+    /// The other end is kept open, so that the line does not end when a client disconnects.
     _other: OwnedFd,
     path: PathBuf,
-    /// A name by which the other end is found, however often the line is opened anew.
+    /// A fixed name of the other end, even if the line is opened again.
     link: Option<PathBuf>,
     /// How long a read waits.
     patience: Duration,
 }
 
 impl Pty {
-    /// Opens one. With `link`, the other end has this name as well; a link of that name that is left over is replaced.
+    /// Opens a pseudo-terminal. With `link`, the other end also has this name; an existing link of this name is replaced.
     ///
     /// # Errors
-    /// The system gives none, or something else has that name.
+    /// The system has no pseudo-terminal, or the name is used by something other than a link.
     pub fn open(link: Option<&Path>, patience: Duration) -> io::Result<Pty> {
         let own = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         grantpt(&own)?;
@@ -48,7 +48,7 @@ impl Pty {
         Ok(Pty { own: own.into(), _other: other, path, link: link.map(Path::to_owned), patience })
     }
 
-    /// Where the other end is.
+    /// The path of the other end.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)
@@ -68,7 +68,7 @@ impl Read for Pty {
 
 impl Write for Pty {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // Where nobody reads, the line fills up: what is sent then is lost, as on wires.
+        // If nobody reads, the line fills up. Further bytes are lost, as on wires.
         let mut fds = [PollFd::new(&self.own, PollFlags::OUT)];
         match poll(&mut fds, Some(&Timespec::default()))? {
             0 => Ok(bytes.len()),
@@ -84,7 +84,7 @@ impl Write for Pty {
 impl Drop for Pty {
     fn drop(&mut self) {
         let Some(link) = &self.link else { return };
-        // One that was opened anew since has the name now.
+        // A pseudo-terminal that was opened later may have taken over the name.
         if std::fs::read_link(link).is_ok_and(|to| to == self.path) {
             let _ = std::fs::remove_file(link);
         }

@@ -1,46 +1,46 @@
-//! Where CPUs keep their scan times, and how these are written there.
+//! The registers in which CPUs store their scan times, and their formats.
 //!
-//! Q: QnUCPU User's Manual (SD520 to SD527). The others are recalled, not verified: docs/measuring.md says how to tell in
-//! a minute whether they hold for a CPU.
+//! Q: QnUCPU User's Manual (SD520 to SD527). The others are unverified: docs/measuring.md says how to check in
+//! a minute whether they are right for a CPU.
 
 use scanbound_base::time::Picos;
 
-/// A scan time in words.
+/// A scan time in registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Register {
     /// The area.
     pub area: &'static str,
     /// Its first word.
     pub first: u32,
-    /// How it is written.
+    /// Its format.
     pub form: Form,
 }
 
-/// How a scan time is written.
+/// The format of a scan time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// A word of milliseconds, and one of microseconds.
     Parts,
     /// Tenths of a millisecond in one word.
     Word,
-    /// Tenths of a millisecond in two words, the least first.
+    /// Tenths of a millisecond in two words, the low word first.
     Double,
     /// Tenths of a millisecond in four decimal digits.
     Bcd,
 }
 
-/// Where a CPU keeps its scan times.
+/// The registers in which a CPU stores its scan times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Registers {
     /// The family of timing tables.
     pub family: &'static str,
-    /// The scan before this one.
+    /// The last scan.
     pub current: Register,
-    /// The shortest since the CPU runs.
+    /// The shortest scan since the CPU started.
     pub least: Option<Register>,
-    /// The longest since the CPU runs.
+    /// The longest scan since the CPU started.
     pub most: Option<Register>,
-    /// In what steps they go.
+    /// The resolution of the times.
     pub step: Picos,
 }
 
@@ -101,7 +101,7 @@ pub fn of(family: &str) -> Option<&'static Registers> {
     ALL.iter().find(|one| one.family == family)
 }
 
-/// The families of which they are known.
+/// The families whose registers are known.
 pub fn families() -> impl Iterator<Item = &'static str> {
     ALL.iter().map(|one| one.family)
 }
@@ -116,7 +116,7 @@ impl Form {
         }
     }
 
-    /// The time in words; none if they hold none.
+    /// The time in these words. `None` if they do not hold a time.
     #[must_use]
     pub fn read(self, words: &[u16]) -> Option<Picos> {
         let tenths = |tenths: u32| Picos(u64::from(tenths) * TENTH.0);
@@ -135,7 +135,7 @@ impl Form {
         }
     }
 
-    /// A time as it stands in words; what is too long, as the longest that can stand there.
+    /// Encodes a time. A time that is too long becomes the longest possible one.
     #[must_use]
     pub fn write(self, time: Picos) -> Vec<u16> {
         let low = |number: u64| u16::try_from(number).unwrap_or(u16::MAX);

@@ -16,7 +16,7 @@ pub enum Parity {
     None,
 }
 
-/// How characters go over a line.
+/// The settings of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// Bits a second.
@@ -30,7 +30,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// What Host Link Units are delivered with.
+    /// The factory settings of Host Link Units.
     fn default() -> Settings {
         Settings { baud: 9600, parity: Parity::Even, bits: 7, stop: 2 }
     }
@@ -47,13 +47,13 @@ impl fmt::Display for Settings {
     }
 }
 
-/// Whether it is a pseudo-terminal, on which bytes go as they are.
+/// Whether it is a pseudo-terminal, which ignores these settings.
 fn is_pseudo(path: &Path) -> bool {
     let real = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     ["/dev/pts", "/dev/ttys"].iter().any(|begin| real.to_string_lossy().starts_with(begin))
 }
 
-/// Opens a line; one without settings stays as it is set.
+/// Opens a line. Without settings its present ones are kept.
 ///
 /// # Errors
 /// It cannot be opened, or cannot have these settings.
@@ -63,7 +63,7 @@ pub fn open(path: &str, settings: Option<Settings>) -> io::Result<SerialPort> {
     let configure = |mut set: serial2::Settings| {
         set.set_raw();
         set.set_flow_control(FlowControl::None);
-        // A pseudo-terminal takes no speed, no parity and no size, and needs none.
+        // A pseudo-terminal has no speed, parity or character size.
         if !pseudo {
             set.set_baud_rate(wanted.baud)?;
             set.set_char_size(if wanted.bits == 7 { CharSize::Bits7 } else { CharSize::Bits8 });

@@ -1,4 +1,4 @@
-//! Answers for an emulated CPU: listens, and hands every whole frame to who holds its memory.
+//! Serves an emulated CPU: listens, and passes every whole request to the thread that holds its memory.
 
 use super::{Memory, Split, fins, hostlink, slmp};
 use std::fmt;
@@ -10,10 +10,10 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// What is listened to.
+/// A protocol to serve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spoken {
-    /// SLMP over TCP, binary or ASCII as each request is.
+pub enum ServedProtocol {
+    /// SLMP over TCP; the coding of each request decides that of its answer.
     Slmp,
     /// FINS over TCP.
     FinsTcp,
@@ -23,69 +23,69 @@ pub enum Spoken {
     HostLink(u8),
 }
 
-impl fmt::Display for Spoken {
+impl fmt::Display for ServedProtocol {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Spoken::Slmp => "Slmp",
-            Spoken::FinsTcp => "FinsTcp",
-            Spoken::FinsUdp => "FinsUdp",
-            Spoken::HostLink(_) => "HostLink",
+            ServedProtocol::Slmp => "Slmp",
+            ServedProtocol::FinsTcp => "FinsTcp",
+            ServedProtocol::FinsUdp => "FinsUdp",
+            ServedProtocol::HostLink(_) => "HostLink",
         })
     }
 }
 
-impl Spoken {
-    /// How far a stream's beginning is a request.
+impl ServedProtocol {
+    /// Whether a stream begins with a request.
     #[must_use]
     pub fn split(self, bytes: &[u8]) -> Split {
         match self {
-            Spoken::Slmp => slmp::split(bytes, false),
-            Spoken::FinsTcp => fins::split(bytes),
-            Spoken::FinsUdp => Split::Frame(bytes.len()),
-            Spoken::HostLink(_) => hostlink::split(bytes),
+            ServedProtocol::Slmp => slmp::split(bytes, false),
+            ServedProtocol::FinsTcp => fins::split(bytes),
+            ServedProtocol::FinsUdp => Split::Frame(bytes.len()),
+            ServedProtocol::HostLink(_) => hostlink::split(bytes),
         }
     }
 
-    /// The answer to a request; none to what is not answered.
+    /// The answer to a request. `None` if it needs no answer.
     #[must_use]
     pub fn answer(self, frame: &[u8], memory: &mut dyn Memory) -> Option<Vec<u8>> {
         match self {
-            Spoken::Slmp => Some(slmp::answer(frame, memory)),
-            Spoken::FinsTcp => fins::answer_over_tcp(frame, memory),
-            Spoken::FinsUdp => fins::answer(frame, memory),
-            Spoken::HostLink(unit) => hostlink::answer(frame, unit, memory),
+            ServedProtocol::Slmp => Some(slmp::answer(frame, memory)),
+            ServedProtocol::FinsTcp => fins::answer_over_tcp(frame, memory),
+            ServedProtocol::FinsUdp => fins::answer(frame, memory),
+            ServedProtocol::HostLink(unit) => hostlink::answer(frame, unit, memory),
         }
     }
 }
 
-/// A request that waits for the CPU to answer it between two scans.
+/// A request that the CPU will answer between two scans.
 pub struct Request {
-    spoken: Spoken,
+    spoken: ServedProtocol,
     frame: Vec<u8>,
     back: Sender<Option<Vec<u8>>>,
 }
 
 impl Request {
-    /// Answers it. Who asked may have gone.
+    /// Answers it. The client may have closed the connection meanwhile.
     pub fn answer(self, memory: &mut dyn Memory) {
         let _ = self.back.send(self.spoken.answer(&self.frame, memory));
     }
 }
 
 /// The most connections at a time.
-const MOST: usize = 64;
-/// What a connection's thread takes of memory.
+const MAX_CONNECTIONS: usize = 64;
+/// The stack size of a connection's thread.
 const STACK: usize = 128 << 10;
-/// More bytes than this without a frame are none.
+/// If more bytes than this contain no whole frame, none is expected any more.
 const LONGEST: usize = 1 << 17;
-/// How long a read waits before it is seen whether all is over.
+/// How long a read waits before the server checks whether it must stop.
 pub const PAUSE: Duration = Duration::from_millis(20);
 
-/// Who listens, and where.
+/// A listening socket.
 pub struct Listening {
-    /// The address, with the port that was chosen where 0 was asked for.
+    /// The address. If port 0 was requested, it contains the port that the system chose.
     pub address: SocketAddr,
-    spoken: Spoken,
+    spoken: ServedProtocol,
     socket: Socket,
 }
 
@@ -95,19 +95,19 @@ enum Socket {
 }
 
 impl Listening {
-    /// Begins to listen.
+    /// Starts to listen.
     ///
     /// # Errors
-    /// The address is in use, or none of this machine.
-    pub fn on(spoken: Spoken, address: SocketAddr) -> io::Result<Listening> {
+    /// The address is in use, or does not belong to this computer.
+    pub fn on(spoken: ServedProtocol, address: SocketAddr) -> io::Result<Listening> {
         let (socket, address) = match spoken {
-            Spoken::FinsUdp => {
+            ServedProtocol::FinsUdp => {
                 let socket = UdpSocket::bind(address)?;
                 socket.set_read_timeout(Some(PAUSE))?;
                 let address = socket.local_addr()?;
                 (Socket::Udp(socket), address)
             }
-            Spoken::Slmp | Spoken::FinsTcp | Spoken::HostLink(_) => {
+            ServedProtocol::Slmp | ServedProtocol::FinsTcp | ServedProtocol::HostLink(_) => {
                 let listener = TcpListener::bind(address)?;
                 listener.set_nonblocking(true)?;
                 let address = listener.local_addr()?;
@@ -117,13 +117,13 @@ impl Listening {
         Ok(Listening { address, spoken, socket })
     }
 
-    /// What is spoken there.
+    /// Its protocol.
     #[must_use]
-    pub fn spoken(&self) -> Spoken {
+    pub fn spoken(&self) -> ServedProtocol {
         self.spoken
     }
 
-    /// Serves until `over`, each connection on a thread of its own. Requests are handed on to who holds the memory.
+    /// Serves until `over` is set, each connection on its own thread. Requests are passed to the thread that holds the memory.
     pub fn serve(self, requests: Sender<Request>, over: Arc<AtomicBool>) {
         match self.socket {
             Socket::Udp(socket) => datagrams(&socket, self.spoken, &requests, &over),
@@ -134,7 +134,7 @@ impl Listening {
                         thread::sleep(PAUSE);
                         continue;
                     };
-                    if open.fetch_add(1, Ordering::Relaxed) >= MOST {
+                    if open.fetch_add(1, Ordering::Relaxed) >= MAX_CONNECTIONS {
                         open.fetch_sub(1, Ordering::Relaxed);
                         continue;
                     }
@@ -142,11 +142,11 @@ impl Listening {
                     let spoken = self.spoken;
                     let left = Arc::clone(&open);
                     let answer = move || {
-                        // Whatever a client does ends its own connection alone.
+                        // An error of a client ends only its connection.
                         let _ = connection(stream, spoken, &requests, &over);
                         open.fetch_sub(1, Ordering::Relaxed);
                     };
-                    // Where memory is short, the connection is closed.
+                    // If no thread can be started, the connection is closed.
                     if thread::Builder::new().stack_size(STACK).spawn(answer).is_err() {
                         left.fetch_sub(1, Ordering::Relaxed);
                     }
@@ -156,19 +156,24 @@ impl Listening {
     }
 }
 
-/// Has a frame answered.
-fn asked(spoken: Spoken, frame: &[u8], requests: &Sender<Request>) -> Option<Vec<u8>> {
+/// Passes a request on and waits for its answer.
+fn asked(spoken: ServedProtocol, frame: &[u8], requests: &Sender<Request>) -> Option<Vec<u8>> {
     let (back, answer) = channel();
     requests.send(Request { spoken, frame: frame.to_vec(), back }).ok()?;
     answer.recv().ok()?
 }
 
-fn datagrams(socket: &UdpSocket, spoken: Spoken, requests: &Sender<Request>, over: &AtomicBool) {
+fn datagrams(
+    socket: &UdpSocket,
+    spoken: ServedProtocol,
+    requests: &Sender<Request>,
+    over: &AtomicBool,
+) {
     let mut buffer = [0; 4096];
     while !over.load(Ordering::Relaxed) {
         let Ok((count, peer)) = socket.recv_from(&mut buffer) else { continue };
         if let Some(back) = asked(spoken, &buffer[..count], requests) {
-            // Who asked may have gone.
+            // The client may have closed the connection meanwhile.
             let _ = socket.send_to(&back, peer);
         }
     }
@@ -176,11 +181,11 @@ fn datagrams(socket: &UdpSocket, spoken: Spoken, requests: &Sender<Request>, ove
 
 fn connection(
     stream: TcpStream,
-    spoken: Spoken,
+    spoken: ServedProtocol,
     requests: &Sender<Request>,
     over: &AtomicBool,
 ) -> io::Result<()> {
-    // On some systems a connection inherits what its listener was set to.
+    // On some systems a connection inherits the settings of its listener.
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PAUSE))?;
@@ -188,13 +193,13 @@ fn connection(
     answers(stream, spoken, requests, over)
 }
 
-/// Answers what comes on a line until it ends or all is `over`. Its reads wait for a short time only.
+/// Answers the requests on a line until it ends or `over` is set. Its reads wait only for a short time.
 ///
 /// # Errors
 /// The line broke.
 pub fn answers(
     mut stream: impl Read + Write,
-    spoken: Spoken,
+    spoken: ServedProtocol,
     requests: &Sender<Request>,
     over: &AtomicBool,
 ) -> io::Result<()> {
@@ -210,12 +215,12 @@ pub fn answers(
                 }
                 continue;
             }
-            // A serial line may be disturbed: what comes before a frame is passed over.
-            Split::Garbage if matches!(spoken, Spoken::HostLink(_)) => {
+            // A serial line may be disturbed: bytes before a frame are skipped.
+            Split::Garbage if matches!(spoken, ServedProtocol::HostLink(_)) => {
                 held.remove(0);
                 continue;
             }
-            // Where a stream went wrong, no next frame can be found.
+            // After a wrong byte in a TCP stream the next frame cannot be found.
             Split::Garbage => return Ok(()),
             Split::More if held.len() > LONGEST => return Ok(()),
             Split::More => {}

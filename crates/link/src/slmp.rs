@@ -1,7 +1,7 @@
 //! Frames of SLMP and of the MC protocol, 3E: requests and answers, in binary and in ASCII.
 //!
-//! Of the protocol's commands only those that read: devices in units of words and of bits (0401), and the CPU's name
-//! (0101). By the frames of pages named in docs/measuring.md.
+//! Only the commands that read are supported: devices in units of words and of bits (0401), and the CPU's name
+//! (0101). docs/measuring.md names the sources.
 
 use super::device::{Area, Device, Kind};
 use super::fault::Wrong;
@@ -11,7 +11,7 @@ const fn area(name: &'static str, code: u8, kind: Kind, hexadecimal: bool) -> Ar
     Area { name, code, kind, hexadecimal }
 }
 
-/// The areas, by their codes in binary frames. In ASCII frames stands the name, with `*` behind a name of one letter.
+/// The areas with their codes in binary frames. ASCII frames contain the name; `*` follows a name of one letter.
 pub const AREAS: &[Area] = &[
     area("SM", 0x91, Kind::Bit, false),
     area("SD", 0xA9, Kind::Word, false),
@@ -39,11 +39,11 @@ pub const AREAS: &[Area] = &[
 ];
 
 /// The most words that a request may ask for.
-pub const MOST_WORDS: u32 = 960;
+pub const MAX_WORDS: u32 = 960;
 /// The most bits that a request may ask for.
-const MOST_BITS: u32 = 7168;
+const MAX_BITS: u32 = 7168;
 
-/// How frames are written.
+/// The coding of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
     /// As bytes.
@@ -52,10 +52,10 @@ pub enum Code {
     Ascii,
 }
 
-/// What a request asks for.
+/// A request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ask {
-    /// Words from a device on, sixteen bits a word where it is a bit.
+pub enum Query {
+    /// Words from a device on. If it is a bit device, a word holds sixteen of them.
     Words(Device, u16),
     /// Bits from a device on.
     Bits(Device, u16),
@@ -63,24 +63,24 @@ pub enum Ask {
     Model,
 }
 
-/// The end codes that are told from each other, and what they mean.
+/// The known end codes and their meanings.
 const END_CODES: &[(u16, &str)] = &[
-    (0xC050, "data in ASCII holds what is no digit"),
+    (0xC050, "the ASCII data contain a character that is not a digit"),
     (0xC051, "too many devices at once"),
     (0xC052, "too many devices at once"),
-    (0xC056, "the devices lie beyond the end of their area"),
+    (0xC056, "the devices are beyond the end of their area"),
     (0xC059, "the CPU does not know this command"),
     (0xC05B, "these devices cannot be read"),
-    (0xC05C, "the request is not well-formed, or words were asked of what has bits alone"),
+    (0xC05C, "the request is not well-formed, or words were requested of a bit device"),
     (0xC060, "the request is not well-formed"),
-    (0xC061, "the length of the request does not agree with what it holds"),
-    (0xC0B5, "the request holds data that cannot be handled"),
-    (0x4031, "the devices lie beyond those that the CPU has by its parameters"),
-    (0x4080, "the request holds data that cannot be handled"),
+    (0xC061, "the length in the request does not agree with its data"),
+    (0xC0B5, "the request contains data that cannot be handled"),
+    (0x4031, "the devices are beyond the range that the CPU's parameters set"),
+    (0x4080, "the request contains data that cannot be handled"),
     (0xC201, "the connection is locked by a remote password"),
 ];
 
-/// What an end code means, as far as it is known here.
+/// The meaning of an end code. Unknown codes refer to the manual.
 #[must_use]
 pub fn meaning(code: u16) -> &'static str {
     let known = END_CODES.iter().find(|(one, _)| *one == code);
@@ -92,23 +92,23 @@ const PATIENCE: u16 = 4;
 
 /// A request.
 #[must_use]
-pub fn request(ask: Ask, code: Code) -> Vec<u8> {
+pub fn request(ask: Query, code: Code) -> Vec<u8> {
     let mut data = Writer::new(code);
     data.number(PATIENCE, 2);
     match ask {
-        Ask::Words(device, count) => {
+        Query::Words(device, count) => {
             data.number(0x0401u16, 2);
             data.number(0x0000u16, 2);
             data.device(device);
             data.number(count, 2);
         }
-        Ask::Bits(device, count) => {
+        Query::Bits(device, count) => {
             data.number(0x0401u16, 2);
             data.number(0x0001u16, 2);
             data.device(device);
             data.number(count, 2);
         }
-        Ask::Model => {
+        Query::Model => {
             data.number(0x0101u16, 2);
             data.number(0x0000u16, 2);
         }
@@ -116,7 +116,7 @@ pub fn request(ask: Ask, code: Code) -> Vec<u8> {
     framed(0x5000, &data.bytes, code)
 }
 
-/// A frame: subheader, route to the own station, length, and the rest.
+/// A frame: subheader, route to the connected station, length, and the rest.
 fn framed(subheader: u16, rest: &[u8], code: Code) -> Vec<u8> {
     let mut frame = Writer::new(code);
     // The subheader alone is not swapped.
@@ -128,13 +128,13 @@ fn framed(subheader: u16, rest: &[u8], code: Code) -> Vec<u8> {
     frame.number(0xFFu8, 1);
     frame.number(0x03FFu16, 2);
     frame.number(0x00u8, 1);
-    // What is asked for fits a frame by far.
+    // All requests are short.
     frame.number(u16::try_from(rest.len()).unwrap_or(u16::MAX), 2);
     frame.bytes.extend(rest);
     frame.bytes
 }
 
-/// Writes numbers: least byte first in binary, digits in their order in ASCII.
+/// Writes numbers: in binary the low byte first, in ASCII the high digit first.
 struct Writer {
     bytes: Vec<u8>,
     code: Code,
@@ -173,7 +173,7 @@ impl Writer {
     }
 }
 
-/// Reads numbers; none where bytes are missing or no digits.
+/// Reads numbers. `None` if bytes are missing or are not digits.
 struct Reader<'a> {
     bytes: &'a [u8],
     code: Code,
@@ -200,7 +200,7 @@ impl<'a> Reader<'a> {
         self.number(2).and_then(|number| u16::try_from(number).ok())
     }
 
-    /// A device, or its absence if the area is not known.
+    /// A device; the inner `None` if the area is unknown.
     fn device(&mut self) -> Option<Option<Device>> {
         match self.code {
             Code::Binary => {
@@ -230,7 +230,7 @@ fn digits(digits: &[u8], radix: u32) -> Option<u32> {
     all.then(|| u32::from_str_radix(text, radix).ok()).flatten()
 }
 
-/// How a stream's beginning is written: none if it is not known yet.
+/// The coding of a stream, from its first bytes. `None` if it is not known yet.
 fn code_of(bytes: &[u8]) -> Option<Code> {
     match *bytes.first()? {
         0x50 | 0xD0 if bytes.get(1) == Some(&0) => Some(Code::Binary),
@@ -239,7 +239,7 @@ fn code_of(bytes: &[u8]) -> Option<Code> {
     }
 }
 
-/// How far a stream's beginning is a frame whose subheader is that of requests, or of answers.
+/// Whether a stream begins with a frame: an answer if `answers` is set, otherwise a request.
 #[must_use]
 pub fn split(bytes: &[u8], answers: bool) -> Split {
     let subheaders: [&[u8]; 2] =
@@ -268,17 +268,17 @@ pub fn split(bytes: &[u8], answers: bool) -> Split {
     if bytes.len() < whole { Split::More } else { Split::Frame(whole) }
 }
 
-/// Splits a whole frame: how it is written, and what stands behind its length.
+/// The part of a whole frame after its length.
 fn opened(frame: &[u8]) -> Option<Reader<'_>> {
     let code = code_of(frame)?;
     let head = if code == Code::Binary { 9 } else { 18 };
     Some(Reader { bytes: frame.get(head..)?, code })
 }
 
-/// What an answer to a request for so many words holds.
+/// The words in an answer to a request for `count` words.
 ///
 /// # Errors
-/// It is no such answer, or a refusal.
+/// The frame does not answer such a request, or the PLC refuses.
 pub fn words(frame: &[u8], count: u16) -> Result<Vec<u16>, Wrong> {
     let mut data = accepted(frame)?;
     let mut words = Vec::new();
@@ -286,15 +286,18 @@ pub fn words(frame: &[u8], count: u16) -> Result<Vec<u16>, Wrong> {
         words.push(word);
     }
     if !data.bytes.is_empty() || words.len() != usize::from(count) {
-        return Err(Wrong::no(format!("{count} words were asked for, {} came", words.len())));
+        return Err(Wrong::no(format!(
+            "{count} words were requested, but {} were received",
+            words.len()
+        )));
     }
     Ok(words)
 }
 
-/// What an answer to a request for so many bits holds.
+/// The bits in an answer to a request for `count` bits.
 ///
 /// # Errors
-/// It is no such answer, or a refusal.
+/// The frame does not answer such a request, or the PLC refuses.
 pub fn bits(frame: &[u8], count: u16) -> Result<Vec<bool>, Wrong> {
     let data = accepted(frame)?;
     let count = usize::from(count);
@@ -306,7 +309,10 @@ pub fn bits(frame: &[u8], count: u16) -> Result<Vec<bool>, Wrong> {
     };
     let expected = if data.code == Code::Binary { count.next_multiple_of(2) } else { count };
     if bits.len() != expected {
-        return Err(Wrong::no(format!("{count} bits were asked for, {} came", bits.len())));
+        return Err(Wrong::no(format!(
+            "{count} bits were requested, but {} were received",
+            bits.len()
+        )));
     }
     Ok(bits[..count].to_vec())
 }
@@ -314,16 +320,16 @@ pub fn bits(frame: &[u8], count: u16) -> Result<Vec<bool>, Wrong> {
 /// The CPU's name in an answer.
 ///
 /// # Errors
-/// It is no such answer, or a refusal.
+/// The frame does not answer such a request, or the PLC refuses.
 pub fn model(frame: &[u8]) -> Result<String, Wrong> {
     let mut data = accepted(frame)?;
-    let name = data.take(16).ok_or_else(|| Wrong::no("the CPU's name is cut short"))?;
+    let name = data.take(16).ok_or_else(|| Wrong::no("the CPU's name is incomplete"))?;
     Ok(String::from_utf8_lossy(name).trim().to_owned())
 }
 
-/// What an answer holds whose end code is that of success.
+/// The data of an answer whose end code reports success.
 fn accepted(frame: &[u8]) -> Result<Reader<'_>, Wrong> {
-    let mut data = opened(frame).ok_or_else(|| Wrong::no("no 3E frame"))?;
+    let mut data = opened(frame).ok_or_else(|| Wrong::no("it is not a 3E frame"))?;
     let code = data.word().ok_or_else(|| Wrong::no("it has no end code"))?;
     match code {
         0 => Ok(data),
@@ -331,7 +337,7 @@ fn accepted(frame: &[u8]) -> Result<Reader<'_>, Wrong> {
     }
 }
 
-/// The answer of a CPU to a whole request. What it does not know it answers with an end code.
+/// The answer of an emulated CPU to a whole request; an end code if the request is not supported.
 #[must_use]
 pub fn answer(frame: &[u8], memory: &mut dyn Memory) -> Vec<u8> {
     let code = code_of(frame).unwrap_or(Code::Binary);
@@ -344,7 +350,7 @@ pub fn answer(frame: &[u8], memory: &mut dyn Memory) -> Vec<u8> {
         }
         Err(end) => {
             rest.number(end, 2);
-            // Which station, command and subcommand it is about.
+            // The station, command and subcommand of the request.
             let (command, sub) = asked(frame).unwrap_or_default();
             rest.number(0x00u8, 1);
             rest.number(0xFFu8, 1);
@@ -380,10 +386,10 @@ fn answered(mut data: Reader<'_>, memory: &mut dyn Memory) -> Result<Vec<u8>, u1
             }
             let device = device.ok_or(0xC05Bu16)?;
             if sub == 0 {
-                if !(1..=MOST_WORDS).contains(&count) {
+                if !(1..=MAX_WORDS).contains(&count) {
                     return Err(0xC051);
                 }
-                // Bits are read in words from a sixteenth on.
+                // Words of bit devices begin at a multiple of 16.
                 if device.area.kind == Kind::Bit && !device.index.is_multiple_of(16) {
                     return Err(0xC05C);
                 }
@@ -393,7 +399,7 @@ fn answered(mut data: Reader<'_>, memory: &mut dyn Memory) -> Result<Vec<u8>, u1
                 if device.area.kind == Kind::Word {
                     return Err(0xC05C);
                 }
-                if !(1..=MOST_BITS).contains(&count) {
+                if !(1..=MAX_BITS).contains(&count) {
                     return Err(0xC052);
                 }
                 let bits = memory.bits(device.area.name, device.index, count).ok_or(0xC056u16)?;
@@ -415,7 +421,7 @@ fn answered(mut data: Reader<'_>, memory: &mut dyn Memory) -> Result<Vec<u8>, u1
             let name = memory.model();
             let name: Vec<u8> = name.bytes().chain(std::iter::repeat(b' ')).take(16).collect();
             out.bytes.extend(name);
-            // The type's number differs between CPUs; this one is none's.
+            // The type code differs between CPUs; no CPU has 0.
             out.number(0u16, 2);
         }
         _ => return Err(0xC059),

@@ -1,8 +1,8 @@
-//! A Host Link unit that is asked again and again: every answer is one to what was asked, or it is no answer.
+//! A Host Link unit that is read repeatedly. Each answer is matched with its request.
 //!
-//! Answers do not say which words they hold, so one that comes late would pass for that to the next request. After
-//! whatever went wrong a test with characters of its own is sent first: once these are back, no earlier answer is on its
-//! way any more. A line that is gone is opened anew.
+//! An answer does not name the words that it contains, so a late answer could be mistaken for the next one. Therefore,
+//! after every error a test request with unique characters is sent first: when they come back, no earlier answer can
+//! follow. A line that was closed is opened again.
 
 use super::client::is_address;
 use super::device::Device;
@@ -13,20 +13,20 @@ use super::transport::Transport;
 use super::{Coil, Setting, Split, State};
 use std::time::{Duration, Instant};
 
-/// A unit and the way to it.
+/// A unit and its line.
 pub struct Station {
     peer: String,
     unit: u8,
     settings: Settings,
     patience: Duration,
     line: Option<Transport>,
-    /// Whether the next answer is to the next request.
+    /// Whether the next answer will belong to the next request.
     in_step: bool,
     tests: u32,
 }
 
 impl Station {
-    /// A unit of that number on a serial line, or behind a serial device server (`HOST:PORT`). It is not asked yet.
+    /// A unit with this number on a serial line, or behind a serial device server (`HOST:PORT`). Nothing is sent yet.
     #[must_use]
     pub fn new(peer: &str, unit: u8, settings: Settings, patience: Duration) -> Station {
         let peer = peer.to_owned();
@@ -54,7 +54,7 @@ impl Station {
         self.line.is_some()
     }
 
-    /// What the unit answers to a request, as `read` reads it.
+    /// Sends a request and decodes the answer with `read`.
     fn ask<T>(
         &mut self,
         request: &[u8],
@@ -71,7 +71,7 @@ impl Station {
                 self.line = None;
             }
             Err(Fault::Half { closed: true, .. }) => self.line = None,
-            // Whatever was wrong, its remains may still come.
+            // After any error, further bytes of the answer may still arrive.
             Err(Fault::TimedOut { .. } | Fault::Half { .. } | Fault::NoAnswer { .. }) => {
                 self.in_step = false;
             }
@@ -84,7 +84,7 @@ impl Station {
         self.line.as_mut().ok_or_else(|| Fault::Closed { peer: peer.clone() })
     }
 
-    /// Makes sure that the next answer will be to the next request.
+    /// Ensures that the next answer will belong to the next request.
     fn step(&mut self) -> Result<(), Fault> {
         if self.in_step {
             return Ok(());
@@ -100,7 +100,7 @@ impl Station {
                 return Err(Fault::TimedOut { peer, after });
             }
             match line.next(frame_or_noise) {
-                // What is left of earlier answers, or of what disturbed the line.
+                // The rest of an earlier answer, or noise.
                 Ok(frame) if frame.ends_with(&request) => break,
                 Ok(_) => {}
                 Err(fault) => return Err(fault),
@@ -110,37 +110,37 @@ impl Station {
         Ok(())
     }
 
-    /// Words from a device on, from one moment.
+    /// Reads words from a device on, all at the same moment.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn words(&mut self, device: Device, count: u16) -> Result<Vec<u16>, Fault> {
         let request = hostlink::request(self.unit, device, count);
         self.ask(&request, |frame| hostlink::words(frame, &request, count))
     }
 
-    /// Present values of timers and counters from one on, as their words hold them.
+    /// The present values of timers and counters from this number on, as words.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn present(&mut self, first: u32, count: u16) -> Result<Vec<u16>, Fault> {
         let request = hostlink::present_request(self.unit, first, count);
         self.ask(&request, |frame| hostlink::words(frame, &request, count))
     }
 
-    /// Flags of timers and counters from one on.
+    /// The flags of timers and counters from this number on.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn flags(&mut self, first: u32, count: u16) -> Result<Vec<bool>, Fault> {
         let request = hostlink::flags_request(self.unit, first, count);
         self.ask(&request, |frame| hostlink::flags(frame, &request, count))
     }
 
-    /// The set value of a timer or counter that is a number.
+    /// The set value of a timer or counter, if it is a number.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn number(&mut self, coil: Coil, number: u32) -> Result<Setting, Fault> {
         let request = hostlink::number_request(self.unit, coil, number);
         self.ask(&request, |frame| hostlink::setting(frame, &request))
@@ -149,7 +149,7 @@ impl Station {
     /// The set value, or the word that holds it, of the first such instruction from a program address on.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn setting(&mut self, from: u32, coil: Coil, number: u32) -> Result<Setting, Fault> {
         let request = hostlink::setting_request(self.unit, from, coil, number);
         self.ask(&request, |frame| hostlink::setting(frame, &request))
@@ -158,18 +158,18 @@ impl Station {
     /// Whether the CPU runs.
     ///
     /// # Errors
-    /// There is no answer, or a refusal.
+    /// The unit does not answer, or refuses.
     pub fn state(&mut self) -> Result<State, Fault> {
         let request = hostlink::state_request(self.unit);
         self.ask(&request, |frame| hostlink::state(frame, &request))
     }
 }
 
-/// The same as [`hostlink::split`], but what begins no frame goes by up to the next `@`.
+/// The same as [`hostlink::split`], but skips to the next `@` if no frame begins.
 fn frame_or_noise(bytes: &[u8]) -> Split {
     match bytes.first() {
         Some(b'@') => match hostlink::split(bytes) {
-            // An `@` may be noise, too.
+            // An `@` may also be noise.
             Split::Garbage => Split::Frame(1),
             known => known,
         },

@@ -13,7 +13,7 @@ pub struct Transport {
     peer: String,
     patience: Duration,
     line: Line,
-    /// What came and belongs to no frame yet.
+    /// Received bytes that are not yet part of a whole frame.
     rest: Vec<u8>,
 }
 
@@ -45,7 +45,7 @@ impl Transport {
         Ok(Transport::of(peer, patience, Line::Tcp(stream)))
     }
 
-    /// Sends over UDP, and takes datagrams of the peer alone.
+    /// Opens a UDP socket that accepts only datagrams from the peer.
     pub fn udp(peer: &str, patience: Duration) -> Result<Transport, Fault> {
         let address = Transport::address(peer)?;
         let own = if address.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
@@ -57,7 +57,7 @@ impl Transport {
         Ok(Transport::of(peer, patience, Line::Udp(socket)))
     }
 
-    /// Opens a serial line; one without settings stays as it is set.
+    /// Opens a serial line. Without settings its present ones are kept.
     pub fn serial(
         peer: &str,
         settings: Option<Settings>,
@@ -69,12 +69,12 @@ impl Transport {
         Ok(Transport::of(peer, patience, Line::Serial(port)))
     }
 
-    /// Whom it is connected with.
+    /// The address or the serial line of the peer.
     pub fn peer(&self) -> &str {
         &self.peer
     }
 
-    /// The own and the peer's last byte of their addresses, by which nodes are numbered; 0 where there is none.
+    /// The last bytes of this computer's and the peer's addresses, which serve as node numbers; 0 without an address.
     pub fn nodes(&self) -> (u8, u8) {
         let last = |address: io::Result<SocketAddr>| match address {
             Ok(SocketAddr::V4(address)) => address.ip().octets()[3],
@@ -88,7 +88,7 @@ impl Transport {
 
     /// Sends a request and waits for a whole frame.
     pub fn ask(&mut self, request: &[u8], split: fn(&[u8]) -> Split) -> Result<Vec<u8>, Fault> {
-        // What came too late answers an earlier request.
+        // Bytes that arrived late belong to the answer to an earlier request.
         self.rest.clear();
         self.discard();
         self.send(request)?;
@@ -117,7 +117,7 @@ impl Transport {
                 Split::Garbage if !self.rest.is_empty() => {
                     return Err(Fault::NoAnswer {
                         peer: self.peer.clone(),
-                        why: "it begins as no frame of this protocol does".to_owned(),
+                        why: "it does not begin like a frame of this protocol".to_owned(),
                     });
                 }
                 Split::Garbage | Split::More => {}
@@ -149,7 +149,7 @@ impl Transport {
         }
     }
 
-    /// What came next; nothing if the line was closed.
+    /// The next received bytes; empty if the line was closed.
     fn receive(&mut self, patience: Duration) -> io::Result<Vec<u8>> {
         let mut buffer = [0; 4096];
         match &mut self.line {
@@ -165,7 +165,7 @@ impl Transport {
                 port.set_read_timeout(patience)?;
                 match port.read(&mut buffer) {
                     Ok(count) => Ok(buffer[..count].to_vec()),
-                    // The device is gone, or its other end.
+                    // The device or its other end was removed.
                     Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Vec::new()),
                     Err(error) => Err(error),
                 }
@@ -173,11 +173,11 @@ impl Transport {
         }
     }
 
-    /// Throws away what came before anything was asked.
+    /// Discards bytes that arrived before the request.
     pub fn discard(&mut self) {
         self.rest.clear();
         if let Line::Serial(port) = &self.line {
-            // What cannot be thrown away is found to be no answer.
+            // If this fails, the check of the answer finds the remaining bytes.
             let _ = port.discard_input_buffer();
         }
     }

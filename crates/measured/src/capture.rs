@@ -31,7 +31,8 @@ pub fn read(
         let file = Input { name: name.to_owned(), bytes: bytes.to_vec() };
         match detect(&file) {
             Ok(FileKind::Program(dialect)) => {
-                let message = format!("this is a program ({}), no measurement", dialect.name);
+                let message =
+                    format!("this is a program ({}), not a file of measurements", dialect.name);
                 let help = "the last file that is named holds the measurements";
                 vec![Diagnostic::file(Code::Capture, name, message, help)]
             }

@@ -50,8 +50,8 @@ fn cut_short(name: &str, text: &str) -> Option<Diagnostic> {
     // The first row may be the heading.
     let (&last, others) = lines.get(1..)?.split_last()?;
     let is_shorter = !others.is_empty() && others.iter().all(|&one| one > last);
-    let message = "the file ends within its last row, as if it had been cut off there";
-    let help = "export the capture again, or leave that row out";
+    let message = "the last row is shorter than all others: the file may be truncated";
+    let help = "export the capture again, or delete this row";
     is_shorter.then(|| fault(name, message, help).warning())
 }
 
@@ -77,7 +77,7 @@ impl<'a> Table<'a> {
         let is_comment = |line: &&str| line.starts_with([';', '#']) || line.trim().is_empty();
         let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
         let Some(first) = text.lines().nth(comments.len()) else {
-            return Err(vec![fault(name, "the file holds no rows", "capture some scans first")]);
+            return Err(vec![fault(name, "the file has no rows", "capture some scans first")]);
         };
         let sigrok = sigrok(&comments);
         let delimiter = if first.contains('\t') {
@@ -135,7 +135,7 @@ impl<'a> Table<'a> {
             if row.iter().skip(columns).all(str::is_empty) {
                 return Ok((line, row));
             }
-            let message = format!("this row has {} cells, the head has {columns}", row.len());
+            let message = format!("this row has {} cells, the heading has {columns}", row.len());
             let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
             let mut faults = Faults::new(self.name);
             faults.at(Code::Capture, line, &joined(&row), &message, help);
@@ -209,7 +209,7 @@ impl<'a> Table<'a> {
             match decimal.read(cell, unit) {
                 Some(value) if selection.pulses || value > 0 => values.push(value),
                 read => {
-                    let what = if read.is_some() { "no scan time" } else { "no number" };
+                    let what = if read.is_some() { "not a scan time" } else { "not a number" };
                     let help = "each row holds a decimal number, larger than 0";
                     faults.at(
                         Code::Capture,
@@ -239,7 +239,7 @@ impl<'a> Table<'a> {
                 Ok(origin.measurements(format!("{shown} ({unit})"), times))
             }
             Some(_) => {
-                Err(vec![fault(self.name, "the file holds no rows", "capture some scans first")])
+                Err(vec![fault(self.name, "the file has no rows", "capture some scans first")])
             }
             None => Err(vec![fault(self.name, "a scan time is too large", "is the unit right?")]),
         }
@@ -265,7 +265,7 @@ impl<'a> Table<'a> {
             let mut found = fault(
                 self.name,
                 format!("'{cell}' {why}"),
-                "say with --decimal point or --decimal comma what marks the decimals",
+                "give the decimal separator: --decimal point or --decimal comma",
             );
             found.line = Some(line);
             vec![found]
@@ -290,7 +290,8 @@ impl<'a> Table<'a> {
                     stamps.push(stamp);
                 }
                 _ => {
-                    let message = format!("'{cell}' is no date and time like those before it");
+                    let message =
+                        format!("'{cell}' is not a date and time of the same form as before");
                     let help = "each row holds a time stamp such as 2026-11-21T17:42:31.250";
                     faults.at(Code::Capture, line, &joined(&row), &message, help);
                 }
@@ -327,12 +328,12 @@ impl<'a> Table<'a> {
             [column] => Ok(column),
             _ => {
                 let message = if found.is_empty() {
-                    "no column is known to hold scan times"
+                    "no column is recognised as scan times"
                 } else {
                     "several columns may hold scan times"
                 };
                 let help = format!(
-                    "name it with --column, with --pulses if it holds time stamps, or name a captured signal with --signal; the columns are {}",
+                    "name the column with --column (and --pulses if it contains time stamps), or a captured signal with --signal; the columns are {}",
                     self.columns()
                 );
                 Err(vec![fault(self.name, message, help)])
@@ -345,22 +346,23 @@ impl<'a> Table<'a> {
         let head = &self.heads[column];
         match (unit_of(head), given) {
             (Some(own), Some(given)) if own != given => {
-                let message = format!("the head '{head}' says {own}, --unit says {given}");
-                Err(vec![fault(self.name, message, "leave --unit out, or mend the head")])
+                let message =
+                    format!("the heading '{head}' has the unit {own}, but --unit is {given}");
+                Err(vec![fault(self.name, message, "omit --unit, or correct the heading")])
             }
             (Some(unit), _) | (None, Some(unit)) => Ok(unit),
             (None, None) => {
                 let message = if head.is_empty() {
-                    "the column has no name that tells its unit".to_owned()
+                    "the column has no name, so its unit is unknown".to_owned()
                 } else {
-                    format!("the column '{head}' does not name its unit")
+                    format!("the heading '{head}' has no unit")
                 };
                 let units = UNITS.map(|unit| unit.name).join(", ");
                 Err(vec![fault(
                     self.name,
                     message,
                     format!(
-                        "give it with --unit, one of {units}; the last file named is taken for the measurements"
+                        "give it with --unit, one of {units} (the last file on the command line is read as the measurements)"
                     ),
                 )])
             }
@@ -394,11 +396,11 @@ impl<'a> Table<'a> {
                 (None, _) => None,
             };
             let Some(level) = level else {
-                let message = format!("'{cell}' is no level");
+                let message = format!("'{cell}' is not a level");
                 let help = match selection.threshold {
-                    Some(_) => "an analog signal is a number in each row",
+                    Some(_) => "each row of an analog signal must contain a number",
                     None => {
-                        "a captured signal is 0 or 1; of an analog one say with --threshold where it changes, such as --threshold 2.5 or 0.8..2.0"
+                        "a digital signal must be 0 or 1; for an analog one give the switching level: --threshold 2.5 or 0.8..2.0"
                     }
                 };
                 faults.at(Code::Capture, line, &text(), &message, help);
@@ -419,18 +421,18 @@ impl<'a> Table<'a> {
                         Code::Capture,
                         line,
                         &text(),
-                        "this row is not later than the last",
+                        "the time of this row is not later than that of the row before",
                         help,
                     );
                 }
                 None => {
                     let (message, help) = match clock {
                         RowClock::Dated { .. } => (
-                            "the time is no time stamp like those before it",
+                            "the time is not a time stamp of the same form as before",
                             "each row has a time stamp such as 2026-11-21T17:42:31.250, all with or all without a date and a zone",
                         ),
                         _ => (
-                            "the time is no number",
+                            "the time is not a number",
                             "each row begins with the time as a decimal number, or as a time stamp such as 2026-11-21T17:42:31.250",
                         ),
                     };
@@ -497,10 +499,10 @@ impl<'a> Table<'a> {
             }
             _ => {
                 let help = format!(
-                    "a column is headed by Time and its unit (Time [s]), or a comment gives the sample rate (; Samplerate: 1 MHz); the columns are {}",
+                    "give a column named Time with its unit (Time [s]), or a comment with the sample rate (; Samplerate: 1 MHz); the columns are {}",
                     self.columns()
                 );
-                Err(vec![fault(self.name, "nothing tells the samples' time", help)])
+                Err(vec![fault(self.name, "the file does not give the times of the samples", help)])
             }
         }
     }

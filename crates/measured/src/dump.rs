@@ -251,14 +251,12 @@ impl Signals {
                 Ok((first.path.clone(), first.code))
             }
             ([], Some(wanted)) => {
-                let message = format!("the dump has no signal '{wanted}' of one bit");
+                let message = format!("the dump has no one-bit signal '{wanted}'");
                 Err(vec![fault(file, message, format!("its signals are {}", names()))])
             }
-            ([], None) => Err(vec![fault(
-                file,
-                "the dump has no signal of one bit",
-                "capture the scan's pulse",
-            )]),
+            ([], None) => {
+                Err(vec![fault(file, "the dump has no one-bit signal", "capture the scan's pulse")])
+            }
             (_, Some(wanted)) => {
                 let message = format!("the dump has several signals '{wanted}'");
                 let help = format!("give the whole path: one of {}", names());

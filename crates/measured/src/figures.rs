@@ -1,25 +1,25 @@
-//! The figures that are compared: those of the measurement, and what the analysis says.
+//! The figures that are compared: those of the measurement and those of the analysis.
 
 use scanbound_audit::Audit;
 use scanbound_base::time::Picos;
 
-/// What the analysis says about a scan.
+/// The bounds of a scan from the analysis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bounds {
     /// No scan takes longer.
     pub upper: Picos,
-    /// A scan that was replayed takes this long.
+    /// The time of a replayed scan.
     pub lower: Picos,
-    /// Every scan takes as long at least, if the table's times are the machine's: what no condition avoids,
-    /// without the factor, which allows for what need not happen.
+    /// Every scan takes at least this long if the table's times are those of the machine: the time that no condition avoids,
+    /// without the service factor, because services need not run.
     pub least: Picos,
     /// The timing table.
     pub table: String,
-    /// How much of the bound rests on assumed times.
+    /// The part of the bound that consists of assumed times.
     pub assumed: Picos,
     /// Why the bound may be too low.
     pub doubts: Vec<String>,
-    /// The words of a scan and the clock's division, for a machine that runs one word a clock.
+    /// For a machine that executes one word in each clock cycle: the number of words in each scan.
     pub clocked: Option<u64>,
 }
 
@@ -42,15 +42,15 @@ impl Bounds {
 /// The figures of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Figures {
-    /// How many scans.
+    /// The number of scans.
     pub count: usize,
     /// The shortest.
     pub least: Picos,
     /// The mean, rounded to the nearest picosecond.
     pub mean: Picos,
-    /// Half of the scans are no longer.
+    /// Half of the scans take at most this long.
     pub median: Picos,
-    /// 99.9 in a hundred scans are no longer (nearest rank).
+    /// 99.9 % of the scans take at most this long (nearest rank).
     pub p999: Picos,
     /// The longest.
     pub most: Picos,
@@ -59,7 +59,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The figures of scan times; `None` of none.
+    /// The figures of scan times. `None` if there are no times.
     #[must_use]
     pub fn of(times: &[Picos]) -> Option<Figures> {
         let mut sorted = times.to_vec();
@@ -68,7 +68,7 @@ impl Figures {
         let count = sorted.len();
         let sum: u128 = sorted.iter().map(|time| u128::from(time.0)).sum();
         let mean = (sum + count as u128 / 2) / count as u128;
-        // The nearest rank: the smallest time that so many are no longer than.
+        // The nearest rank: the smallest time that is not exceeded by this share of the scans.
         let rank = |thousandths: usize| sorted[(count * thousandths).div_ceil(1000).max(1) - 1];
         Some(Figures {
             count,

@@ -62,9 +62,9 @@ fn oscilloscopes_files_are_read_by_their_heads() {
     assert_eq!(times(&format!("{head}microseconds,V\n{pulseview}"), &analog("A0")), Ok(vec![3]));
     // Without a threshold it is said what to do; a broken sample has its line.
     let plain = Selection { threshold: None, ..analog("1") };
-    assert_eq!(times(&keysight, &plain), Err((Some(3), "'0.1' is no level".to_owned())));
+    assert_eq!(times(&keysight, &plain), Err((Some(3), "'0.1' is not a level".to_owned())));
     let broken = keysight.replace("3.3", "?");
-    assert_eq!(times(&broken, &analog("1")), Err((Some(7), "'?' is no level".to_owned())));
+    assert_eq!(times(&broken, &analog("1")), Err((Some(7), "'?' is not a level".to_owned())));
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn commas_are_understood_or_refused_but_never_cut_off() {
     let cut = "scan_us\n8448\n8,448\n";
     assert_eq!(
         times(cut, &plain),
-        Err((Some(3), "this row has 2 cells, the head has 1".to_owned()))
+        Err((Some(3), "this row has 2 cells, the heading has 1".to_owned()))
     );
     for text in ["scan_us;n\n8448,5;1\n8,448;2\n", "scan_us\tn\n8448,5\t1\n8,448\t2\n"] {
         assert_eq!(times(text, &plain), Ok(vec![8448, 8]));

@@ -92,7 +92,7 @@ impl Signs {
     pub(super) fn decimal(self, semicolons: bool) -> Result<Decimal, Doubt> {
         match (self.point, self.comma, self.either) {
             (Some((line, cell)), Some((_, other)), _) => {
-                Err((line, cell, format!("and '{other}' cannot both be right")))
+                Err((line, cell, format!("and '{other}' use different decimal separators")))
             }
             (Some(_), None, _) => Ok(Decimal::Point),
             (None, Some(_), _) => Ok(Decimal::Comma),

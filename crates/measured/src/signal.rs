@@ -156,10 +156,9 @@ impl Origin<'_> {
         let how = format!("between the {} of {signal}", edges.edge.word());
         if edges.at.len() < 2 {
             let found = edges.at.len();
-            let help =
-                "capture the signal for longer; is it the right one, and the right edge (--edge)?";
+            let help = "capture for longer, or check --signal and --edge";
             let message =
-                format!("{signal} has {found} {} where two make a scan", edges.edge.word());
+                format!("{signal} has {found} {}, but at least two are needed", edges.edge.word());
             return Err(vec![fault(self.name, message, help)]);
         }
         let mut measured = self.of_stamps(how, &edges.at)?;
@@ -172,12 +171,12 @@ impl Origin<'_> {
             !gaps.contains(&(index - 1))
         });
         if measured.times.is_empty() {
-            let message = "the machine stood still in every interval";
+            let message = "the signal of --while was off in every interval";
             return Err(vec![fault(self.name, message, "capture some scans without a gap")]);
         }
         if !gaps.is_empty() {
             let message = format!(
-                "{} of {} intervals are left out: the machine stood still in them",
+                "{} of {} intervals are ignored: the signal of --while was off in them",
                 gaps.len(),
                 gaps.len() + measured.times.len()
             );
@@ -205,8 +204,8 @@ impl Origin<'_> {
             }
         }
         if times.is_empty() {
-            let help = "a scan lies between two time stamps: capture more";
-            return Err(vec![fault(self.name, "there are not two time stamps", help)]);
+            let help = "two time stamps give one scan time: capture more";
+            return Err(vec![fault(self.name, "the column has fewer than two time stamps", help)]);
         }
         Ok(self.measurements(how, times))
     }

@@ -97,7 +97,9 @@ fn a_dump_is_read_to_the_picosecond() {
             .contains("several")
     );
     assert!(
-        read("d.vcd", &file, &signal("D9")).expect_err("none")[0].message.contains("no signal")
+        read("d.vcd", &file, &signal("D9")).expect_err("none")[0]
+            .message
+            .contains("no one-bit signal")
     );
 }
 
@@ -192,34 +194,40 @@ fn files_without_scan_times_are_refused_with_what_to_do() {
     let plain = Selection::default();
     assert_eq!(message("", &plain), "the file is empty");
     assert_eq!(message(" \n\n", &plain), "the file is empty");
-    assert_eq!(message("; only a comment\n", &plain), "the file holds no rows");
-    assert_eq!(message("scan_us\n", &plain), "the file holds no rows");
-    assert_eq!(message("scan\n1\n", &plain), "the column 'scan' does not name its unit");
+    assert_eq!(message("; only a comment\n", &plain), "the file has no rows");
+    assert_eq!(message("scan_us\n", &plain), "the file has no rows");
+    assert_eq!(message("scan\n1\n", &plain), "the heading 'scan' has no unit");
     assert_eq!(message("1\n2\n", &plain), "the column has no name that tells its unit");
     let wrong = Selection { unit: ms, ..Selection::default() };
-    assert_eq!(message("scan_us\n1\n", &wrong), "the head 'scan_us' says us, --unit says ms");
+    assert_eq!(
+        message("scan_us\n1\n", &wrong),
+        "the heading 'scan_us' has the unit us, but --unit is ms"
+    );
     let missing = Selection { column: Some("cycle"), ..Selection::default() };
     assert_eq!(message("a,scan_us\n1,2\n", &missing), "there is no column 'cycle'");
-    assert_eq!(message("a,b_us\n1,2\n", &plain), "no column is known to hold scan times");
+    assert_eq!(message("a,b_us\n1,2\n", &plain), "no column is recognised as scan times");
     assert_eq!(message("scan_us,cycle_us\n1,2\n", &plain), "several columns may hold scan times");
-    assert_eq!(message("scan_us\n1\n0\n", &plain), "'0' is no scan time");
-    assert_eq!(message("scan_us\n1\nx\n", &plain), "'x' is no number");
-    assert_eq!(message("a,b\n0,1\n", &signal("b")), "nothing tells the samples' time");
+    assert_eq!(message("scan_us\n1\n0\n", &plain), "'0' is not a scan time");
+    assert_eq!(message("scan_us\n1\nx\n", &plain), "'x' is not a number");
+    assert_eq!(
+        message("a,b\n0,1\n", &signal("b")),
+        "the file does not give the times of the samples"
+    );
     assert_eq!(
         message("Time [s],b\n0,1\n", &signal("b")),
-        "b has 0 rising edges where two make a scan"
+        "b has 0 rising edges, but at least two are needed"
     );
-    assert_eq!(message("Time [s],b\n0,1.5\n", &signal("b")), "'1.5' is no level");
+    assert_eq!(message("Time [s],b\n0,1.5\n", &signal("b")), "'1.5' is not a level");
     assert_eq!(
         message("Time [s],b\n0,1\n0,0\n", &signal("b")),
-        "this row is not later than the last"
+        "the time of this row is not later than that of the row before"
     );
     let pulses = Selection { pulses: true, ..Selection::default() };
     assert_eq!(
         message("time_us\n5\n3\n", &pulses),
         "time stamp 2 is not later than the one before"
     );
-    assert_eq!(message("time_us\n5\n", &pulses), "there are not two time stamps");
+    assert_eq!(message("time_us\n5\n", &pulses), "the column has fewer than two time stamps");
     assert_eq!(
         message("$timescale 1 us $end\n", &plain).split(':').next(),
         Some("not a value change dump")

@@ -84,8 +84,8 @@ pub fn lower_bound_model(
             found.charges.push(Charge { reached, fires, on, off, ..bare() });
             continue;
         }
-        let dearer = if on > off { fires } else { circuit.and(reached, idle) };
-        add(dearer, Picos(on.max(off).0 - base.0));
+        let larger = if on > off { fires } else { circuit.and(reached, idle) };
+        add(larger, Picos(on.max(off).0 - base.0));
         let fires = reached;
         found.charges.push(Charge { reached, fires, on: base, off: base, ..bare() });
     }

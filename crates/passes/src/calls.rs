@@ -6,7 +6,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::{Program, flow};
 
 /// The deepest nesting of calls that any CPU allows.
-const MOST_NESTED: usize = 64;
+const MAX_NESTING: usize = 64;
 
 /// Rejects routines that call themselves, directly or through others.
 pub const PASS: Pass = Pass { name: "following calls", run: |program, _| check(program) };
@@ -20,8 +20,8 @@ fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
             message,
             "remove the call, or the one that leads back to this subroutine",
         )
-    } else if let Some(at) = flow::nested_beyond(program, MOST_NESTED) {
-        let message = format!("calls are nested more than {MOST_NESTED} deep");
+    } else if let Some(at) = flow::nested_beyond(program, MAX_NESTING) {
+        let message = format!("calls are nested more than {MAX_NESTING} deep");
         (
             at,
             Code::Nesting,
@@ -52,8 +52,8 @@ mod tests {
     fn calls_may_stand_in_each_other_but_not_in_a_circle_nor_too_deep() {
         let code = |calls, last| check(&chain(calls, last)).map_err(|faults| faults[0].code);
         assert_eq!(code(1, 0), Ok(()));
-        assert_eq!(code(MOST_NESTED, 0), Ok(()));
-        assert_eq!(code(MOST_NESTED + 1, 0), Err(Code::Nesting));
+        assert_eq!(code(MAX_NESTING, 0), Ok(()));
+        assert_eq!(code(MAX_NESTING + 1, 0), Err(Code::Nesting));
         assert_eq!(code(3, 2), Err(Code::Recursion));
         assert_eq!(code(1, 2), Err(Code::Recursion));
     }

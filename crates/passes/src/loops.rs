@@ -15,16 +15,16 @@ use scanbound_ir::{
 use std::collections::{BTreeMap, BTreeSet};
 
 /// If more than this many single ranges of an area are written, the whole area is havocked.
-const MOST_RANGES: usize = 256;
+const MAX_RANGES: usize = 256;
 
 /// A loop that unrolls to more executed instructions than this is summarised.
-const MOST_UNROLLED: u64 = 200_000;
+const MAX_UNROLLED: u64 = 200_000;
 
 /// If even loops and routines with this few executions had to be summarised, the whole program is summarised.
 const SMALLEST: u64 = 64;
 
 /// The largest number of charges in all summaries together; beyond it, the whole program is summarised.
-const MOST_CHARGES: usize = 4_000_000;
+const MAX_CHARGES: usize = 4_000_000;
 
 /// The number of executions of an instruction overflows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +57,7 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
         }
         let Step::ForBegin { most, .. } = program.instructions[begin].step else { continue };
         let size = flow::unrolled(program, begin + 1, end).saturating_mul(u64::from(most));
-        if !unknown && size <= MOST_UNROLLED {
+        if !unknown && size <= MAX_UNROLLED {
             continue;
         }
         behind = end;
@@ -365,7 +365,7 @@ impl Shape {
         let mut keep = |gathered: &Collected| {
             charges += gathered.charges.len();
             endless |= gathered.endless;
-            charges <= MOST_CHARGES && !gathered.endless
+            charges <= MAX_CHARGES && !gathered.endless
         };
         for &begin in &plan.loops {
             let Step::ForBegin { most, end, .. } = program.instructions[begin].step else {
@@ -383,7 +383,7 @@ impl Shape {
                 routines.push((entry, gathered));
             }
         }
-        if charges > MOST_CHARGES || endless {
+        if charges > MAX_CHARGES || endless {
             return summarise_all(program, SummaryReason::TooManyInstructions);
         }
         for &index in &plan.interrupts {
@@ -606,13 +606,13 @@ fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
             *ranges.entry(first.area).or_default() += 1;
         }
     }
-    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MOST_RANGES);
+    let is_many = |region: &Region| matches!(region, Region::Range { first, .. } if ranges[&first.area] > MAX_RANGES);
     let mut merged: Vec<Region> =
         regions.iter().copied().filter(|region| !is_many(region)).collect();
     merged.extend(
         ranges
             .iter()
-            .filter(|(_, count)| **count > MOST_RANGES)
+            .filter(|(_, count)| **count > MAX_RANGES)
             .map(|(&area, _)| Region::Area(area)),
     );
     merged

@@ -369,7 +369,7 @@ fn a_jump_out_ends_the_loops_and_a_return_too() {
 }
 
 #[test]
-fn a_loop_summary_charges_the_dearer_times_havocs_and_leaves_by_its_first_open_exit() {
+fn a_loop_summary_charges_the_larger_times_havocs_and_leaves_by_its_first_open_exit() {
     let summary = Step::Summary(Box::new(Summary {
         end: 2,
         charges: vec![(1, 7), (2, 3)],

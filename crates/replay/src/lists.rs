@@ -4,7 +4,7 @@ use super::words::{number, words_of};
 use scanbound_ir::meaning::{Arithmetic, Operation};
 
 /// The maximum length of a list.
-const MOST: u16 = 0x7FFF;
+const MAX_LENGTH: u16 = 0x7FFF;
 
 /// The results of the operation on these inputs.
 pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
@@ -32,7 +32,7 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
         }
         Operation::Resize(words) => fitting(signed(0)?, usize::from(words))?,
         Operation::Repeat => {
-            let times = second_word().filter(|times| (1..=MOST).contains(times))?;
+            let times = second_word().filter(|times| (1..=MAX_LENGTH).contains(times))?;
             first.repeat(usize::from(times))
         }
         Operation::Total(words) => {

@@ -7,7 +7,7 @@ use scanbound_ir::MissingRoutine;
 use std::fmt::Write;
 
 /// More places of one fact are counted, not shown.
-const MOST_PLACES: usize = 5;
+const MAX_PLACES: usize = 5;
 
 /// The file. What can be stated stands behind one `#`, what is told of it behind two: without the first of each line all
 /// of it is TOML. `absent` are the routines that are not there.
@@ -29,10 +29,10 @@ pub fn file(audit: &Audit, offers: &[Offer], absent: &[MissingRoutine]) -> Strin
         if let Some(solved) = offer.solved.as_ref().and_then(solved) {
             text += &told(&solved);
         }
-        for (at, instruction) in offer.places.iter().take(MOST_PLACES) {
+        for (at, instruction) in offer.places.iter().take(MAX_PLACES) {
             text += &told(&format!("  {}  {instruction}", place(audit, *at)));
         }
-        if let Some(more) = offer.places.len().checked_sub(MOST_PLACES).filter(|more| *more > 0) {
+        if let Some(more) = offer.places.len().checked_sub(MAX_PLACES).filter(|more| *more > 0) {
             text += &told(&format!("  and {more} more"));
         }
         let _ = writeln!(text, "# {}", offer.line);

@@ -4,7 +4,7 @@ use super::diff::text as diff;
 use super::format::{Checked, Project};
 use super::text::verdict;
 use scanbound_audit::breakdown::{By, Part, Piece};
-use scanbound_audit::difference::{Difference, Kind};
+use scanbound_audit::difference::{ChangeKind, Difference};
 use scanbound_audit::verdict::{Check, Verdict};
 use scanbound_audit::{Audit, Doubt, Share};
 use scanbound_base::diagnostic::Diagnostic;
@@ -63,7 +63,7 @@ pub mod rules {
         "A scan can go round this loop without end",
         include_str!("../codes/endless-loop.md"),
     );
-    /// A rung is dear.
+    /// A rung takes much time.
     pub const DEAR: Rule = rule(
         "dear-rung",
         "One of the rungs in which most of the bound goes",
@@ -133,19 +133,19 @@ pub struct Finding {
 const WORTH_TELLING: Share = Share(10);
 
 /// So many of a kind are told, since hosts show a few only.
-const MOST: usize = 10;
+const MAX_FINDINGS: usize = 10;
 
 /// What an audit found, and the check of it; the gravest first.
 #[must_use]
 pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     let at = |at: Location| Some((at.of(&audit.files).clone(), Some(at.line)));
     let parts = audit.breakdown(By::Rung);
-    let dear = parts.iter().filter_map(|part| match &part.piece {
+    let largest = parts.iter().filter_map(|part| match &part.piece {
         Piece::Rung { at, instruction, .. } => Some((part, *at, instruction)),
         _ => None,
     });
     let endless = audit.unbounded.first().and_then(|one| at(one.from));
-    let first = endless.or_else(|| dear.clone().next().and_then(|(_, place, _)| at(place)));
+    let first = endless.or_else(|| largest.clone().next().and_then(|(_, place, _)| at(place)));
     let (rule, level) = match check.map(|check| &check.verdict) {
         None | Some(Verdict::Proved) => (rules::BOUND, Level::Note),
         Some(Verdict::Refuted) => (rules::REFUTED, Level::Error),
@@ -155,7 +155,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     let message = [vec![verdict::answer(audit, check).plain()], reasons].concat().join("\n");
     let mut found = vec![Finding { rule, level, message, place: first }];
     let mut add = |rule, level, message, place| found.push(Finding { rule, level, message, place });
-    for one in audit.unbounded.iter().take(MOST) {
+    for one in audit.unbounded.iter().take(MAX_FINDINGS) {
         let what = match one.certain {
             true => "a scan can go round this loop without end",
             false => "nothing is known that ends this loop",
@@ -163,7 +163,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         let message = format!("{what}: `{}` to `{}`", one.begins, one.ends);
         add(rules::ENDLESS, Level::Error, message, at(one.from));
     }
-    for one in audit.unknowns.iter().take(MOST) {
+    for one in audit.unknowns.iter().take(MAX_FINDINGS) {
         let Some((place, instruction)) = one.places.first() else { continue };
         let hang = match one.counts() {
             Some(counts) => {
@@ -182,7 +182,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         );
         add(rules::UNKNOWN, Level::Warning, message, at(*place));
     }
-    for doubt in audit.all_doubts().iter().take(MOST) {
+    for doubt in audit.all_doubts().iter().take(MAX_FINDINGS) {
         let place = match doubt {
             Doubt::Networks { first: (file, line), .. }
             | Doubt::Bodiless { first: (file, line), .. } => Some((file.clone(), Some(*line))),
@@ -195,7 +195,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         add(rules::INPUT, Level::Warning, one.message.clone(), place);
     }
     let much = |part: &Part| part.share(audit) >= WORTH_TELLING;
-    for (part, place, instruction) in dear.filter(|(part, ..)| much(part)).take(MOST) {
+    for (part, place, instruction) in largest.filter(|(part, ..)| much(part)).take(MAX_FINDINGS) {
         let message = format!(
             "this rung takes {} of the bound of {} ({}), most of it `{instruction}`",
             about(part.time),
@@ -204,7 +204,7 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
         );
         add(rules::DEAR, Level::Note, message, at(place));
     }
-    for one in audit.assumptions.iter().take(MOST) {
+    for one in audit.assumptions.iter().take(MAX_FINDINGS) {
         let message = format!("the bound holds if only the program writes {}", one.name());
         add(
             rules::TRUSTED,
@@ -278,8 +278,9 @@ pub fn of_difference(found: &Difference) -> Vec<Finding> {
     let level = if found.is_above() { Level::Error } else { Level::Note };
     let message = diff::answer(found);
     let mut all = vec![Finding { rule: rules::CHANGED, level, message, place: None }];
-    let dear = found.changes.iter().filter(|one| one.delta() != 0 && one.kind != Kind::Same);
-    all.extend(dear.take(MOST).map(|one| Finding {
+    let largest =
+        found.changes.iter().filter(|one| one.delta() != 0 && one.kind != ChangeKind::Same);
+    all.extend(largest.take(MAX_FINDINGS).map(|one| Finding {
         rule: rules::CHANGE,
         level: if one.delta() > 0 { Level::Warning } else { Level::Note },
         message: format!("{} of the bound: {}", diff::signed(one.delta()), diff::words(one)),

@@ -4,7 +4,7 @@ mod assumption;
 mod check;
 mod format;
 mod iec;
-mod made_from;
+mod inputs;
 mod net;
 mod parts;
 mod place;
@@ -41,8 +41,8 @@ pub(super) struct Report<'a> {
     schema: &'static str,
     scanbound: &'static str,
     answer: String,
-    program: made_from::Program<'a>,
-    inputs: Vec<made_from::Input<'a>>,
+    program: inputs::Program<'a>,
+    inputs: Vec<inputs::Input<'a>>,
     table: Table<'a>,
     scan: Scan<'a>,
     groups: Vec<Group<'a>>,
@@ -403,8 +403,8 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
         schema: "scanbound.audit/1",
         scanbound: env!("CARGO_PKG_VERSION"),
         answer: verdict::answer(audit, check).plain(),
-        program: made_from::program(audit),
-        inputs: made_from::inputs(audit),
+        program: inputs::program(audit),
+        inputs: inputs::inputs(audit),
         table: table(&audit.table),
         scan: Scan {
             upper_ps: audit.bound.upper.0,

@@ -72,12 +72,12 @@ fn compared(found: &[findings::Finding], out: &mut dyn Write) -> io::Result<()> 
 fn difference(found: &Difference, extent: Extent) -> String {
     let mut text = format!("## Scan time\n\n**{}**\n\n", escaped(&diff::answer(found)));
     text += "| bound | where | what |\n|--:|---|---|\n";
-    let dear = found.changes.iter().filter(|one| one.delta() != 0);
-    for one in dear.clone().take(extent.top) {
+    let differing = found.changes.iter().filter(|one| one.delta() != 0);
+    for one in differing.clone().take(extent.top) {
         let (delta, place) = (diff::signed(one.delta()), escaped(&diff::place(one)));
         text += &format!("| {delta} | {place} | {} |\n", escaped(&diff::words(one)));
     }
-    let rest: Vec<i128> = dear.skip(extent.top).map(Change::delta).collect();
+    let rest: Vec<i128> = differing.skip(extent.top).map(Change::delta).collect();
     if !rest.is_empty() {
         let delta = diff::signed(rest.iter().sum());
         text += &format!("| {delta} | | {} other changes |\n", rest.len());

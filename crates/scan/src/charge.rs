@@ -86,7 +86,7 @@ impl Run<'_> {
     }
 
     /// The largest time of one execution of an instruction.
-    fn dearest(&self, at: usize) -> Picos {
+    fn largest_time(&self, at: usize) -> Picos {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         times.with(units).max(times.off)
@@ -102,7 +102,7 @@ impl Run<'_> {
     ) -> Result<(), ScanError> {
         let mut iteration = Picos::ZERO;
         for &(instruction, times) in charges {
-            iteration += self.dearest(instruction).times(times / u64::from(most.max(1)));
+            iteration += self.largest_time(instruction).times(times / u64::from(most.max(1)));
         }
         let (count, is_signed) = self.count(count);
         let word = self.word(count, at);
@@ -123,7 +123,7 @@ impl Run<'_> {
         charges: &[(usize, u64)],
     ) -> Result<(), ScanError> {
         for &(instruction, times) in charges {
-            let cost = self.dearest(instruction).0.checked_mul(times).map(Picos);
+            let cost = self.largest_time(instruction).0.checked_mul(times).map(Picos);
             let cost = cost.ok_or(ScanError::CostOverflow { instruction })?;
             self.charge_where(instruction, active, cost);
         }

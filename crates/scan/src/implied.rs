@@ -10,15 +10,15 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 /// The largest number of parts of a condition that are examined.
-const MOST_PARTS: usize = 2048;
+const MAX_PARTS: usize = 2048;
 /// The largest number of parts of a word that are examined to find its interval.
-const MOST_LOOKED: usize = 256;
+const MAX_WORD_PARTS: usize = 256;
 /// The largest recursion depth when testing whether a literal is implied.
 const DEEPEST: u32 = 5;
 /// The largest depth of nested if-then-else words that are examined.
-const MOST_CHOICES: usize = 64;
+const MAX_CHOICES: usize = 64;
 /// The largest number of if-then-else words that are examined to remove branches that are not taken.
-const MOST_REMOVED: u32 = 16;
+const MAX_REMOVED: u32 = 16;
 /// For parts of a word below this depth, only the interval that holds in any scan is used.
 const DEEPEST_PART: u32 = 8;
 
@@ -40,7 +40,7 @@ impl Implications {
     /// What holds in every scan, by these constraints.
     pub fn always(circuit: &Circuit, words: &Words, constraints: &[Lit]) -> Implications {
         let mut given = Implications::default();
-        given.take(circuit, words, constraints.to_vec(), MOST_PARTS + 8 * constraints.len());
+        given.take(circuit, words, constraints.to_vec(), MAX_PARTS + 8 * constraints.len());
         given
     }
 
@@ -52,7 +52,7 @@ impl Implications {
         condition: Lit,
     ) -> Implications {
         let mut given = Implications { always: Some(always.clone()), ..Implications::default() };
-        given.take(circuit, words, vec![condition], MOST_PARTS);
+        given.take(circuit, words, vec![condition], MAX_PARTS);
         given
     }
 
@@ -113,7 +113,7 @@ impl Implications {
         known: &mut FxHashMap<Word, Word>,
     ) -> Word {
         let word = self.word_within(circuit, words, word);
-        self.fewer(circuit, words, word, known, &mut { MOST_REMOVED }).0
+        self.fewer(circuit, words, word, known, &mut { MAX_REMOVED }).0
     }
 
     /// The simplified word, and whether all of it was examined.
@@ -293,9 +293,9 @@ impl Implications {
         let more = looking.said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
         let known = more.fold(self.word(word), WordInterval::meet).meet(looking.spans.known(word));
         looking.looked += 1;
-        if looking.looked > MOST_LOOKED
+        if looking.looked > MAX_WORD_PARTS
             || depth > DEEPEST_PART
-            || looking.said_more.len() > MOST_CHOICES
+            || looking.said_more.len() > MAX_CHOICES
         {
             return known;
         }
@@ -415,7 +415,7 @@ impl Implications {
     /// A literal that is equal wherever the condition holds; simpler if possible.
     pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
         let mut lit = lit;
-        for _ in 0..MOST_CHOICES {
+        for _ in 0..MAX_CHOICES {
             if let Some(value) = self.certain_value(circuit, words, lit) {
                 return Lit::constant(value);
             }

@@ -10,7 +10,7 @@ use scanbound_model::{Circuit, Lit};
 use std::rc::Rc;
 
 /// The largest number of conditions for which simplified words are cached.
-pub(super) const MOST_SHORT: usize = 4096;
+pub(super) const MAX_CACHED: usize = 4096;
 
 /// Ranges of cells in an area: first index and number of cells.
 pub(super) type Stretches = Vec<(u32, u32)>;
@@ -104,7 +104,7 @@ impl KnownChoices {
     /// A word simplified under the current `reached` condition.
     pub(super) fn short(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let reached = self.reached;
-        if self.fewer.len() > MOST_SHORT {
+        if self.fewer.len() > MAX_CACHED {
             self.fewer.clear();
         }
         let mut known = self.fewer.remove(&reached).unwrap_or_default();

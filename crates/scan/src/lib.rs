@@ -44,7 +44,7 @@ use violation_log::ViolationLog;
 use word::Word;
 
 /// The largest number of executed instructions in one scan, with calls and loops unrolled.
-const MOST_EXECUTED: usize = 10_000_000;
+const MAX_EXECUTED: usize = 10_000_000;
 
 /// Executes one scan of the program symbolically, without size limits.
 ///
@@ -281,8 +281,8 @@ impl Run<'_> {
     /// Executes one instruction. Returns the index of the next one.
     fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, ScanError> {
         self.executed += 1;
-        if self.executed > MOST_EXECUTED {
-            return Err(ScanError::TooManyExecutions { most: MOST_EXECUTED, instruction: at });
+        if self.executed > MAX_EXECUTED {
+            return Err(ScanError::TooManyExecutions { most: MAX_EXECUTED, instruction: at });
         }
         let program = self.program;
         let instruction = &program.instructions[at];

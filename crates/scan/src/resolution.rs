@@ -17,13 +17,13 @@ use scanbound_model::Lit;
 use std::sync::Arc;
 
 /// The largest number of cells that one computed address may denote.
-const MOST_CASES: usize = 8;
+const MAX_CASES: usize = 8;
 /// The largest number of combinations of cases of two words.
-const MOST_PAIRS: usize = 64;
+const MAX_PAIRS: usize = 64;
 /// The largest number of elements of an array among which an access is followed.
-const MOST_ELEMENTS: usize = 256;
+const MAX_ELEMENTS: usize = 256;
 /// The largest number of words of a list that is followed word by word.
-const MOST_WORDS: usize = 64;
+const MAX_WORDS: usize = 64;
 
 /// Possible values, each with the condition under which it is the actual one; exactly one of the conditions is true.
 type Cases<T> = Vec<(Lit, T)>;
@@ -236,7 +236,7 @@ impl<'p> Run<'p> {
             (Operation::Copy, _) => Some(inputs),
             (Operation::Repeat, [list, count]) => {
                 let count = usize::try_from(numbers(words, count)?).ok().filter(|&n| n > 0)?;
-                let all = count.checked_mul(list.len()).filter(|&all| all <= MOST_WORDS)?;
+                let all = count.checked_mul(list.len()).filter(|&all| all <= MAX_WORDS)?;
                 Some(vec![list.iter().copied().cycle().take(all).collect()])
             }
             (Operation::Multiply { signed: true }, [a, b])
@@ -277,15 +277,14 @@ impl<'p> Run<'p> {
     fn operand(&mut self, operand: &Operand, follows: bool, at: usize) -> Option<(Vec<Word>, Lit)> {
         let words = match operand {
             Operand::Words(sources) => {
-                if sources.len() > MOST_WORDS
-                    || !sources.iter().all(|&one| self.is_stable_word(one))
+                if sources.len() > MAX_WORDS || !sources.iter().all(|&one| self.is_stable_word(one))
                 {
                     return None;
                 }
                 sources.iter().map(|&source| self.word(source, at)).collect()
             }
             Operand::Bits(sources) => {
-                if sources.len() > MOST_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
+                if sources.len() > MAX_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
                 {
                     return None;
                 }
@@ -312,7 +311,7 @@ impl<'p> Run<'p> {
             Operand::Run(address, shape, count) => {
                 let count = match count {
                     Count::Exactly(count) => *count,
-                    Count::Of { term, least, most } => match self.term(term, MOST_CASES, at)?[..] {
+                    Count::Of { term, least, most } => match self.term(term, MAX_CASES, at)?[..] {
                         [(_, count)] => u32::try_from(count)
                             .ok()
                             .filter(|count| (*least..=*most).contains(count))?,
@@ -351,7 +350,7 @@ impl<'p> Run<'p> {
         follows: bool,
         at: usize,
     ) -> Option<(Cases<Vec<WordLocation>>, Lit)> {
-        if count > MOST_WORDS {
+        if count > MAX_WORDS {
             return None;
         }
         let sums = self.address(address, at);
@@ -412,7 +411,7 @@ impl<'p> Run<'p> {
                 if above % term.factor != 0 {
                     continue;
                 }
-                if found.len() >= MOST_ELEMENTS {
+                if found.len() >= MAX_ELEMENTS {
                     return None;
                 }
                 let number = above / term.factor;
@@ -437,7 +436,7 @@ impl<'p> Run<'p> {
     fn address(&mut self, address: &Address, at: usize) -> Option<Cases<i64>> {
         let mut sums = vec![(Lit::TRUE, address.base)];
         for term in &address.terms {
-            let more = self.term(term, MOST_CASES, at)?;
+            let more = self.term(term, MAX_CASES, at)?;
             sums = self.all_pairs(&sums, &more, |sum, more| sum.checked_add(more))?;
         }
         Some(sums)
@@ -449,7 +448,7 @@ impl<'p> Run<'p> {
         second: &Cases<i64>,
         join: impl Fn(i64, i64) -> Option<i64>,
     ) -> Option<Cases<i64>> {
-        if first.len() * second.len() > MOST_PAIRS {
+        if first.len() * second.len() > MAX_PAIRS {
             return None;
         }
         let mut all = Vec::with_capacity(first.len() * second.len());

@@ -12,9 +12,9 @@ use std::collections::BTreeSet;
 /// An index with at least this many possible values counts as unknown.
 const WIDE: i64 = 1000;
 /// The largest number of parts of a word that are examined to find on what it depends.
-const MOST_PARTS: usize = 500;
+const MAX_PARTS: usize = 500;
 /// The largest number of executions of one write that are examined.
-const MOST_EXECUTIONS: u32 = 64;
+const MAX_EXECUTIONS: u32 = 64;
 
 impl Run<'_> {
     /// Records a havoc that may write nearly anywhere, and on what its index depends.
@@ -44,7 +44,7 @@ impl Run<'_> {
         }
         let far = &mut self.memory.model.unknown_writes[place];
         far.executions += 1;
-        if far.executions > MOST_EXECUTIONS {
+        if far.executions > MAX_EXECUTIONS {
             return;
         }
         let index: Vec<Word> = index.iter().map(|&word| self.word(word, at)).collect();
@@ -92,7 +92,7 @@ impl Run<'_> {
 /// The free words of which words are composed or among which they are selected, whatever the conditions.
 pub(super) fn parts(words: &Words, from: &[Word]) -> Vec<VarId> {
     let (mut open, mut seen, mut found) = (from.to_vec(), FxHashSet::default(), Vec::new());
-    while let Some(word) = open.pop().filter(|_| seen.len() < MOST_PARTS) {
+    while let Some(word) = open.pop().filter(|_| seen.len() < MAX_PARTS) {
         if !seen.insert(word) {
             continue;
         }

@@ -11,7 +11,7 @@ use scanbound_model::{Atom, Circuit, Lit, Shared, VarId};
 use std::collections::BTreeSet;
 
 /// The largest number of parts that are examined to find the maximum of a word.
-const MOST_PARTS: usize = 64;
+const MAX_PARTS: usize = 64;
 /// The maximum of a word is computed only if at least this much of the allowance remains.
 const LEAST_ALLOWANCE: usize = 1 << 14;
 
@@ -220,7 +220,7 @@ impl Words {
             if !seen.insert((word, addend)) {
                 continue;
             }
-            if seen.len() > MOST_PARTS {
+            if seen.len() > MAX_PARTS {
                 return None;
             }
             most = most.max(match self.node(word) {

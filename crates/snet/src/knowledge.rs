@@ -15,9 +15,9 @@ use std::collections::BTreeSet;
 const STATES: usize = 20_000;
 const SCANS: usize = 200_000;
 /// The largest number of places for which sets of three are searched.
-const MOST_PLACES: usize = 40;
+const MAX_PLACES: usize = 40;
 /// The largest number of sets in the result; those of places come first.
-const MOST: usize = 20_000;
+const MAX_SETS: usize = 20_000;
 
 /// What the net suggests about its code's relays.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,12 +76,12 @@ pub fn knowledge(diagram: &Diagram) -> Knowledge {
             apart.extend(set[at + 1..].iter().map(|&other| vec![one.min(other), one.max(other)]));
         }
     }
-    if complete && places <= MOST_PLACES {
+    if complete && places <= MAX_PLACES {
         apart.extend(seen.threes(&ever[..ever.partition_point(|&at| at < places)]));
     }
     let mut apart: Vec<Vec<usize>> = apart.into_iter().collect();
     apart.sort_by_key(|set| (set.iter().any(|&at| at >= places), set.len()));
-    apart.truncate(MOST);
+    apart.truncate(MAX_SETS);
     let named = |set: Vec<usize>| set.into_iter().map(element).collect();
     let never = (0..width).filter(|at| !is_ever(at)).map(element);
     Knowledge {
@@ -170,7 +170,7 @@ impl Seen {
                             .any(|on| on.contains(a) && on.contains(b) && on.contains(**c))
                 };
                 found.extend(places[further + 1..].iter().filter(all).map(|&c| vec![a, b, c]));
-                if found.len() > MOST {
+                if found.len() > MAX_SETS {
                     return found;
                 }
             }

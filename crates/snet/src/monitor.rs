@@ -7,7 +7,7 @@
 use super::address::{Address, Area};
 use super::{Diagram, Kind};
 use scanbound_link::device::Device;
-use scanbound_link::hostlink::{AREAS, MOST_FLAGS, MOST_WORDS};
+use scanbound_link::hostlink::{AREAS, MAX_FLAGS, MAX_WORDS};
 use scanbound_link::station::Station;
 use scanbound_link::{Coil, Fault, Setting, State};
 use std::collections::BTreeMap;
@@ -129,16 +129,14 @@ impl Plan {
         }
         let words = areas.into_iter().flat_map(|(area, words)| {
             let name = area_name(area);
-            runs(words.into_iter(), GAP, MOST_WORDS).into_iter().filter_map(
-                move |(first, count)| {
-                    Some((Device::named(&format!("{name}{first}"), AREAS)?, count))
-                },
-            )
+            runs(words.into_iter(), GAP, MAX_WORDS).into_iter().filter_map(move |(first, count)| {
+                Some((Device::named(&format!("{name}{first}"), AREAS)?, count))
+            })
         });
         let words = words.collect();
         let numbers = || coils.iter().flatten().map(|&(_, number)| number);
-        let values = runs(numbers(), GAP, MOST_WORDS);
-        let flags = runs(numbers(), 4 * GAP, MOST_FLAGS);
+        let values = runs(numbers(), GAP, MAX_WORDS);
+        let flags = runs(numbers(), 4 * GAP, MAX_FLAGS);
         Plan { words, values, flags, relays, coils, transitions, outers }
     }
 
@@ -221,7 +219,8 @@ impl Plan {
 
 fn station_device(area: &str, index: u32) -> Result<Device, Fault> {
     let name = format!("{area}{index}");
-    Device::named(&name, AREAS).ok_or_else(|| Fault::Usage(format!("{name} is no word")))
+    Device::named(&name, AREAS)
+        .ok_or_else(|| Fault::Usage(format!("{name} is not a valid word address")))
 }
 
 /// The value of a BCD word; `None` if a digit is above 9.

@@ -56,7 +56,7 @@ pub struct Simulation<'a> {
 }
 
 /// The largest number of moments in the history.
-const MOST_PAST: usize = 100_000;
+const MAX_HISTORY: usize = 100_000;
 
 impl<'a> Simulation<'a> {
     /// Starts a simulation, with the initial marks or without marks. All outer gates are off.
@@ -98,7 +98,7 @@ impl<'a> Simulation<'a> {
 
     /// Saves the current moment in the history.
     pub fn keep(&mut self) {
-        if self.past.len() == MOST_PAST {
+        if self.past.len() == MAX_HISTORY {
             self.past.remove(0);
         }
         self.past.push(self.now.clone());

@@ -94,7 +94,7 @@ pub fn parse(diagram: &Diagram, name: &str, bytes: &[u8]) -> Result<Vec<Change>,
                 "0" => false,
                 "1" => true,
                 _ => {
-                    let message = format!("'{cell}' is neither 0 nor 1");
+                    let message = format!("'{cell}' is not 0 or 1");
                     faults.push(fault(Code::StimulusRow, cell, message));
                     continue;
                 }

@@ -52,11 +52,11 @@ impl<'a> Exclusions<'a> {
                     .filter(|&item| problem.items[item].charges.contains(charge))
                     .max_by_key(|&item| problem.items[item].weight)?;
                 let reason = judge.reason(missing, &running)?;
-                let dearest = |item: usize| {
+                let largest = |item: usize| {
                     let charges = problem.items[item].charges.iter().rev().copied();
                     charges.max_by_key(|&charge| model.charges[charge].largest_cost())
                 };
-                Some(reason.into_iter().filter_map(dearest).collect())
+                Some(reason.into_iter().filter_map(largest).collect())
             })
             .collect()
     }

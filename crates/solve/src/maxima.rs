@@ -115,10 +115,10 @@ mod tests {
     #[test]
     fn a_groups_best_scan_says_nothing_of_what_decides_nothing_in_it() {
         let mut builder = Builder::default();
-        let [jump, dear] = [builder.bit(), builder.bit()];
+        let [jump, costly] = [builder.bit(), builder.bit()];
         // The skipped instruction costs the same in both cases, so the two groups share nothing.
-        builder.charge(jump, dear, 3, 3);
-        builder.charge(Lit::TRUE, dear, 70, 0);
+        builder.charge(jump, costly, 3, 3);
+        builder.charge(Lit::TRUE, costly, 70, 0);
         let model = builder.model;
         let groups = groups(&model);
         assert_eq!(groups.len(), 2);

@@ -4,7 +4,7 @@ use scanbound_base::time::Picos;
 use std::time::Duration;
 
 /// The largest number of steps that are kept for a group; further steps are only counted.
-const MOST: usize = 5_000;
+const MAX_STEPS: usize = 5_000;
 
 /// The steps of a search, in an order that does not depend on threads.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -65,7 +65,7 @@ pub enum Step {
 impl Trace {
     /// Appends a step.
     pub fn push(&mut self, step: Step) {
-        if self.steps.len() < MOST {
+        if self.steps.len() < MAX_STEPS {
             self.steps.push(step);
         } else {
             self.left_out += 1;

@@ -268,7 +268,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
             let stated = if row.amends { None } else { rows.find(|(_, row)| row.amends) };
             match stated {
                 Some((name, row)) => {
-                    sum.dearer(with_extras(table, key, touched, row, variant(name)))
+                    sum.larger_of(with_extras(table, key, touched, row, variant(name)))
                 }
                 None => sum,
             }
@@ -333,7 +333,7 @@ struct Sum<'a> {
     evidence: Evidence,
     rows: Vec<&'a str>,
     instead_of: Option<Arc<str>>,
-    /// Whether words of the program hold the number of units.
+    /// Whether the number of units is read from memory words at run time, so that it can differ from scan to scan.
     by_words: bool,
     at_most_units: Option<u64>,
 }
@@ -378,7 +378,7 @@ impl<'a> Sum<'a> {
     }
 
     /// The larger of both on-times and the larger of both off-times.
-    fn dearer(self, stated: Sum<'a>) -> Sum<'a> {
+    fn larger_of(self, stated: Sum<'a>) -> Sum<'a> {
         let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
         let (ours, theirs) = (parts(&self), parts(&stated));
         if theirs.iter().zip(ours).all(|(theirs, ours)| *theirs >= ours) {

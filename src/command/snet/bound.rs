@@ -14,12 +14,12 @@ use scanbound::snet::translate::{c200h, cx, listing, melsec};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Bound the scan time of a net's code, with what the net knows: which boxes are never marked together
+Bound the scan time of a net's code, using the net's exclusions: boxes that are never marked together
 
-Without programs the net's own code is audited, as `snet translate` makes it; else the programs, all of them: the net's code \
-and what hangs on its boxes. What the net knows is used where every scan of the code keeps it, from power-up on, and only of \
-relays that nobody else writes: --trust all, or [internal] devices in --facts. The report says what is used, and why the \
-rest is not.";
+Without programs, the code that `snet translate` generates is audited. With programs, all of them are audited: the net's code \
+and the code that uses its boxes. An exclusion of the net is used only if every scan of the code from power-up on preserves \
+it, and only for relays that nothing but the program writes (--trust all, or [internal] in --facts). The report lists what \
+was used, and why the rest was not.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -27,7 +27,7 @@ Examples:
   scanbound snet bound line.snet line.il work.il --cpu C200H --trust all --draw worst.svg
   scanbound snet bound line.snet --to cx --cpu CJ2M --initial first-scan --trust all --format json
 
-`scanbound audit line.il work.il --net line.snet` says the same of programs.";
+`scanbound audit line.il work.il --net line.snet` gives the same result for programs.";
 
 /// The arguments of `snet bound`.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// How the generated code gets the initial marks
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     initial: Initial,
-    /// Assign relays and numbers to elements without one
+    /// Assign free relays, and free timer and counter numbers, to elements without one
     #[arg(long)]
     assign: bool,
     /// Draw the net with the marks at the start of the longest scan (.svg .dot)

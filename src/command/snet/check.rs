@@ -11,8 +11,8 @@ use std::path::PathBuf;
 const ABOUT: &str = "\
 Check a net: deadlocks, transitions that never fire, and differences between the net and its code
 
-By the net's rule one transition fires after another; by the code's all are looked at on the marks as they are when the \
-scan begins, then all that fire do so at once. Each finding comes with the shortest run that shows it.";
+By the net's rule, transitions fire one after another. By the code's rule, all transitions are tested with the marks at the \
+start of the scan, and all that can fire do so together. Each finding comes with the shortest run that shows it.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -8,11 +8,12 @@ use scanbound::snet::{pnml, text};
 use std::path::PathBuf;
 
 const ABOUT: &str = "\
-Convert a net between .snet and PNML, the form of other tools for Petri nets
+Convert a net between .snet and PNML, the file format of other tools for Petri nets
 
 In PNML, boxes and outer gates are places of a place/transition net; gates are read and inhibitor arcs, and each place to \
-which a transition leads inhibits it, since it holds one mark. What such nets do not have stands in elements for this tool, \
-so that a net comes back as it was. A net of another tool becomes one of boxes and transitions.";
+which a transition leads inhibits it, since it holds one mark. Properties that place/transition nets do not have are saved \
+in toolspecific elements, so that a net is unchanged after conversion back. Nets of other tools are converted to boxes and \
+transitions.";
 
 const EXAMPLES: &str = "\
 Examples:

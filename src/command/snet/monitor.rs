@@ -23,10 +23,10 @@ use std::time::{Duration, Instant};
 const ABOUT: &str = "\
 Watch a C200H run a net's code, over Host Link on a serial line
 
-Shows on the drawn net which boxes are marked, which transitions fire, how far timers and counters are (their set value \
-less the present one), and which outer gates are on. Nothing is written to the PLC. What is shown was read in one poll; a \
-poll of several answers is not from one moment, and says so. Lost answers, wrong check sums, silence and a line that is \
-gone are shown, and the last picture is dimmed until a poll succeeds again.
+Shows on the drawn net which boxes are marked, which transitions fire, how far timers and counters are (set value \
+minus present value), and which outer gates are on. Nothing is written to the PLC. If a poll takes several answers, its \
+values are from different moments; the display says so. Lost answers, wrong check sums, timeouts and a closed line are \
+shown, and the last picture is dimmed until a poll succeeds again.
 
 In a pipe, or with --format, each change is a line of text, or each poll one of JSON.";
 
@@ -35,7 +35,7 @@ Examples:
   scanbound snet monitor line.snet --port /dev/ttyUSB0 --unit 0 --baud 9600 --parity even --bits 7 --stop 2
   scanbound snet monitor line.snet --port plc --format json --for 10s
 
-Keys: arrows move the picture, Tab turns the page, q ends.";
+Keys: arrow keys scroll, Tab shows the next page of the net, q ends.";
 
 /// The arguments of `snet monitor`.
 #[derive(Debug, Args)]

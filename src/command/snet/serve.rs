@@ -13,9 +13,9 @@ use std::path::PathBuf;
 const ABOUT: &str = "\
 Emulate a C200H that runs a net's code
 
-The net is translated as `snet translate --to c200h` does it, and runs scan by scan with the times of the C200H's table. It \
-answers Host Link on a pseudo-terminal (--pty) or over TCP (--hostlink), for `snet monitor` and other hosts, by those who \
-have no PLC at hand.";
+The net is translated as by `snet translate --to c200h`, and runs scan by scan with the times of the C200H's table. It \
+answers Host Link on a pseudo-terminal (--pty) or over TCP (--hostlink), so that `snet monitor` and other hosts can be tried \
+without a PLC.";
 
 const EXAMPLES: &str = "\
 Examples:

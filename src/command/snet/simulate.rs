@@ -23,12 +23,12 @@ use std::time::{Duration, Instant};
 const ABOUT: &str = "\
 Simulate a net: on the terminal step by step, or in batch by a stimulus
 
-On the terminal the drawn net shows its marks, and the transitions that can fire are lit. A bell and a notice tell of a \
+On the terminal the drawn net shows its marks, and the transitions that can fire are lit. A bell and a notice report a \
 deadlock: no transition can fire any more, whatever the outer gates do and after all timers.
 
 With --for, a simulation runs by itself: a stimulus (CSV: time_ms or time_s, then outer gates) says when gates change, and \
-a row is written for each change. By the net's rule one transition fires in a step, the first in the net's order, or one \
-drawn with --seed; by the code's, all that can fire do so in a scan.";
+a row is written for each change. With the net's rule (the default), one transition fires in each step: the first in the \
+net's order, or a random one with --seed. With --rule code, all that can fire do so in the same scan.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 const ABOUT: &str = "\
 Generate code from a net: emergency stops, transitions, boxes, timers and counters, in this order
 
-Initial marks and arbiters are left out; `--initial first-scan` has the first scan put the marks in. `snet check` tells where \
-such code does something else than the net.";
+Initial marks and arbiters are left out; with `--initial first-scan` the first scan sets the marks. `snet check` lists where \
+such code behaves differently from the net.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -15,14 +15,14 @@ const ABOUT: &str = "\
 Check code against a net: whether every relay, timer and counter gets the same values as in the code generated from the net
 
 The code is a list of the C200H, of CX-Programmer or of MELSEC-Q and L. Each value is compared as a function of the relays when the scan starts, \
-so code that is written otherwise may do the same. Where it does not, the line is told, and values of relays that show it.";
+so code that is written differently may be equivalent. For each difference: the line, and relay values with which the results differ.";
 
 const EXAMPLES: &str = "\
 Examples:
   scanbound snet verify line.snet line.il
   scanbound snet verify line.snet read-back.cx --initial first-scan
 
-Exit codes: 0 the code does what the net's own does, 1 it does not, 2 bad usage or input, 70 internal error";
+Exit codes: 0 the code is equivalent to the net's code, 1 it is not, 2 bad usage or input, 70 internal error";
 
 /// The arguments of `snet verify`.
 #[derive(Debug, Args)]

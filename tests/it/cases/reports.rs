@@ -127,7 +127,7 @@ fn fresh(name: &str) -> PathBuf {
 }
 
 #[test]
-fn what_is_dearer_when_off_is_not_said_to_run() {
+fn what_is_slower_when_off_is_not_said_to_run() {
     let arguments = "--table table.csv --cpu Q26UDV off-dearer.il";
     let report = super::audit("off-dearer", arguments);
     let charges = report["groups"][0]["charges"].as_array().expect("charges");

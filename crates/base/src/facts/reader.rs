@@ -16,8 +16,8 @@ use toml::de::{DeTable, DeValue};
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
 const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
-const SELECTION: &str = "write selection = \"all\" if the runtime clears every enabled transition of a step that has transitions without priority, else selection = \"first\"";
-const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read what they gave in the last one (Beremiz, OpenPLC)";
+const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire when they have no priorities, otherwise selection = \"first\"";
+const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read the outputs of the previous scan (Beremiz, OpenPLC)";
 const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (actions that have ended first, each group by name: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
 /// The tables of a facts file.
@@ -37,7 +37,7 @@ pub const TABLES: [&str; 13] = [
     "sfc",
 ];
 /// At most this many errors are listed; the rest are only counted.
-const MOST_FAULTS: usize = 100;
+const MAX_FAULTS: usize = 100;
 /// The longest refresh time of networks, and time of a missing routine, that is accepted: 10 s.
 const LONGEST: Picos = Picos(10_000_000_000_000);
 /// The longest watchdog time and constant scan time that is accepted: 60 s.
@@ -539,7 +539,7 @@ impl Reader<'_> {
     }
 
     fn fault(&mut self, span: Option<Range<usize>>, message: String, help: &str) {
-        if self.faults.len() >= MOST_FAULTS {
+        if self.faults.len() >= MAX_FAULTS {
             self.dropped += 1;
             return;
         }
@@ -669,8 +669,8 @@ mod tests {
     fn many_faults_are_counted() {
         let text: String = (0..500).map(|n| format!("[a{n}]\n")).collect();
         let faults = Facts::parse("facts.toml", &text).expect_err("500 faults");
-        assert_eq!(faults.len(), MOST_FAULTS + 1);
-        assert_eq!(faults[MOST_FAULTS].message, "400 more errors are not listed");
+        assert_eq!(faults.len(), MAX_FAULTS + 1);
+        assert_eq!(faults[MAX_FAULTS].message, "400 more errors are not listed");
     }
 
     #[test]

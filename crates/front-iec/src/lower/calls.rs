@@ -20,7 +20,7 @@ use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
 
 /// An array of so many instances is called by a number that is worked out.
-const MOST_INSTANCES: i64 = 64;
+const MAX_INSTANCES: i64 = 64;
 
 /// Whose parameters are passed, and where they lie.
 #[derive(Clone)]
@@ -435,7 +435,7 @@ impl Lower<'_> {
         let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
             return Ok(false);
         };
-        if high - low >= MOST_INSTANCES {
+        if high - low >= MAX_INSTANCES {
             return Err(unknown_number(line));
         }
         let value = self.value(at, &index)?;
@@ -463,7 +463,7 @@ impl Lower<'_> {
         let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
             return Ok(None);
         };
-        if high - low >= MOST_INSTANCES {
+        if high - low >= MAX_INSTANCES {
             return Err(unknown_number(line));
         }
         let value = self.value(at, &index)?;

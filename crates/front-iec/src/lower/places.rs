@@ -16,7 +16,7 @@ use scanbound_ir::{Cell, Number, Region, Tag, Type, WordSource};
 use std::sync::Arc;
 
 /// The most instances of function blocks in one variable.
-const MOST_INSTANCES: u64 = 100_000;
+const MAX_INSTANCES: u64 = 100_000;
 
 /// A variable, or a part of one, where it lies.
 #[derive(Debug, Clone)]
@@ -176,9 +176,9 @@ impl<'t> Lower<'t> {
     pub(super) fn placed(&mut self, name: &str, ty: TypeId, line: u32) -> Result<Spot, Fault> {
         let layout = self.layout(ty, line)?;
         let instances = self.instances_of(ty);
-        if instances > MOST_INSTANCES {
+        if instances > MAX_INSTANCES {
             let what = format!("{name} holds {instances} instances of function blocks");
-            let help = format!("a variable or a program may hold {MOST_INSTANCES}");
+            let help = format!("a variable or a program may hold {MAX_INSTANCES}");
             return Err(Fault::new(line, what).code(Code::TooLarge).help(help));
         }
         let tag = self.program().tags.add(VARIABLES, name, layout);

@@ -17,10 +17,10 @@ use std::collections::BTreeMap;
 const MOST: usize = 64;
 
 /// Larger arrays are not gone through.
-const MOST_ELEMENTS: i64 = 4096;
+const MAX_ELEMENTS: i64 = 4096;
 
 /// How often all code is gone through until it is known which variables references can mean.
-const MOST_ROUNDS: u32 = 50;
+const MAX_ROUNDS: u32 = 50;
 
 /// The variables whose addresses are taken; the word for each is its number here, from 1.
 #[derive(Default)]
@@ -117,7 +117,7 @@ impl<'t> Lower<'t> {
         if !tree.types.has_references() {
             return Ok(());
         }
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let before = self.memory.targets.spots.len();
             for (task, all) in self.routines.tasks.clone().into_iter().enumerate() {
                 self.routines.task = task;
@@ -207,7 +207,7 @@ impl<'t> Lower<'t> {
                     let told = format!("{}: several dimensions of references", spot.name);
                     return Err(Fault::new(1, told).code(FaultCode::NotModelled));
                 };
-                if high - low >= MOST_ELEMENTS {
+                if high - low >= MAX_ELEMENTS {
                     let told = format!("{} is too large to hold references", spot.name);
                     return Err(Fault::new(1, told).code(FaultCode::NotModelled));
                 }

@@ -26,7 +26,7 @@ const RIGHT_FIRST: &str = "operands are worked out from right to left";
 const TARGET_FIRST: &str = "an element is looked for before the value that it is assigned";
 
 /// With more calls in one expression than this it would be lowered too often.
-const MOST_CALLS: usize = 6;
+const MAX_CALLS: usize = 6;
 
 /// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
 pub(super) fn is_rounded(one: &Expr) -> bool {
@@ -479,7 +479,7 @@ impl<'t> Lower<'t> {
             return work(self, false);
         }
         let calls: usize = exprs.iter().map(|one| self.acting_calls(at, one)).sum();
-        if calls > MOST_CALLS {
+        if calls > MAX_CALLS {
             let told = "so many calls in one expression, of which one changes what others read: \
                 their order is not followed";
             let help = "assign what they give to variables of their own before";

@@ -12,7 +12,7 @@ use crate::source::RawInstruction;
 use scanbound_ir::{AccessedDevices, AreaId, Cell, Region, TimingKey};
 
 /// The largest number of word bits that an operand is charged for, if its length is unknown.
-const MOST_WORD_BITS: u32 = 65_536;
+const MAX_WORD_BITS: u32 = 65_536;
 /// The words that hold an indirect address.
 const ADDRESS_WORDS: u32 = 2;
 
@@ -118,7 +118,7 @@ fn kinds(devices: &[AccessedDevice]) -> Vec<&'static str> {
 /// Adds the access to a device operand of this many units. Timers and counters have no rows by area.
 fn touch(touched: &mut AccessedDevices, device: &Device, (units, is_words): (u32, bool)) {
     if device.modifiers.word_bit {
-        touched.word_bits += u64::from(units.min(MOST_WORD_BITS));
+        touched.word_bits += u64::from(units.min(MAX_WORD_BITS));
     }
     let mut range = |area: AreaId, index: u32, count: u32| {
         touched.regions.push(Region::Range { first: Cell { area, index }, count });

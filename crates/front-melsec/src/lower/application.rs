@@ -15,7 +15,7 @@ use scanbound_ir::{
 };
 
 /// The largest number of words that is modelled exactly; larger blocks are havocked.
-const MOST_WORDS: u32 = 512;
+const MAX_WORDS: u32 = 512;
 
 impl Lowering<'_> {
     /// Lowers an instruction that only the timing table knows: it may write any of its operands.
@@ -246,7 +246,7 @@ impl Lowering<'_> {
             _ => false,
         });
         let words = u32::try_from(count).ok()?.checked_mul(unit)?;
-        let fits = !has_digits && words <= MOST_WORDS && self.has_room(i64::from(words));
+        let fits = !has_digits && words <= MAX_WORDS && self.has_room(i64::from(words));
         fits.then_some(words as usize)
     }
 
@@ -451,7 +451,7 @@ impl Lowering<'_> {
 
 /// Writes of zero to `count` devices; `None` if there are too many to model.
 fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
-    let count = u32::try_from(count).ok().filter(|&count| count <= MOST_WORDS)?;
+    let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
     let bit =
         |area, n| fired(Write::Bit(BitTarget::Cell(Cell { area, index: n }), Logic::Const(false)));
     let word = |area, n| {

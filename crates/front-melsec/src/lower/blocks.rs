@@ -15,7 +15,7 @@ use scanbound_ir::{
 };
 
 /// The largest number of cells that is modelled exactly; larger blocks are havocked.
-const MOST_PLACES: i64 = 512;
+const MAX_PLACES: i64 = 512;
 /// The longest constant text, in characters.
 const LONGEST_CONSTANT: usize = 32;
 
@@ -29,7 +29,7 @@ impl Lowering<'_> {
     ) -> Option<Option<Vec<Effect>>> {
         let Some(count) = self
             .constant(&raw.operands[1])
-            .filter(|n| (1..=MOST_PLACES).contains(n) && self.has_room(*n))
+            .filter(|n| (1..=MAX_PLACES).contains(n) && self.has_room(*n))
         else {
             return Some(None);
         };
@@ -70,7 +70,7 @@ impl Lowering<'_> {
         };
         let Some(count) = self
             .constant(&raw.operands[3])
-            .filter(|n| (1..=MOST_PLACES).contains(n) && self.has_room(*n))
+            .filter(|n| (1..=MAX_PLACES).contains(n) && self.has_room(*n))
         else {
             return Some(None);
         };

@@ -14,7 +14,7 @@ use scanbound_ir::{
 };
 
 /// The largest number of iterations of a FOR loop.
-pub(super) const MOST_ITERATIONS: u32 = 32_767;
+pub(super) const MAX_ITERATIONS: u32 = 32_767;
 
 /// The areas of the function devices, which hold a call's arguments and results.
 const FUNCTION_AREAS: [AreaId; 3] = [area("FD"), area("FX"), area("FY")];
@@ -78,7 +78,7 @@ impl Lowering<'_> {
         let (fires, effects) = match mnemonic {
             "JMP" if !self.may_be_held_off() => (Logic::Const(true), Vec::new()),
             "JMP" => {
-                self.approximate("JMP within a master control region may jump or not");
+                self.approximate("JMP within a master control region: the bound covers both, that it jumps and that it does not");
                 (self.free_bit(), Vec::new())
             }
             "SCJ" => {
@@ -172,18 +172,18 @@ impl Lowering<'_> {
 
     fn for_begins(&mut self, raw: &RawInstruction, next: usize) {
         let text = &raw.operands[0];
-        let (low, high, known) = self.count_range(text, i64::from(MOST_ITERATIONS));
-        if self.constant(text).is_some() && !(1..=i64::from(MOST_ITERATIONS)).contains(&low) {
+        let (low, high, known) = self.count_range(text, i64::from(MAX_ITERATIONS));
+        if self.constant(text).is_some() && !(1..=i64::from(MAX_ITERATIONS)).contains(&low) {
             self.fault(
                 Code::LoopCount,
                 text,
-                format!("a loop runs 1 to {MOST_ITERATIONS} times"),
+                format!("a loop runs 1 to {MAX_ITERATIONS} times"),
                 "write a count in this range",
             );
             return;
         }
         let Some(words) = self.read_words(text, 1) else { return };
-        let iterations = |n: i64| n.clamp(0, i64::from(MOST_ITERATIONS)) as u32;
+        let iterations = |n: i64| n.clamp(0, i64::from(MAX_ITERATIONS)) as u32;
         let (count, least, most) = if low >= 1 {
             (words[0], iterations(low), iterations(high))
         } else {

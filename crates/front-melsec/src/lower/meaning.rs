@@ -14,11 +14,11 @@ use scanbound_ir::meaning::{
 use scanbound_ir::{BitSource, BitTarget, Cell, Number, WordSource, WordTarget};
 
 /// The largest number of elements of a block that is modelled.
-const MOST_ELEMENTS: u32 = 0x7FFF;
+const MAX_ELEMENTS: u32 = 0x7FFF;
 /// The largest count of an FX instruction handled here.
-const FX_MOST: u32 = 512;
+const FX_MAX: u32 = 512;
 /// The largest exponent of DECO and ENCO: 2^8 bits.
-const MOST_POWER: i64 = 8;
+const MAX_EXPONENT: i64 = 8;
 
 /// The number of elements of a block.
 #[derive(Clone, Copy)]
@@ -334,7 +334,7 @@ impl Lowering<'_> {
     }
 
     fn power(&self, text: &str) -> Option<i64> {
-        self.constant(text).filter(|power| (1..=MOST_POWER).contains(power))
+        self.constant(text).filter(|power| (1..=MAX_EXPONENT).contains(power))
     }
 
     /// Whether DECO and ENCO accept this exponent for words. On the FX and FX5 only one word is allowed.
@@ -364,7 +364,7 @@ impl Lowering<'_> {
     /// Splits words into digits or bytes, or combines them.
     fn parts(&mut self, name: &str, from: &str, to: &str, count: &str) -> Option<Meaning> {
         let by_digit = matches!(name, "DIS" | "UNI");
-        let most = if by_digit { 4 } else { i64::from(FX_MOST) };
+        let most = if by_digit { 4 } else { i64::from(FX_MAX) };
         let count = self.constant(count).filter(|count| (1..=most).contains(count))? as usize;
         let bits = if by_digit { 4 } else { 8 };
         let wide = count.div_ceil(16 / bits);
@@ -441,7 +441,7 @@ impl Lowering<'_> {
 
     /// The largest number of elements of a block that is modelled for this family.
     pub(super) fn most_elements(&self) -> u32 {
-        if self.is_large() { MOST_ELEMENTS } else { FX_MOST }
+        if self.is_large() { MAX_ELEMENTS } else { FX_MAX }
     }
 
     /// The number of elements of a block, from a constant or a word.

@@ -279,7 +279,7 @@ pub fn timing(
     letters: Option<&str>,
     class: &'static str,
     units: Units,
-    dearer: bool,
+    use_larger_time: bool,
 ) -> TimingKey {
     let mut names = Vec::with_capacity(2);
     let base = if pulsed { super::catalog::unpulsed(mnemonic) } else { None };
@@ -288,15 +288,15 @@ pub fn timing(
         names.push(name);
     }
     let touched = AccessedDevices::default();
-    TimingKey { names, class, units, use_larger_time: dearer, optional: false, accessed: touched }
+    TimingKey { names, class, units, use_larger_time, optional: false, accessed: touched }
 }
 
 /// The key of a control instruction: its name only.
 pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     // These always fire, so the table may give two times; the larger one counts.
-    let dearer = matches!(class, "nothing" | "loop")
+    let use_larger_time = matches!(class, "nothing" | "loop")
         || matches!(mnemonic, "RET" | "RETSTL" | "SRET" | "IRET" | "MCR" | "JMP");
-    timing(mnemonic, false, None, class, Units::None, dearer)
+    timing(mnemonic, false, None, class, Units::None, use_larger_time)
 }
 
 /// The rising or falling edge of a value, compared with a remembered one.

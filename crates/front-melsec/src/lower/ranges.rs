@@ -11,7 +11,7 @@ use scanbound_front::absent;
 use scanbound_ir::{Approximated, Cell, Effect, Region, StartRange, Write};
 
 /// The largest number of errors that are listed; more are only counted.
-const MOST_FAULTS: usize = 100;
+const MAX_FAULTS: usize = 100;
 
 /// What can be written in the device or device range that `text` names. If the program switches file register blocks, `R`
 /// may be any word of the file register.
@@ -125,7 +125,7 @@ impl Lowering<'_> {
         }
         let mut dropped = 0;
         let mut fault = |device: &str, part: Part, message: String, help: &str| {
-            if faults.len() < MOST_FAULTS {
+            if faults.len() < MAX_FAULTS {
                 faults.push(facts.fault(["ranges", device], part, Code::Fact, message, help));
             } else {
                 dropped += 1;

@@ -10,15 +10,15 @@ use scanbound_ir::{Approximated, Counted, Units, WordSource};
 /// The longest string of a PLC, in characters.
 pub(super) const LONGEST_TEXT: u64 = 16_383;
 
-/// Instructions of the FX whose count is at most `FX_MOST`.
+/// Instructions of the FX whose count is at most `FX_MAX`.
 const FX_SHORT: [&str; 20] = [
     "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
     "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
 ];
 /// The longest block of these instructions.
-const FX_MOST: i64 = 512;
+const FX_MAX: i64 = 512;
 /// The largest number of devices of one type in any CPU. A larger count is an operation error, and nothing is executed.
-const MOST_DEVICES: i64 = 0x100_0000;
+const MAX_DEVICES: i64 = 0x100_0000;
 
 impl Lowering<'_> {
     /// The units of a catalog instruction, for times per unit: the count of its counting operand, else the characters of
@@ -173,7 +173,7 @@ impl Lowering<'_> {
     /// The largest possible count in a word.
     fn most_counted(&self, entry: &Entry) -> i64 {
         let is_short = self.family == Family::Fx && FX_SHORT.contains(&&*entry.mnemonic);
-        if is_short { FX_MOST } else { 65_535 }
+        if is_short { FX_MAX } else { 65_535 }
     }
 
     /// The smallest and largest count of words or bits, and whether it is known. Counts are unsigned, so a negative number is a
@@ -190,10 +190,10 @@ impl Lowering<'_> {
             // A stated range is about the lower word only.
             self.approximate(Approximated::UnknownCount {
                 word: text.as_str().into(),
-                most: MOST_DEVICES,
+                most: MAX_DEVICES,
                 can_be_stated: false,
             });
-            return (0, MOST_DEVICES, false);
+            return (0, MAX_DEVICES, false);
         }
         let (low, high, known) = self.count_range(text, self.most_counted(entry));
         if low < 0 { (0, high.max(0xFFFF), known) } else { (low, high, known) }

@@ -32,7 +32,7 @@ enum Callee {
 }
 
 /// A function of the standard has no more inputs.
-const MOST_INPUTS: usize = 200;
+const MAX_INPUTS: usize = 200;
 
 fn is_named(one: &Argument, name: &str) -> bool {
     one.name.as_ref().is_some_and(|own| same(own, name))
@@ -569,8 +569,8 @@ impl Resolver<'_> {
         let enable = self.enable(scope, given, line)?;
         let inputs: Vec<&Argument> =
             given.iter().filter(|one| !one.is_output && !is_named(one, "EN")).collect();
-        if inputs.len() > MOST_INPUTS {
-            let told = format!("{} has more than {MOST_INPUTS} inputs", name.to_ascii_uppercase());
+        if inputs.len() > MAX_INPUTS {
+            let told = format!("{} has more than {MAX_INPUTS} inputs", name.to_ascii_uppercase());
             let help = "give a part of them to another call";
             return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }

@@ -190,7 +190,7 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
         }
         let times = if is_parts { 1 } else { repeated(cursor) };
         let value = cursor.deeper(initial).ok()?;
-        if times != 1 && !cursor.take_sign(")") || found.len() + times > MOST_LISTED {
+        if times != 1 && !cursor.take_sign(")") || found.len() + times > MAX_LISTED {
             return None;
         }
         let one = Argument { name, is_output: false, value };
@@ -204,7 +204,7 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
 }
 
 /// More values than this are not listed one by one.
-const MOST_LISTED: usize = 20_000;
+const MAX_LISTED: usize = 20_000;
 
 /// How often the value that comes next is repeated: `3(` is taken where it is more than once.
 fn repeated(cursor: &mut Cursor) -> usize {

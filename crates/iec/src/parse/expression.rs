@@ -40,7 +40,7 @@ fn operator(cursor: &mut Cursor) -> Option<Operator> {
 }
 
 /// So many operands may follow each other without brackets, unless they are joined by AND, OR or XOR.
-const MOST_IN_A_ROW: usize = 200;
+const MAX_IN_A_ROW: usize = 200;
 
 /// From so many on, operands of AND, OR and XOR are joined by halves.
 const MANY: usize = 16;
@@ -60,8 +60,8 @@ fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
             continue;
         }
         row += all.len();
-        if row > MOST_IN_A_ROW {
-            let told = format!("more than {MOST_IN_A_ROW} operands follow each other");
+        if row > MAX_IN_A_ROW {
+            let told = format!("more than {MAX_IN_A_ROW} operands follow each other");
             let help = "assign a part of them to a variable of its own";
             return Err(Fault::new(line, told).help(help));
         }

@@ -79,7 +79,7 @@ pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
 }
 
 /// More elements of an array are not listed one by one.
-const MOST_LISTED: usize = 20_000;
+const MAX_LISTED: usize = 20_000;
 
 /// What a value says; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
@@ -94,7 +94,7 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
         for one in children(value, "value") {
             let times =
                 one.attribute("repetitionValue").map_or(Ok(1), |times| times.trim().parse());
-            let Some(times) = times.ok().filter(|times| given.len() + times <= MOST_LISTED) else {
+            let Some(times) = times.ok().filter(|times| given.len() + times <= MAX_LISTED) else {
                 return some();
             };
             given.extend(std::iter::repeat_n(named((None, one)), times));

@@ -1,9 +1,9 @@
-//! Each way in which a PLC fails to answer, and what is told of it; a server that is asked over each protocol.
+//! Each way in which a PLC fails to answer, with its message; requests to a server over each protocol.
 
 use super::*;
 use crate::Memory;
 use crate::registers;
-use crate::server::{Listening, Spoken};
+use crate::server::{Listening, ServedProtocol};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::sync::Arc;
@@ -78,9 +78,9 @@ fn half_frames_are_told() {
     let half = [0xD0, 0, 0, 0xFF, 0xFF, 3, 0, 6, 0, 0, 0, 3];
     assert_eq!(
         told(&half, true),
-        "PLC sent half a frame: 12 bytes, and then closed the connection"
+        "PLC sent an incomplete frame: 12 bytes, then it closed the connection"
     );
-    assert_eq!(told(&half, false), "PLC sent half a frame: 12 bytes, and then nothing more");
+    assert_eq!(told(&half, false), "PLC sent an incomplete frame: 12 bytes, then nothing more");
     assert!(told(&[], true).starts_with("PLC closed the connection without an answer"));
 }
 
@@ -99,9 +99,9 @@ fn what_is_no_answer_is_told() {
         told(b"HTTP/1.1 400 Bad Request", false).contains("begins as no frame of this protocol")
     );
     let short = [0xD0, 0, 0, 0xFF, 0xFF, 3, 0, 4, 0, 0, 0, 3, 0];
-    assert!(told(&short, false).contains("2 words were asked for, 1 came"));
+    assert!(told(&short, false).contains("2 words were requested, but 1 were received"));
     let no_time = [0xD0, 0, 0, 0xFF, 0xFF, 3, 0, 6, 0, 0, 0, 3, 0, 0xFF, 0xFF];
-    assert!(told(&no_time, false).contains("SD520 holds no scan time"));
+    assert!(told(&no_time, false).contains("SD520 contains"));
 }
 
 #[test]
@@ -148,7 +148,7 @@ impl Memory for Steady {
 }
 
 /// A server of that CPU, until the flag is set.
-fn serves(spoken: Spoken) -> (String, Arc<AtomicBool>) {
+fn serves(spoken: ServedProtocol) -> (String, Arc<AtomicBool>) {
     let loopback: SocketAddr = "127.0.0.1:0".parse().expect("an address");
     let listening = Listening::on(spoken, loopback).expect("a port");
     let peer = listening.address.to_string();
@@ -168,11 +168,11 @@ fn serves(spoken: Spoken) -> (String, Arc<AtomicBool>) {
 fn scan_times_are_read_over_each_protocol() {
     let tenth = |tenths: u64| Picos(tenths * 100_000_000);
     let cases = [
-        (Spoken::Slmp, BINARY, "q"),
-        (Spoken::Slmp, Protocol::Slmp(Code::Ascii), "q"),
-        (Spoken::FinsUdp, Protocol::FinsUdp, "cs"),
-        (Spoken::FinsTcp, Protocol::FinsTcp, "cs"),
-        (Spoken::HostLink(0), Protocol::HostLink(0, None), "c"),
+        (ServedProtocol::Slmp, BINARY, "q"),
+        (ServedProtocol::Slmp, Protocol::Slmp(Code::Ascii), "q"),
+        (ServedProtocol::FinsUdp, Protocol::FinsUdp, "cs"),
+        (ServedProtocol::FinsTcp, Protocol::FinsTcp, "cs"),
+        (ServedProtocol::HostLink(0), Protocol::HostLink(0, None), "c"),
     ];
     for (spoken, protocol, family) in cases {
         let (peer, over) = serves(spoken);
@@ -200,7 +200,7 @@ fn scan_times_are_read_over_each_protocol() {
 
 #[test]
 fn garbage_ends_one_connection_and_not_the_server() {
-    for spoken in [Spoken::Slmp, Spoken::FinsTcp, Spoken::HostLink(0)] {
+    for spoken in [ServedProtocol::Slmp, ServedProtocol::FinsTcp, ServedProtocol::HostLink(0)] {
         let (peer, over) = serves(spoken);
         let mut seed = 1u64;
         for _ in 0..20 {
@@ -214,11 +214,11 @@ fn garbage_ends_one_connection_and_not_the_server() {
             let _ = stream.write_all(&noise);
         }
         let protocol = match spoken {
-            Spoken::Slmp => BINARY,
-            Spoken::FinsTcp => Protocol::FinsTcp,
+            ServedProtocol::Slmp => BINARY,
+            ServedProtocol::FinsTcp => Protocol::FinsTcp,
             _ => Protocol::HostLink(0, None),
         };
-        let family = if spoken == Spoken::Slmp { "q" } else { "c" };
+        let family = if spoken == ServedProtocol::Slmp { "q" } else { "c" };
         let patience = Duration::from_secs(5);
         let mut plc = Plc::connect(protocol, &peer, patience).expect("it still listens");
         assert!(plc.state(family).is_ok());

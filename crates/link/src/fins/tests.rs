@@ -39,9 +39,9 @@ fn device(name: &str) -> Device {
 
 #[test]
 fn reading_cycle_times_is_the_frame_of_the_manual() {
-    assert_eq!(request(Ask::Words(device("A264"), 2), NODES, 7), READ);
-    assert_eq!(request(Ask::CycleTimes, NODES, 7)[10..], [0x06, 0x20, 0x01]);
-    assert_eq!(request(Ask::State, NODES, 7)[10..], [0x06, 0x01]);
+    assert_eq!(request(Query::Words(device("A264"), 2), NODES, 7), READ);
+    assert_eq!(request(Query::CycleTimes, NODES, 7)[10..], [0x06, 0x20, 0x01]);
+    assert_eq!(request(Query::State, NODES, 7)[10..], [0x06, 0x01]);
 }
 
 #[test]
@@ -71,17 +71,17 @@ fn the_cpu_answers_what_it_is_asked() {
         assert_eq!((frame[4], frame[7]), (NODES.own, NODES.plc));
         accepted(&frame, &request).map(<[u8]>::to_vec)
     };
-    let read = ask(Ask::Words(device("A264"), 2)).and_then(|data| words(&data, 2));
+    let read = ask(Query::Words(device("A264"), 2)).and_then(|data| words(&data, 2));
     assert_eq!(read, Ok(vec![264, 265]));
-    assert_eq!(ask(Ask::State).and_then(|data| state(&data)), Ok(State::Stop));
-    let times = ask(Ask::CycleTimes).and_then(|data| cycle_times(&data));
+    assert_eq!(ask(Query::State).and_then(|data| state(&data)), Ok(State::Stop));
+    let times = ask(Query::CycleTimes).and_then(|data| cycle_times(&data));
     assert_eq!(times, Ok([650, 700, 0x0001_0002]));
     let code = |refused| match refused {
         Err(Wrong::EndCode { code, .. }) => code,
         other => panic!("{other:?}"),
     };
-    assert_eq!(code(ask(Ask::Words(device("A999"), 2))), "1104");
-    assert_eq!(code(ask(Ask::Words(device("A0"), 501))), "110B");
+    assert_eq!(code(ask(Query::Words(device("A999"), 2))), "1104");
+    assert_eq!(code(ask(Query::Words(device("A0"), 501))), "110B");
     let mut unknown = READ;
     // A memory area write.
     unknown[11] = 0x02;

@@ -1,10 +1,10 @@
-//! What a CPU answers.
+//! The answers of an emulated CPU.
 
-use super::{AREAS, LONGEST, MOST_FLAGS, MOST_WORDS, OPERANDS, closed, opened};
+use super::{AREAS, LONGEST, MAX_FLAGS, MAX_WORDS, OPERANDS, closed, opened};
 use crate::device::Area;
 use crate::{Coil, Memory, Setting, State};
 
-/// The answer of a CPU to a whole frame; none to what is not for this unit.
+/// The answer to a whole frame. `None` if it is not for this unit.
 #[must_use]
 pub fn answer(frame: &[u8], unit: u8, memory: &mut dyn Memory) -> Option<Vec<u8>> {
     let own = format!("@{unit:02}");
@@ -12,7 +12,7 @@ pub fn answer(frame: &[u8], unit: u8, memory: &mut dyn Memory) -> Option<Vec<u8>
     let head = begins.filter(|head| head.starts_with(&own))?;
     let back = match opened(frame) {
         Ok(_) if frame.len() > LONGEST => Err(0x18),
-        // A test comes back as it is, without an end code.
+        // A test is answered with the same characters, without an end code.
         Ok((_, text)) if head.ends_with("TS") => return Some(closed(format!("{head}{text}"))),
         Ok((_, text)) => answered(&head[3..], text, memory),
         Err(_) => Err(0x13),
@@ -37,7 +37,7 @@ fn answered(header: &str, text: &str, memory: &mut dyn Memory) -> Result<String,
         }
         "MS" => Err(0x14),
         "RG" => {
-            let (first, count) = range(text, MOST_FLAGS)?;
+            let (first, count) = range(text, MAX_FLAGS)?;
             let flags = memory.bits("TC", first, count).ok_or(0x15u8)?;
             Ok(flags.iter().map(|&flag| if flag { '1' } else { '0' }).collect())
         }
@@ -61,14 +61,14 @@ fn answered(header: &str, text: &str, memory: &mut dyn Memory) -> Result<String,
         _ => {
             let letter = header.strip_prefix('R').and_then(|rest| rest.bytes().next());
             let areas = AREAS.iter().filter(|area| Some(area.code) == letter);
-            // An area has different names on different CPUs.
+            // The same area has different names on different CPUs.
             let names: Vec<&str> = areas.map(|area: &Area| area.name).collect();
             if names.is_empty() { Err(0x16) } else { read(&names, text, memory) }
         }
     }
 }
 
-/// Where a request begins to read, and how much it reads.
+/// The first number and the count of a request.
 fn range(text: &str, most: u32) -> Result<(u32, u32), u8> {
     let (first, count) = (number(text.get(..4))?, number(text.get(4..))?);
     match text.len() == 8 && (1..=most).contains(&count) {
@@ -78,12 +78,12 @@ fn range(text: &str, most: u32) -> Result<(u32, u32), u8> {
 }
 
 fn read(names: &[&str], text: &str, memory: &mut dyn Memory) -> Result<String, u8> {
-    let (first, count) = range(text, MOST_WORDS)?;
+    let (first, count) = range(text, MAX_WORDS)?;
     let words = names.iter().find_map(|name| memory.words(name, first, count));
     Ok(words.ok_or(0x15u8)?.iter().map(|word| format!("{word:04X}")).collect())
 }
 
-/// The set value that a request's name and number ask for.
+/// The set value of the timer or counter that a request names.
 fn setting(memory: &mut dyn Memory, from: u32, text: &str) -> Result<Setting, u8> {
     let name = text.get(..4).filter(|_| text.len() == 8).ok_or(0x14u8)?;
     let coil = Coil::named(name.trim_end()).ok_or(0x15u8)?;

@@ -41,10 +41,10 @@ const READ: [u8; 21] = [
 
 #[test]
 fn reading_scan_times_is_the_frame_of_the_manual() {
-    assert_eq!(request(Ask::Words(device("SD520"), 8), Code::Binary), READ);
-    let text = request(Ask::Words(device("SD520"), 8), Code::Ascii);
+    assert_eq!(request(Query::Words(device("SD520"), 8), Code::Binary), READ);
+    let text = request(Query::Words(device("SD520"), 8), Code::Ascii);
     assert_eq!(text, b"500000FF03FF000018000404010000SD0005200008");
-    let bits = request(Ask::Bits(device("X1F"), 3), Code::Ascii);
+    let bits = request(Query::Bits(device("X1F"), 3), Code::Ascii);
     assert!(bits.ends_with(b"04010001X*00001F0003"));
 }
 
@@ -54,7 +54,9 @@ fn answers_hold_words_least_byte_first() {
         [0xD0, 0x00, 0x00, 0xFF, 0xFF, 0x03, 0x00, 0x06, 0x00, 0x00, 0x00, 0x03, 0x00, 0x90, 0x01];
     assert_eq!(split(&frame, true), Split::Frame(frame.len()));
     assert_eq!(words(&frame, 2), Ok(vec![3, 400]));
-    assert!(matches!(words(&frame, 3), Err(Wrong::NoAnswer(why)) if why.contains("2 came")));
+    assert!(
+        matches!(words(&frame, 3), Err(Wrong::NoAnswer(why)) if why.contains("2 were received"))
+    );
     assert_eq!(words(b"D00000FF03FF00000C000000030190", 2), Ok(vec![3, 0x190]));
 }
 
@@ -84,18 +86,18 @@ fn a_stream_is_split_at_frames() {
 fn the_cpu_answers_what_it_is_asked() {
     for code in [Code::Binary, Code::Ascii] {
         let ask = |ask| answer(&request(ask, code), &mut Counted);
-        assert_eq!(words(&ask(Ask::Words(device("SD520"), 3)), 3), Ok(vec![520, 521, 522]));
+        assert_eq!(words(&ask(Query::Words(device("SD520"), 3)), 3), Ok(vec![520, 521, 522]));
         let on = [true, false, false, true, false];
-        assert_eq!(bits(&ask(Ask::Bits(device("M3"), 5)), 5), Ok(on.to_vec()));
-        assert_eq!(model(&ask(Ask::Model)), Ok("Q26UDVCPU".to_owned()));
+        assert_eq!(bits(&ask(Query::Bits(device("M3"), 5)), 5), Ok(on.to_vec()));
+        assert_eq!(model(&ask(Query::Model)), Ok("Q26UDVCPU".to_owned()));
         let refused = |frame: Vec<u8>| match words(&frame, 1) {
             Err(Wrong::EndCode { code, .. }) => code,
             other => panic!("{other:?}"),
         };
-        assert_eq!(refused(ask(Ask::Words(device("D12288"), 1))), "C056");
-        assert_eq!(refused(ask(Ask::Words(device("M1"), 1))), "C05C");
-        assert_eq!(refused(ask(Ask::Words(device("D0"), 961))), "C051");
-        assert_eq!(refused(ask(Ask::Bits(device("D0"), 1))), "C05C");
+        assert_eq!(refused(ask(Query::Words(device("D12288"), 1))), "C056");
+        assert_eq!(refused(ask(Query::Words(device("M1"), 1))), "C05C");
+        assert_eq!(refused(ask(Query::Words(device("D0"), 961))), "C051");
+        assert_eq!(refused(ask(Query::Bits(device("D0"), 1))), "C05C");
     }
 }
 
@@ -115,7 +117,7 @@ fn writing_is_not_known() {
 #[test]
 fn no_frame_brings_it_down() {
     // Every cut and every changed byte of requests, whole frames or not.
-    for ask in [Ask::Words(device("SD520"), 8), Ask::Bits(device("M0"), 5), Ask::Model] {
+    for ask in [Query::Words(device("SD520"), 8), Query::Bits(device("M0"), 5), Query::Model] {
         for code in [Code::Binary, Code::Ascii] {
             let frame = request(ask, code);
             for at in 0..frame.len() {

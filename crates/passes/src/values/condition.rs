@@ -4,7 +4,7 @@ use super::value::Value;
 use std::rc::Rc;
 
 /// A conjunction of more literals than this is represented by some of them only.
-const MOST_LITERALS: usize = 24;
+const MAX_LITERALS: usize = 24;
 
 /// A fact about a word while a condition holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,12 +205,12 @@ impl Condition {
     /// The conjunction.
     pub fn and(&self, other: &Condition) -> Condition {
         let literals = chained(self.literals.as_ref(), other.literals.as_ref());
-        let all = literals.as_ref().is_none_or(|all| all.len() <= MOST_LITERALS);
+        let all = literals.as_ref().is_none_or(|all| all.len() <= MAX_LITERALS);
         Condition {
             surely: self.surely && other.surely,
             never: self.never || other.never,
             known: chained(self.known.as_ref(), other.known.as_ref()),
-            literals: if all { literals } else { literals.map(|all| all[..MOST_LITERALS].into()) },
+            literals: if all { literals } else { literals.map(|all| all[..MAX_LITERALS].into()) },
             exact: self.exact && other.exact && all,
             off: match (self.holds_anyway(), other.holds_anyway()) {
                 (true, _) => other.off.clone(),

@@ -5,7 +5,7 @@ use super::value::{Value, gcd};
 /// The number of values of a word.
 const WORD: i64 = 1 << 16;
 /// Sets of at most this many numbers are computed exactly.
-const MOST: usize = 64;
+const MAX_EXACT: usize = 64;
 
 /// A set of integers: an arithmetic progression from `low` to `high`, or a list of numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Integers {
     pub fn progression(low: i64, high: i64, step: i64) -> Integers {
         let step = step.max(1);
         let high = high - (high - low) % step;
-        let some = ((high - low) / step < MOST as i64)
+        let some = ((high - low) / step < MAX_EXACT as i64)
             .then(|| (0..=(high - low) / step).map(|place| low + place * step).collect());
         let step = if low == high { 0 } else { step };
         Integers { low, high, step, some }
@@ -50,7 +50,7 @@ impl Integers {
             low,
             high,
             step: step as i64,
-            some: Some(all).filter(|all| all.len() <= MOST),
+            some: Some(all).filter(|all| all.len() <= MAX_EXACT),
         })
     }
 
@@ -176,7 +176,7 @@ impl Integers {
     /// The results of a function on all pairs of numbers, if there are few.
     fn each_pair(&self, other: &Integers, of: impl Fn(i64, i64) -> i64) -> Option<Integers> {
         let (a, b) = (self.some.as_ref()?, other.some.as_ref()?);
-        if a.len() * b.len() > MOST * MOST / 4 {
+        if a.len() * b.len() > MAX_EXACT * MAX_EXACT / 4 {
             return None;
         }
         Integers::of(a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b))).map(|(a, b)| of(a, b)))

@@ -3,7 +3,7 @@
 use super::integers::Integers;
 
 /// The largest number of separate ranges of cells.
-const MOST_STRETCHES: u32 = 32;
+const MAX_STRETCHES: u32 = 32;
 
 /// The cells that an indexed write may reach: `length` cells from `first` on, and from every `step`-th cell after it up
 /// to `last`.
@@ -66,7 +66,7 @@ impl Reach {
 
     /// The ranges of cells, each as first and last cell.
     pub fn stretches(self) -> Vec<(u32, u32)> {
-        if self.step <= self.length || (self.last - self.first) / self.step >= MOST_STRETCHES {
+        if self.step <= self.length || (self.last - self.first) / self.step >= MAX_STRETCHES {
             return vec![(self.first, self.end())];
         }
         let all = (self.first..=self.last).step_by(self.step as usize);

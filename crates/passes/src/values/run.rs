@@ -13,7 +13,7 @@ use std::cell::Cell as Shared;
 use std::collections::BTreeMap;
 
 /// The largest number of instructions executed in a scan.
-const MOST_WORK: u64 = 4_000_000;
+const MAX_WORK: u64 = 4_000_000;
 /// `is_over` is called once in this many instructions.
 const EVERY: u64 = 256;
 /// A loop is executed iteration by iteration if that takes at most `EXACT_WORK` instructions (or the second number, if
@@ -22,10 +22,10 @@ const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// The number of iterations of other loops before widening begins.
 const TURNS: u64 = 3;
-/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MOST_GROWN` times,
+/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MAX_WIDENINGS` times,
 /// and its result is narrowed afterwards.
 const CHEAP_WORK: u64 = 10_000;
-const MOST_GROWN: u64 = 16;
+const MAX_WIDENINGS: u64 = 16;
 
 /// The limits found at single instructions, over all paths.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
@@ -225,7 +225,7 @@ impl<'p> Run<'p> {
                 continue;
             }
             self.work += 1;
-            if self.work > MOST_WORK || self.work.is_multiple_of(EVERY) && (self.is_over)() {
+            if self.work > MAX_WORK || self.work.is_multiple_of(EVERY) && (self.is_over)() {
                 return Err(NotAnalysed);
             }
             at = self.instruction(act, at)?;
@@ -629,7 +629,7 @@ impl<'p> Run<'p> {
             settled = true;
             let stamp = self.fresh();
             let mut wider = head.clone();
-            let is_last = !is_cheap || grown >= MOST_GROWN;
+            let is_last = !is_cheap || grown >= MAX_WIDENINGS;
             grown += u64::from(!is_last);
             if turn < 2 * TURNS + grown || spent < EXACT_WORK {
                 wider.widen(&state, stamp, &self.followed.limits, is_last);

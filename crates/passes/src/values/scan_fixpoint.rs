@@ -8,15 +8,15 @@ use scanbound_ir::Program;
 
 /// The largest number of scans until a fixpoint must be reached. After `EXACT_SCANS` scans, values are widened to the
 /// next limit; after `LIMITED_SCANS` scans, to the least or largest number.
-const MOST_SCANS: usize = 20;
+const MAX_SCANS: usize = 20;
 const EXACT_SCANS: usize = 4;
 const LIMITED_SCANS: usize = 12;
 /// The number of narrowing steps after the fixpoint.
 const NARROWED_SCANS: usize = 2;
 /// The largest number of instructions executed in all scans of a fixpoint.
-const MOST_ACROSS: u64 = 3_000_000;
+const MAX_FIXPOINT_WORK: u64 = 3_000_000;
 /// The largest number of instructions executed to find out which trusted words are needed.
-const MOST_REDUCING: u64 = 300_000;
+const MAX_REDUCING: u64 = 300_000;
 
 /// A fixpoint over scans.
 #[derive(Default)]
@@ -69,7 +69,7 @@ impl ScanFixpoint<'_> {
                 kept.work = work;
                 return Some(kept);
             }
-            if work > MOST_ACROSS {
+            if work > MAX_FIXPOINT_WORK {
                 return None;
             }
         }
@@ -88,12 +88,12 @@ impl ScanFixpoint<'_> {
             start[slot] = self.at_power_up(slot);
         }
         let mut work = 0;
-        for scan in 0..MOST_SCANS {
+        for scan in 0..MAX_SCANS {
             let mut scanned = self.scan(&start, trusted, &mut work)?;
             let grow = |slot: usize, (here, there): (Value, Value)| match scan {
                 0..EXACT_SCANS => here.join(there),
                 _ => {
-                    let is_last = scan >= LIMITED_SCANS || work > MOST_ACROSS / 4;
+                    let is_last = scan >= LIMITED_SCANS || work > MAX_FIXPOINT_WORK / 4;
                     followed.limits.widen(slot, here, there, is_last)
                 }
             };
@@ -110,7 +110,7 @@ impl ScanFixpoint<'_> {
                 return Some(Fixpoint { trusted, found: scanned.found, start, work });
             }
             // Without a fixpoint nothing can be trusted.
-            if work > MOST_ACROSS {
+            if work > MAX_FIXPOINT_WORK {
                 return None;
             }
             start = next;
@@ -152,7 +152,7 @@ impl ScanFixpoint<'_> {
                     closer[slot] = value;
                 }
             }
-            if closer == start || *work > MOST_ACROSS / 4 {
+            if closer == start || *work > MAX_FIXPOINT_WORK / 4 {
                 break;
             }
             let Some(next) = self.scan(&closer, trusted, work) else { break };
@@ -172,7 +172,7 @@ impl ScanFixpoint<'_> {
             let mut from = kept.trusted.iter().take_while(|slot| stay.contains(slot)).count();
             while from < kept.trusted.len() {
                 work += kept.work;
-                if work > MOST_REDUCING {
+                if work > MAX_REDUCING {
                     return kept;
                 }
                 let to = (from + many).min(kept.trusted.len());

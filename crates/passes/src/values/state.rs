@@ -103,7 +103,7 @@ fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
 }
 
 /// The largest number of conditional writes of a word that are remembered.
-const MOST_WRITES: usize = 4;
+const MAX_WRITES: usize = 4;
 
 impl State {
     /// A state with these values of words and nothing known of `bits` bits.
@@ -274,7 +274,7 @@ impl State {
             return;
         }
         let (before, mut others) = match earlier {
-            Some(writes) if writes.perhaps.len() < MOST_WRITES => {
+            Some(writes) if writes.perhaps.len() < MAX_WRITES => {
                 (writes.before, writes.perhaps.clone())
             }
             _ => (value, Vec::new()),

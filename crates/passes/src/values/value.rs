@@ -7,9 +7,9 @@ use scanbound_base::word_interval::WordInterval;
 
 /// Sets of at most this many values are represented exactly. The model of the scan distinguishes as many values of an
 /// index.
-pub const MOST_FEW: usize = 8;
+pub const MAX_EXACT: usize = 8;
 /// At most this many values of a word are listed in a constraint on the start of a scan.
-const MOST_APART: u32 = 256;
+const MAX_LISTED_VALUES: u32 = 256;
 /// The number of values of a word.
 const ALL: u32 = 1 << 16;
 
@@ -22,7 +22,7 @@ pub struct Value {
     step: u16,
     /// The number of values in `few`, or 0 if there are too many to list; `few` holds them in ascending unsigned order.
     count: u8,
-    few: [u16; MOST_FEW],
+    few: [u16; MAX_EXACT],
 }
 
 impl std::fmt::Debug for Value {
@@ -54,11 +54,12 @@ fn gcd_of(all: &[u32]) -> u32 {
 
 impl Value {
     /// All values.
-    pub const TOP: Value = Value { ring: WordInterval::TOP, step: 1, count: 0, few: [0; MOST_FEW] };
+    pub const TOP: Value =
+        Value { ring: WordInterval::TOP, step: 1, count: 0, few: [0; MAX_EXACT] };
 
     /// A single value.
     pub const fn constant(value: u16) -> Value {
-        let mut few = [0; MOST_FEW];
+        let mut few = [0; MAX_EXACT];
         few[0] = value;
         Value { ring: WordInterval::constant(value), step: 0, count: 1, few }
     }
@@ -80,7 +81,7 @@ impl Value {
     pub fn progression(first: u16, span: u32, step: u32) -> Value {
         let step = step.max(1);
         let span = span - span % step;
-        if span / step < MOST_FEW as u32 && span < ALL {
+        if span / step < MAX_EXACT as u32 && span < ALL {
             let all = (0..=span / step).map(|place| first.wrapping_add((place * step) as u16));
             return Value::few_of(&mut all.collect::<Vec<u16>>());
         }
@@ -88,7 +89,7 @@ impl Value {
             return Value::TOP;
         }
         let ring = WordInterval::of(first.into(), i64::from(first) + i64::from(span));
-        Value { ring, step: step as u16, count: 0, few: [0; MOST_FEW] }
+        Value { ring, step: step as u16, count: 0, few: [0; MAX_EXACT] }
     }
 
     /// All values with the same remainder as `to` by a divisor. With wraparound only the part of the divisor that is a
@@ -117,10 +118,10 @@ impl Value {
         let from_first: Vec<u32> =
             all.iter().map(|value| u32::from(value.wrapping_sub(first))).collect();
         let (span, step) = (last.wrapping_sub(first), gcd_of(&from_first));
-        if all.len() > MOST_FEW {
+        if all.len() > MAX_EXACT {
             return Value::progression(first, span.into(), step);
         }
-        let mut few = [0; MOST_FEW];
+        let mut few = [0; MAX_EXACT];
         few[..all.len()].copy_from_slice(all);
         let ring = WordInterval::of(first.into(), i64::from(first) + i64::from(span));
         Value { ring, step: step as u16, count: all.len() as u8, few }
@@ -165,7 +166,7 @@ impl Value {
     /// The list of values, if they are not a complete range and not too many for a constraint on the start of a scan.
     pub fn listed(&self) -> Option<Vec<u16>> {
         let (low, high) = self.signed();
-        if *self == Value::range(low, high) || self.size() > MOST_APART {
+        if *self == Value::range(low, high) || self.size() > MAX_LISTED_VALUES {
             return None;
         }
         let place = |place: u32| self.ring.first().wrapping_add((place * self.step()) as u16);
@@ -375,7 +376,7 @@ impl Value {
             (_, Some(mask)) => (self, mask),
             _ => return Value::progression(0, high as u32, unit),
         };
-        if mask.count_ones() <= MOST_FEW.ilog2() {
+        if mask.count_ones() <= MAX_EXACT.ilog2() {
             // Enumerates the subsets of the mask's bits, from the least to the mask itself.
             let next = |part: &u16| (*part != mask).then(|| part.wrapping_sub(mask) & mask);
             let parts =

@@ -2,7 +2,7 @@
 
 use super::integers::Integers;
 use super::reach::Reach;
-use super::value::{Growth, MOST_FEW, Value};
+use super::value::{Growth, MAX_EXACT, Value};
 use std::collections::BTreeSet;
 
 /// Pseudo-random numbers: xorshift64.
@@ -37,7 +37,7 @@ impl Chance {
                 let count = 1 + self.below(12);
                 let all: BTreeSet<u16> = (0..count).map(|_| self.word()).collect();
                 let value = Value::of_values(all.iter().copied()).expect("some");
-                match all.len() <= MOST_FEW {
+                match all.len() <= MAX_EXACT {
                     true => (value, all),
                     false => {
                         (value, (0..=u16::MAX).filter(|&one| value.contains_value(one)).collect())

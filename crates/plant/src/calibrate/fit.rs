@@ -117,11 +117,11 @@ impl std::fmt::Display for Unfit {
             ),
             Unfit::Unmeasured { part, step } => write!(
                 f,
-                "step {step} of {part} has not been measured: let the program run until D1000 counts no further"
+                "step {step} of {part} has not been measured: let the program run until D1000 stops changing"
             ),
             Unfit::Parts { parts, results } => write!(
                 f,
-                "the calibration has {parts} parts, and {results} files of results were named: name one for each, in their order"
+                "the calibration has {parts} parts, but {results} result files were given: give one file for each part, in the order of the parts"
             ),
         }
     }

@@ -36,7 +36,7 @@ pub struct Form {
 
 /// An instruction that is not measured.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Left {
+pub struct Unmeasured {
     /// Its row.
     pub row: String,
     /// Why.
@@ -183,7 +183,10 @@ struct Used {
 /// Chooses the instructions that programs use. Without programs, all for which the table has a row of its own. Those
 /// with the largest share of the time come first.
 #[must_use]
-pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form>, Vec<Left>) {
+pub(super) fn choose(
+    program: Option<&Program>,
+    source: Source<'_>,
+) -> (Vec<Form>, Vec<Unmeasured>) {
     let used = match program {
         Some(program) => used(program, source.table),
         None => rows_of(source.table, source.language),
@@ -196,7 +199,7 @@ pub(super) fn choose(program: Option<&Program>, source: Source<'_>) -> (Vec<Form
         }
         match forms_of(&asked, class, source) {
             Ok(found) => forms.extend(found.into_iter().map(|form| Form { share, ..form })),
-            Err(why) => left.push(Left { row: asked.text(), why: why.to_owned(), share }),
+            Err(why) => left.push(Unmeasured { row: asked.text(), why: why.to_owned(), share }),
         }
     }
     // The same line may be the sample of several names.

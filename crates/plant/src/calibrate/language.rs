@@ -24,8 +24,8 @@ const LAST_LABEL: u32 = 2;
 /// The number of scans of the current step.
 const SCAN: u32 = 1001;
 /// The smallest and the largest reading of the current step.
-const LEAST: u32 = 1002;
-const MOST: u32 = 1003;
+const SMALLEST: u32 = 1002;
+const LARGEST: u32 = 1003;
 /// The time of the last scan, in tenths of a millisecond.
 const LAST: u32 = 1010;
 /// The scans at the beginning of a step whose readings do not count, because they may belong to the step before.
@@ -222,13 +222,13 @@ impl Language {
     /// steps over `scans` scans, and then start the next step.
     #[must_use]
     pub fn head(self, empty: u32, steps: u32, scans: u32) -> Vec<String> {
-        const NOTHING: [(u32, u32); 3] = [(SCAN, 0), (LEAST, 32_767), (MOST, 0)];
+        const NOTHING: [(u32, u32); 3] = [(SCAN, 0), (SMALLEST, 32_767), (LARGEST, 0)];
         let settled = SETTLING + 1;
         let mut lines = self.reads();
         lines.extend(self.begins(&[&[(STEP, 0)][..], &NOTHING].concat()));
         lines.push(format!("LD {}", self.always()));
         lines.push(self.counts(SCAN));
-        for (relation, kept) in [("<", LEAST), (">", MOST)] {
+        for (relation, kept) in [("<", SMALLEST), (">", LARGEST)] {
             lines.push(self.compares("LD>=", SCAN, settled));
             lines.push(format!("AND{relation} D{LAST} D{kept}"));
             lines.push(format!("MOV D{LAST} D{kept}"));
@@ -248,8 +248,8 @@ impl Language {
         }
         for step in 0..steps {
             lines.push(self.at_step(step));
-            lines.push(format!("MOV D{LEAST} D{}", RESULTS + 2 * step));
-            lines.push(format!("MOV D{MOST} D{}", RESULTS + 2 * step + 1));
+            lines.push(format!("MOV D{SMALLEST} D{}", RESULTS + 2 * step));
+            lines.push(format!("MOV D{LARGEST} D{}", RESULTS + 2 * step + 1));
         }
         lines.push(format!("LD {}", self.always()));
         lines.push(self.counts(STEP));

@@ -19,7 +19,7 @@ mod spare;
 pub mod table;
 mod variants;
 
-pub use forms::{Form, Left};
+pub use forms::{Form, Unmeasured};
 pub use language::Language;
 pub use plan::{Measure, Part, Plan, Settings, State};
 pub use rung::Rung;

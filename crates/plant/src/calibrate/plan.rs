@@ -1,6 +1,6 @@
 //! The plan of a calibration: blocks, how often they are executed, and what each step measures.
 
-use super::forms::{BY_DATA, Form, Left, operands};
+use super::forms::{BY_DATA, Form, Unmeasured, operands};
 use super::language::{Language, SETTLING};
 use super::program::{Block, LaidOut};
 use scanbound_base::time::Picos;
@@ -34,7 +34,7 @@ pub struct Plan {
     /// The programs, which are run one after the other.
     pub parts: Vec<Part>,
     /// The instructions that are not measured.
-    pub left: Vec<Left>,
+    pub left: Vec<Unmeasured>,
 }
 
 /// The version of the format of plans. Only `calibrate fit` reads them, so no schema is published.
@@ -126,9 +126,9 @@ pub struct Sum {
 /// The most copies in a rung: ladder editors do not show more.
 const IN_RUNG: u64 = 20;
 /// The most copies in a block.
-const MOST_COPIES: u64 = 400;
+const MAX_COPIES: u64 = 400;
 /// The most iterations of a loop.
-const MOST_LOOPS: u64 = 32_767;
+const MAX_LOOPS: u64 = 32_767;
 /// The most copies in a rung if each needs its own label.
 const LABELLED: u64 = 10;
 /// The number of labels that the blocks of such copies need.
@@ -136,7 +136,7 @@ const LABELS: u32 = 16;
 /// The number of steps at the beginning that measure an empty scan: the time of END varies.
 const EMPTY: u32 = 5;
 /// The most steps of a part: their results must fit into one area.
-const MOST_STEPS: u32 = 400;
+const MAX_STEPS: u32 = 400;
 
 /// The number of steps that are kept free while a part is laid out: for a form, the sum and the last reference.
 const AHEAD: u32 = 16;
@@ -157,7 +157,7 @@ struct Building {
 #[must_use]
 pub fn lay_out(
     forms: &[Form],
-    left: Vec<Left>,
+    left: Vec<Unmeasured>,
     table: &Table,
     language: Language,
     cpu: &str,
@@ -172,12 +172,12 @@ pub fn lay_out(
     for form in forms {
         if form.assumed.0.saturating_mul(2) > settings.scan_time.0 {
             let why = "two copies of it may take longer than the longest permitted scan".to_owned();
-            left.push(Left { row: form.row.clone(), why, share: form.share });
+            left.push(Unmeasured { row: form.row.clone(), why, share: form.share });
             continue;
         }
         let added = building.sized(form, &costs) + building.besides(settings);
         let full = building.part.memory + added > settings.memory
-            || building.part.steps + AHEAD > MOST_STEPS
+            || building.part.steps + AHEAD > MAX_STEPS
             || building.labels + AHEAD + if form.rung.labels() { LABELS } else { 0 } > most_labels;
         if full && !building.forms.is_empty() {
             let ended = std::mem::replace(&mut building, Building::new(language));
@@ -242,7 +242,7 @@ impl Costs {
         if form.rung.labels() {
             return [1, (self.most / each / 2).clamp(1, LABELLED)];
         }
-        let wanted = self.round.div_ceil(each).clamp(IN_RUNG, MOST_COPIES);
+        let wanted = self.round.div_ceil(each).clamp(IN_RUNG, MAX_COPIES);
         // Both blocks contain one more of each rung.
         let fits = (self.most / each / 2).max(1);
         let copies = wanted.min(fits);
@@ -254,7 +254,7 @@ impl Costs {
 
     /// How often a block is executed in a scan.
     fn loops(&self, once: u64) -> u64 {
-        (self.most / (once + self.round).max(1)).clamp(1, MOST_LOOPS)
+        (self.most / (once + self.round).max(1)).clamp(1, MAX_LOOPS)
     }
 }
 
@@ -356,7 +356,7 @@ impl Building {
         let changes = form.rung.changes;
         // It fires in every other iteration.
         let loops = match (costs.loops(once), changes) {
-            (loops, true) => loops.next_multiple_of(2).min(MOST_LOOPS - 1),
+            (loops, true) => loops.next_multiple_of(2).min(MAX_LOOPS - 1),
             (loops, false) => loops,
         };
         let data: Vec<Vec<(u32, u16)>> =

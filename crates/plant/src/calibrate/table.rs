@@ -50,8 +50,8 @@ fn scan_rows(plan: &Plan, fit: &Fit, origin: &Origin, fitted: bool) -> String {
     let on = |name: &str| base.row(name).map_or(0, |row| row.on.0);
     let [low, high] = [empty.low, empty.high].map(Picos::us_text);
     let measured = format!(
-        "{}: a scan that does nothing takes {low} to {high} us, with the start of one program, its END, the refresh of \
-         what was fitted and what parameters latch",
+        "{}: an empty scan takes {low} to {high} us; this contains the start of one program, its END, the refresh of the \
+         installed I/O modules, and the latch processing set in the CPU's parameters",
         measured_on(plan, origin)
     );
     let mut text = format!("@end,{high},,,,measured,{}\n", quoted(&measured));

@@ -5,7 +5,7 @@ use scanbound_ir::{AreaId, AreaKind, Cell, WordSource};
 use scanbound_link::{Coil, Memory, Setting, State};
 
 /// No area of any CPU has more devices.
-const MOST: u32 = 1_000_000;
+const MAX_DEVICES: u32 = 1_000_000;
 
 /// The names of areas in protocols, and in programs.
 const NAMES: &[(&str, &str)] = &[
@@ -67,7 +67,7 @@ impl Memory for Cpu<'_> {
     fn words(&mut self, name: &str, first: u32, count: u32) -> Option<Vec<u16>> {
         let (area, kind) = self.known(name)?;
         let each = if kind == AreaKind::Bit { 16 } else { 1 };
-        first.checked_add(count.checked_mul(each)?).filter(|end| *end <= MOST)?;
+        first.checked_add(count.checked_mul(each)?).filter(|end| *end <= MAX_DEVICES)?;
         let word = |at: u32| match kind {
             AreaKind::Word => self.device(name, area, first + at),
             AreaKind::Bit => (0..16).fold(0, |word, bit| {
@@ -79,7 +79,7 @@ impl Memory for Cpu<'_> {
 
     fn bits(&mut self, name: &str, first: u32, count: u32) -> Option<Vec<bool>> {
         let (area, kind) = self.known(name)?;
-        first.checked_add(count).filter(|end| *end <= MOST && kind == AreaKind::Bit)?;
+        first.checked_add(count).filter(|end| *end <= MAX_DEVICES && kind == AreaKind::Bit)?;
         Some((first..first + count).map(|at| self.device(name, area, at) & 1 == 1).collect())
     }
 

@@ -27,7 +27,7 @@ pub struct Disturbance {
 }
 
 /// The most instructions that one scan may execute.
-const MOST: u64 = 200_000_000;
+const MAX_INSTRUCTIONS: u64 = 200_000_000;
 
 /// Why the CPU went to STOP by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,7 +133,7 @@ impl<'p> Cpu<'p> {
             return None;
         }
         self.cpu.set_clock(self.clock);
-        let Scan { total, stopped, unbounded, .. } = self.cpu.scan(MOST);
+        let Scan { total, stopped, unbounded, .. } = self.cpu.scan(MAX_INSTRUCTIONS);
         let halt = match (stopped, unbounded) {
             (Some(stopped), _) => Some(match stopped.reason {
                 StopReason::Unknown(cause) => Halt::Unknown(cause),

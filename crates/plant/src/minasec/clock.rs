@@ -78,7 +78,7 @@ impl Clock {
         let mut faults = Vec::new();
         if !(Picos(1_000_000)..=Picos(1_000_000_000)).contains(&self.period) {
             faults.push(format!(
-                "a period of {} is not one that the oscillator can have: give 1 us to 1 ms",
+                "the oscillator cannot have a period of {}: give 1 us to 1 ms",
                 self.period
             ));
         }

@@ -88,7 +88,7 @@ impl Settings {
         delay("T1", self.t1, T1_RANGE);
         for (name, number) in [("setting", self.setting), ("count", self.count)] {
             if number > 99 {
-                faults.push(format!("the counter's {name} has two digits: {number} is more"));
+                faults.push(format!("the counter's {name} is {number}, but can be at most 99"));
             }
         }
         faults.extend(self.clock.faults());

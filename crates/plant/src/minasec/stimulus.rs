@@ -45,7 +45,7 @@ pub struct Stimulus {
 }
 
 /// The form of a stimulus, for messages.
-const FORM: &str = "the first row names the columns: the time with its unit (time_ms), X00 to X07, POWER, RESET, HALT, CLOCK, SLOW, CNTCLR; the others hold times, and 0 or 1 where something changes";
+const FORM: &str = "the first row names the columns: the time with its unit (time_ms), X00 to X07, POWER, RESET, HALT, CLOCK, SLOW, CNTCLR; each other row holds a time, and 0 or 1 for each input or switch that changes";
 
 impl Stimulus {
     /// Reads a stimulus. An empty or missing cell changes nothing.
@@ -81,14 +81,14 @@ impl Stimulus {
         let time = heads.iter().position(|head| Unit::words_of_heading(head) == "time");
         let unit = time.and_then(|column| Unit::of_heading(&heads[column]));
         let Some((time, unit)) = time.zip(unit) else {
-            return Err(whole("no column is a time with its unit".into(), FORM));
+            return Err(whole("no column has the time and its unit (time_ms)".into(), FORM));
         };
         let mut columns = Vec::new();
         for (column, word) in heads.iter().enumerate().filter(|(column, _)| *column != time) {
             match what(word) {
                 Some(what) => columns.push((column, what)),
                 None => {
-                    let message = format!("'{word}' is no input and no switch");
+                    let message = format!("'{word}' is neither an input nor a switch");
                     faults.push(at_cell(Code::StimulusColumn, head, column, message, FORM));
                 }
             }
@@ -111,18 +111,26 @@ impl Stimulus {
             };
             if let Some(extra) = (heads.len()..record.len()).find(|&n| !record[n].is_empty()) {
                 let message =
-                    format!("this row has {} cells, the head has {}", record.len(), heads.len());
+                    format!("this row has {} cells, the heading has {}", record.len(), heads.len());
                 fault(message, extra, "give each cell a column; numbers have a decimal point");
                 continue;
             }
             let cell = record.get(time).unwrap_or_default();
             let at = unit.read(cell).and_then(|ps| u64::try_from(ps).ok()).map(Picos);
             let Some(at) = at else {
-                fault(format!("'{cell}' is no time"), time, "give a decimal number from 0 on");
+                fault(
+                    format!("'{cell}' is not a time"),
+                    time,
+                    "give a decimal number that is not negative",
+                );
                 continue;
             };
             if stimulus.changes.last().is_some_and(|last| last.at > at) {
-                fault("this row is before the last".into(), time, "give the rows in order of time");
+                fault(
+                    "the time of this row is earlier than that of the row before".into(),
+                    time,
+                    "put the rows in order of time",
+                );
                 continue;
             }
             for &(column, what) in &columns {
@@ -132,7 +140,7 @@ impl Stimulus {
                     "1" => true,
                     other => {
                         fault(
-                            format!("'{other}' is neither 0 nor 1"),
+                            format!("'{other}' is not 0 or 1"),
                             column,
                             "leave the cell empty where nothing changes",
                         );
@@ -207,11 +215,11 @@ mod tests {
         assert_eq!(
             faults("time_s,X00,Y00\n1,1\n0.5,0\nx,1\n-1,1\n2,2\n"),
             [
-                (1, "'Y00' is no input and no switch".to_owned()),
-                (3, "this row is before the last".to_owned()),
-                (4, "'x' is no time".to_owned()),
-                (5, "'-1' is no time".to_owned()),
-                (6, "'2' is neither 0 nor 1".to_owned()),
+                (1, "'Y00' is neither an input nor a switch".to_owned()),
+                (3, "the time of this row is earlier than that of the row before".to_owned()),
+                (4, "'x' is not a time".to_owned()),
+                (5, "'-1' is not a time".to_owned()),
+                (6, "'2' is not 0 or 1".to_owned()),
             ]
         );
     }

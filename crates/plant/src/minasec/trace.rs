@@ -1,10 +1,10 @@
-//! Writes what was emulated as CSV, a row a scan.
+//! Writes an emulated run as CSV with one row for each scan.
 
 use super::machine::Scan;
 use scanbound_front_minasec::{Device, Kind};
 use std::io::{self, Write};
 
-/// The column of scan times. Emulated times are nowhere called measured.
+/// The column of scan times. Emulated times are never called measured.
 pub const SCAN_TIME: &str = "emulated_us";
 
 /// Writes a trace: when each scan began and how long it took, the latched inputs, the output terminals after it,
@@ -16,7 +16,7 @@ pub struct Trace<W> {
 }
 
 impl<W: Write> Trace<W> {
-    /// Begins a trace with its heads.
+    /// Starts a trace and writes its heading.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -43,7 +43,7 @@ impl<W: Write> Trace<W> {
         writeln!(self.out, ",{}", scan.view.count)
     }
 
-    /// Writes out what is held back.
+    /// Writes the buffered rest.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -52,7 +52,7 @@ impl<W: Write> Trace<W> {
     }
 }
 
-/// The devices that have something to show.
+/// The devices that have a value.
 fn shown() -> impl Iterator<Item = Device> {
     Device::all().filter(|device| device.kind() != Kind::Clear)
 }

@@ -1,4 +1,4 @@
-//! Writes what was emulated as a value change dump, as GTKWave and PulseView open it.
+//! Writes an emulated run as a value change dump (VCD) for GTKWave and PulseView.
 
 use super::machine::{Machine, Observer, View};
 use super::stimulus::{Change, Stimulus, What};
@@ -7,13 +7,13 @@ use scanbound_front_minasec::{Device, Kind};
 use std::io::{self, Write};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 
-/// What the file's comment says, by which a comparison knows it.
+/// The comment in the file. `compare` recognises emulated files by it.
 pub const EMULATED: &str = "emulated by scanbound, not measured";
 
-/// Writes the dump while the machine runs. The first fault of writing is kept and returned by [`Dump::finish`].
+/// Writes the dump while the machine runs. [`Dump::finish`] returns the first write error.
 pub struct Dump<W: Write> {
     out: Writer<W>,
-    /// Rises when a scan begins, and falls a word later.
+    /// Rises when a scan begins, and falls one word later.
     scan: IdCode,
     terminals: Vec<IdCode>,
     devices: Vec<(Device, IdCode)>,
@@ -23,7 +23,7 @@ pub struct Dump<W: Write> {
     running: IdCode,
     plant: std::vec::IntoIter<Change>,
     last: View,
-    /// How long the scan's pulse is, and when it falls next.
+    /// The length of the scan's pulse, and when it falls next.
     pulse: Picos,
     falls: Option<Picos>,
     at: Option<Picos>,
@@ -31,7 +31,7 @@ pub struct Dump<W: Write> {
 }
 
 impl<W: Write> Dump<W> {
-    /// Begins a dump. The stimulus gives the levels at the input terminals, the machine the state to begin with.
+    /// Starts a dump. The stimulus gives the levels at the input terminals, the machine the initial state.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -97,7 +97,7 @@ impl<W: Write> Dump<W> {
         Ok(dump)
     }
 
-    /// Writes the values that differ from the last, or all.
+    /// Writes the values that differ from the last ones, or all.
     fn values(&mut self, view: View, last: Option<View>) -> io::Result<()> {
         let differs = |now: u32, before: Option<u32>, bit: usize| {
             before.is_none_or(|before| (now ^ before) >> bit & 1 == 1)
@@ -128,7 +128,7 @@ impl<W: Write> Dump<W> {
         Ok(())
     }
 
-    /// Moves on to a moment; what comes with the one before stays there.
+    /// Writes a time stamp, unless the dump has already reached this time.
     fn moment(&mut self, at: Picos) -> io::Result<()> {
         if self.at.is_none_or(|now| now < at) {
             self.at = Some(at);
@@ -137,7 +137,8 @@ impl<W: Write> Dump<W> {
         Ok(())
     }
 
-    /// What happens until then that is not told of: the terminals' changes and the end of the scan's pulse.
+    /// Writes the changes up to this time that the machine does not report: those of the terminals, and the end of the scan's
+    /// pulse.
     fn until(&mut self, at: Picos) -> io::Result<()> {
         loop {
             let plant = self.plant.as_slice().first().copied().filter(|change| change.at <= at);
@@ -185,7 +186,7 @@ impl<W: Write> Dump<W> {
     /// Ends the dump.
     ///
     /// # Errors
-    /// The first fault of writing.
+    /// The first write error.
     pub fn finish(mut self, at: Picos) -> io::Result<()> {
         match self.fault.take() {
             Some(fault) => Err(fault),

@@ -13,7 +13,7 @@ use scanbound_ir::location_text::short_file_name;
 const BOLD: Style = Style::new().bold();
 
 /// So many places of one statement are told.
-const MOST_PLACES: usize = 3;
+const MAX_PLACES: usize = 3;
 
 /// The advice. Has colour codes.
 #[must_use]
@@ -99,12 +99,12 @@ fn statement(advice: &Advice, one: &Measured, extent: Extent) -> String {
         .statement
         .places
         .iter()
-        .take(MOST_PLACES)
+        .take(MAX_PLACES)
         .map(|(at, instruction)| vec![left(place(advice, *at)), left(&**instruction)])
         .collect();
     text += &fitted(6, &rows, extent.width);
-    if one.statement.places.len() > MOST_PLACES {
-        text += &format!("      and {} more places\n", one.statement.places.len() - MOST_PLACES);
+    if one.statement.places.len() > MAX_PLACES {
+        text += &format!("      and {} more places\n", one.statement.places.len() - MAX_PLACES);
     }
     text
 }

@@ -210,7 +210,7 @@ pub(crate) fn notes(found: &Comparison) -> Vec<String> {
             "{} shorter than any scan can be by the table ({}): {} than the {kind} machine, or this is another program",
             count(found.below, "scan"),
             bounds.least,
-            if bounds.clocked.is_some() { "its clock is slower" } else { "it is dearer" }
+            if bounds.clocked.is_some() { "its clock is slower" } else { "its instructions take longer" }
         ));
     }
     let usual = u128::from(found.figures.median.0);

@@ -17,7 +17,7 @@ const BAD: Style = AnsiColor::Red.on_default().bold();
 /// From so many thousandths on a share is told as so many times.
 const MANY_TIMES: u64 = 10_000;
 /// So many reasons are told, and instructions without a time.
-const MOST_TOLD: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// The choice. Has colour codes.
 #[must_use]
@@ -28,7 +28,7 @@ pub fn render(choice: &Choice, extent: Extent) -> String {
     rows.extend(choice.candidates.iter().map(|one| row(choice, one)));
     text += &fitted(0, &rows, extent.width);
     let mut notes = notes(choice);
-    let most = if extent.detail == Detail::Full { usize::MAX } else { MOST_TOLD };
+    let most = if extent.detail == Detail::Full { usize::MAX } else { MAX_LISTED };
     notes.extend(without_times(choice, most));
     notes.extend(reasons(choice, extent));
     if !notes.is_empty() {

@@ -1,4 +1,4 @@
-//! The difference of two versions as CSV: a row a change, the dearest first.
+//! The difference of two versions as CSV: a row a change, the longest first.
 
 use crate::sheet::Sheet;
 use scanbound_audit::difference::{Difference, Side};

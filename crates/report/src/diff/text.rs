@@ -4,7 +4,7 @@ use crate::columns::{Cell, fitted, left, paint, right};
 use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
-use scanbound_audit::difference::{Change, Difference, Kind};
+use scanbound_audit::difference::{Change, ChangeKind, Difference};
 use scanbound_base::time::Picos;
 use scanbound_base::time_text::{about, at_most};
 
@@ -22,9 +22,10 @@ pub fn render(found: &Difference, extent: Extent) -> String {
         text += &wrap::paragraph(2, told, extent.width);
     }
     let top = if extent.detail == Detail::Full { usize::MAX } else { extent.top };
-    let dear = found.changes.iter().filter(|one| one.kind != Kind::Moved || one.delta() != 0);
-    let mut rows: Vec<Vec<Cell>> = dear.clone().take(top).map(row).collect();
-    let rest: Vec<&Change> = dear.skip(top).collect();
+    let differing =
+        found.changes.iter().filter(|one| one.kind != ChangeKind::Moved || one.delta() != 0);
+    let mut rows: Vec<Vec<Cell>> = differing.clone().take(top).map(row).collect();
+    let rest: Vec<&Change> = differing.skip(top).collect();
     let besides = |delta: i128, what: String| vec![amount(delta), left(what)];
     if !rest.is_empty() {
         let delta = rest.iter().map(|one| one.delta()).sum();
@@ -111,11 +112,11 @@ pub(crate) fn words(one: &Change) -> String {
     };
     let (old, new) = (text(&one.old), text(&one.new));
     match one.kind {
-        Kind::Added => format!("added: {new}"),
-        Kind::Removed => format!("removed: {old}"),
-        Kind::Moved => format!("moved here: {new}"),
-        Kind::Same => format!("unchanged, but runs otherwise in the longest scan: {new}"),
-        Kind::Changed => {
+        ChangeKind::Added => format!("added: {new}"),
+        ChangeKind::Removed => format!("removed: {old}"),
+        ChangeKind::Moved => format!("moved here: {new}"),
+        ChangeKind::Same => format!("unchanged, but runs otherwise in the longest scan: {new}"),
+        ChangeKind::Changed => {
             let (before, after): (Vec<&str>, Vec<&str>) =
                 (old.split(" / ").collect(), new.split(" / ").collect());
             let head = before.iter().zip(&after).take_while(|(a, b)| a == b).count();
@@ -136,10 +137,10 @@ pub(crate) fn counts(found: &Difference) -> String {
     let of = |kind| found.changes.iter().filter(|one| one.kind == kind).count();
     format!(
         "rungs: {} changed, {} added, {} removed, {} moved, {} the same",
-        of(Kind::Changed),
-        of(Kind::Added),
-        of(Kind::Removed),
-        of(Kind::Moved),
-        of(Kind::Same) + found.unchanged
+        of(ChangeKind::Changed),
+        of(ChangeKind::Added),
+        of(ChangeKind::Removed),
+        of(ChangeKind::Moved),
+        of(ChangeKind::Same) + found.unchanged
     )
 }

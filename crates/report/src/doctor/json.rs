@@ -1,6 +1,6 @@
 //! What of a project is read and what stands in the way of a bound as JSON, schema `scanbound.doctor/1` (docs/json.md).
 
-use scanbound_audit::doctor::{Diagnosis, Finding, Seen, What};
+use scanbound_audit::doctor::{Diagnosis, ExaminedFile, Finding, What};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -61,13 +61,13 @@ pub fn write(found: &Diagnosis, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-fn file(seen: &Seen) -> File<'_> {
+fn file(seen: &ExaminedFile) -> File<'_> {
     let (kind, dialect) = match seen.what {
         What::Program(dialect) => ("program", Some(dialect)),
         What::Comments => ("comments", None),
         What::Refused => ("refused", None),
     };
-    let Seen { name, instructions, standby, .. } = seen;
+    let ExaminedFile { name, instructions, standby, .. } = seen;
     File { name, kind, dialect, instructions: *instructions, standby: *standby }
 }
 

@@ -4,7 +4,7 @@ use crate::columns::{Cell, fitted, left, paint, right};
 use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
-use scanbound_audit::doctor::{Diagnosis, Finding, Section, Seen, What};
+use scanbound_audit::doctor::{Diagnosis, ExaminedFile, Finding, Section, What};
 
 const BOLD: Style = Style::new().bold();
 const GOOD: Style = AnsiColor::Green.on_default().bold();
@@ -12,8 +12,8 @@ const CARE: Style = AnsiColor::Yellow.on_default().bold();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 
 /// So many findings of a part are shown, and places of one.
-const MOST_SHOWN: usize = 12;
-const MOST_PLACES: usize = 3;
+const MAX_SHOWN: usize = 12;
+const MAX_PLACES: usize = 3;
 
 /// The diagnosis. Has colour codes.
 #[must_use]
@@ -28,7 +28,7 @@ pub fn render(found: &Diagnosis, extent: Extent) -> String {
         let cpu = found.cpu.as_ref().map_or(String::new(), |cpu| format!("{cpu}, "));
         text += &format!("  {cpu}table {table}\n");
     }
-    let most = if extent.detail == Detail::Full { usize::MAX } else { MOST_SHOWN };
+    let most = if extent.detail == Detail::Full { usize::MAX } else { MAX_SHOWN };
     for section in Section::ALL {
         let own: Vec<&Finding> =
             found.findings.iter().filter(|one| one.section == section).collect();
@@ -79,7 +79,7 @@ fn title(section: Section) -> &'static str {
     }
 }
 
-fn file(seen: &Seen) -> Vec<Cell> {
+fn file(seen: &ExaminedFile) -> Vec<Cell> {
     let (what, style) = match seen.what {
         What::Program(dialect) => (dialect, Style::new()),
         What::Comments => ("names and comments of devices", Style::new()),
@@ -98,10 +98,10 @@ fn finding(one: &Finding, extent: Extent) -> String {
         Some(line) => format!("{file}:{line}"),
         None => file.clone(),
     };
-    let places: Vec<String> = one.places.iter().take(MOST_PLACES).map(place).collect();
+    let places: Vec<String> = one.places.iter().take(MAX_PLACES).map(place).collect();
     let mut head = places.join(", ");
-    if one.places.len() > MOST_PLACES {
-        head += &format!(" and {} more places", one.places.len() - MOST_PLACES);
+    if one.places.len() > MAX_PLACES {
+        head += &format!(" and {} more places", one.places.len() - MAX_PLACES);
     }
     if !head.is_empty() {
         head += ": ";

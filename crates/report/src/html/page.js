@@ -132,7 +132,7 @@ function parts() {
   const rows = (list, name) => list.map((one) => () => [name(one), time(one.ps), share(one.ps), one.most_ps ? time(one.most_ps) : ""]);
   const name = (one) => {
     if (one.block !== undefined) return toRung(one.block, "rung " + one.block + "  " + place(one) + "  " + one.name);
-    if (one.kind === "open") return "left open by the search: the bound above the dearest scan found";
+    if (one.kind === "open") return "left open by the search: the bound above the longest scan found";
     if (one.kind === "factor") return "factor " + one.name;
     return one.name || (one.file === undefined ? one.kind : files[one.file]);
   };

@@ -5,7 +5,7 @@ use crate::compare::text as compare;
 use crate::diff::text as diff;
 use crate::format::{Checked, Checks, Extent, Project};
 use crate::text;
-use scanbound_audit::difference::{Difference, Kind, Side};
+use scanbound_audit::difference::{ChangeKind, Difference, Side};
 use scanbound_base::time::Picos;
 use scanbound_base::time_text::at_most;
 use scanbound_measured::Comparison;
@@ -120,11 +120,12 @@ pub(super) fn comparison(found: &Comparison) -> String {
 pub(super) fn difference(found: &Difference) -> String {
     let time = |side: &Option<Side>| side.as_ref().map_or(String::new(), |one| at(one.time));
     let text = |side: &Option<Side>| code(side.as_ref().map_or("", |one| one.text.as_str()));
-    let shown = found.changes.iter().filter(|one| one.kind != Kind::Moved || one.delta() != 0);
+    let shown =
+        found.changes.iter().filter(|one| one.kind != ChangeKind::Moved || one.delta() != 0);
     let mut rows: Vec<Vec<Cell>> = shown
         .map(|one| {
             let kind = match one.kind {
-                Kind::Same => "runs otherwise in the longest scan",
+                ChangeKind::Same => "runs otherwise in the longest scan",
                 kind => kind.name(),
             };
             vec![

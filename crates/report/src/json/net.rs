@@ -36,7 +36,7 @@ impl<'a> Net<'a> {
     pub(super) fn of(found: &'a NetBound) -> Net<'a> {
         let kept =
             |one: &'a Set| Kept { elements: &one.elements, relays: &one.relays, most_on: one.most };
-        let not_used = found.dropped.iter().map(|one| NotUsed {
+        let not_used = found.unused.iter().map(|one| NotUsed {
             elements: &one.set.elements,
             relays: &one.set.relays,
             why: one.why.to_string(),
@@ -46,7 +46,7 @@ impl<'a> Net<'a> {
             without_ps: found.without.0,
             alone_ps: found.alone.0,
             marked: found.marked.iter().map(String::as_str).collect(),
-            kept: found.kept.iter().map(kept).collect(),
+            kept: found.used.iter().map(kept).collect(),
             not_used: not_used.collect(),
         }
     }

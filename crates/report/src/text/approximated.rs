@@ -6,8 +6,8 @@ use scanbound_audit::{ApproximationUse, Audit};
 use std::collections::BTreeMap;
 
 /// So many kinds are told, and of each so many places, unless all are asked for.
-const MOST_KINDS: usize = 6;
-const MOST_PLACES: usize = 3;
+const MAX_KINDS: usize = 6;
+const MAX_PLACES: usize = 3;
 
 pub(super) fn approximations(audit: &Audit, extent: Extent) -> String {
     if audit.approximations.is_empty() {
@@ -36,7 +36,7 @@ pub(super) fn approximations(audit: &Audit, extent: Extent) -> String {
         count(audit.approximations.len(), "place", "places")
     );
     let is_full = extent.detail == Detail::Full;
-    let shown = if is_full { kinds.len() } else { extent.values.min(MOST_KINDS) };
+    let shown = if is_full { kinds.len() } else { extent.values.min(MAX_KINDS) };
     let mut text = heading(&title, extent);
     for (kind, uses) in kinds.iter().take(shown) {
         let alone = uses.iter().all(|one| mnemonic(one) == mnemonic(uses[0]));
@@ -49,7 +49,7 @@ pub(super) fn approximations(audit: &Audit, extent: Extent) -> String {
             })
             .collect();
         text += &item(2, what, extent);
-        let most = if is_full { usize::MAX } else { MOST_PLACES };
+        let most = if is_full { usize::MAX } else { MAX_PLACES };
         text += &wrapped("      ", &capped(&entries, most), extent);
     }
     text + &more(kinds.len(), shown, "kind", "kinds")

@@ -57,7 +57,7 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
     }
     if let Some(why) = &audit.stands_between {
         let what =
-            format!("the dearest scan by what is known of devices' values; between the two: {why}");
+            format!("the longest scan with the known values of devices; between the two: {why}");
         row("by the search", time(bound.model), what);
     }
     row(

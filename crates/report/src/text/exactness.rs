@@ -7,8 +7,8 @@ use scanbound_audit::{Audit, Construct, InexactUse, LanguageUse, Share};
 use scanbound_base::time::Picos;
 
 /// So many constructs are told, and of each so many places, unless all are asked for.
-const MOST_KINDS: usize = 5;
-const MOST_PLACES: usize = 3;
+const MAX_KINDS: usize = 5;
+const MAX_PLACES: usize = 3;
 
 pub(super) fn section(audit: &Audit, extent: Extent) -> String {
     let Some(found) = &audit.exactness else { return String::new() };
@@ -24,7 +24,7 @@ pub(super) fn section(audit: &Audit, extent: Extent) -> String {
     let mut text = heading(&title, extent) + &fitted(2, &rows, extent.width);
     let is_full = extent.detail == Detail::Full;
     let all = found.constructs.len();
-    let shown = if is_full { all } else { extent.values.min(MOST_KINDS).min(all) };
+    let shown = if is_full { all } else { extent.values.min(MAX_KINDS).min(all) };
     for one in &found.constructs[..shown] {
         text += &construct(audit, one, is_full, extent);
     }
@@ -66,7 +66,7 @@ fn language(one: &LanguageUse) -> Vec<Cell> {
 fn construct(audit: &Audit, one: &Construct, is_full: bool, extent: Extent) -> String {
     let told = |at: &InexactUse| format!("{} ({})", place(audit, at.at), at.body);
     let places: Vec<String> = one.places.iter().map(told).collect();
-    let most = if is_full { usize::MAX } else { MOST_PLACES };
+    let most = if is_full { usize::MAX } else { MAX_PLACES };
     let number = usize::try_from(one.statements).unwrap_or(usize::MAX);
     let what = format!("{}: {}", count(number, "statement", "statements"), one.what);
     item(2, &what, extent) + &wrapped("      ", &capped(&places, most), extent)

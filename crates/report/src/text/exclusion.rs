@@ -1,4 +1,4 @@
-//! Which rungs cannot run together with the dearest scan, and why; the groups with their rungs.
+//! Which rungs cannot run together with the longest scan, and why; the groups with their rungs.
 
 use super::style::{BOLD, CARE, FAINT, GOOD};
 use super::words::{capped, count, heading, more, named, place, us, wrapped};
@@ -9,9 +9,9 @@ use scanbound_base::time::Picos;
 use scanbound_base::time_text::at_most;
 
 /// So many rungs are told unless all are asked for.
-const MOST_RUNGS: usize = 6;
+const MAX_RUNGS: usize = 6;
 /// Through more devices than this nothing is told.
-const MOST_DEVICES: usize = 4;
+const MAX_DEVICES: usize = 4;
 
 /// The rungs that cost less than they could, those that would add most first.
 pub(super) fn excluded(audit: &Audit, extent: Extent) -> String {
@@ -22,7 +22,7 @@ pub(super) fn excluded(audit: &Audit, extent: Extent) -> String {
         .filter(|(spared, ..)| *spared > Picos::ZERO)
         .collect();
     told.sort_by_key(|(spared, rung, _)| (std::cmp::Reverse(*spared), rung.block));
-    let shown = if extent.detail == Detail::Full { told.len() } else { extent.top.min(MOST_RUNGS) };
+    let shown = if extent.detail == Detail::Full { told.len() } else { extent.top.min(MAX_RUNGS) };
     if told.is_empty() || shown == 0 {
         return String::new();
     }
@@ -45,7 +45,7 @@ pub(super) fn excluded(audit: &Audit, extent: Extent) -> String {
 fn reason(audit: &Audit, rung: &RungUse, why: &Exclusion) -> String {
     let through = match why.devices.len() {
         // So many tell nothing.
-        1..=MOST_DEVICES => format!(" through {}", why.devices.join(", ")),
+        1..=MAX_DEVICES => format!(" through {}", why.devices.join(", ")),
         _ => String::new(),
     };
     match why.blocks.as_slice() {
@@ -58,7 +58,7 @@ fn reason(audit: &Audit, rung: &RungUse, why: &Exclusion) -> String {
     }
 }
 
-/// A rung by the place of its dearest instruction, or by its number.
+/// A rung by the place of its slowest instruction, or by its number.
 fn named_rung(audit: &Audit, block: u32) -> String {
     let rungs = audit.groups.iter().flat_map(|group| &group.rungs);
     let found = rungs.into_iter().find(|rung| rung.block == block);
@@ -68,7 +68,7 @@ fn named_rung(audit: &Audit, block: u32) -> String {
     )
 }
 
-/// A group's rungs, the dearest first.
+/// A group's rungs, the longest first.
 pub(super) fn group(audit: &Audit, group: &GroupUse, extent: Extent) -> String {
     let exact = if group.exact() {
         String::from("exact")

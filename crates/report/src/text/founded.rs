@@ -9,7 +9,7 @@ use scanbound_base::time_text::{about, at_most};
 use scanbound_ir::range_or_values;
 
 /// So many of the instructions that write a word are named.
-const MOST_WRITERS: usize = 4;
+const MAX_WRITERS: usize = 4;
 
 pub(super) fn assumed(audit: &Audit, extent: Extent) -> String {
     let table = &audit.table;
@@ -80,7 +80,7 @@ pub(super) fn trusted(audit: &Audit, extent: Extent) -> String {
     }
     let title =
         "What is trusted: only the program writes these (--trust none does without)".to_owned();
-    let order = if audit.what_if.is_some() { ", the dearest first" } else { "" };
+    let order = if audit.what_if.is_some() { ", the largest time first" } else { "" };
     list(&(title + order), &lines, extent)
 }
 
@@ -89,12 +89,12 @@ fn assumption(audit: &Audit, one: &Assumption) -> String {
     let mut by = one
         .written
         .iter()
-        .take(MOST_WRITERS)
+        .take(MAX_WRITERS)
         .map(|(at, instruction)| format!("`{instruction}` ({})", place(audit, *at)))
         .collect::<Vec<_>>()
         .join(", ");
-    if one.written.len() > MOST_WRITERS {
-        by += &format!(" and {} more", one.written.len() - MOST_WRITERS);
+    if one.written.len() > MAX_WRITERS {
+        by += &format!(" and {} more", one.written.len() - MAX_WRITERS);
     }
     let without =
         one.without.map(|bound| format!("; without that the bound is {}", bound_without(bound)));

@@ -7,7 +7,7 @@ use scanbound_audit::{Audit, NetBound};
 use std::collections::BTreeMap;
 
 /// So many elements or sets are named that are not used for one reason.
-const MOST_NAMED: usize = 6;
+const MAX_NAMED: usize = 6;
 
 /// The marks when the longest scan starts, what the code keeps of what the net knows, and what not.
 pub(super) fn section(audit: &Audit, extent: Extent) -> String {
@@ -17,7 +17,7 @@ pub(super) fn section(audit: &Audit, extent: Extent) -> String {
         false => format!("marked when the longest scan starts: {}", found.marked.join(", ")),
     }];
     let (places, others): (Vec<&Set>, Vec<&Set>) =
-        found.kept.iter().partition(|set| set.is_of_places);
+        found.used.iter().partition(|set| set.is_of_places);
     lines.extend(places.iter().take(extent.values).map(|set| kept(set)));
     let more = |n: usize, what: [&str; 2]| {
         let told = format!("{} that every scan keeps: JSON lists them", count(n, what[0], what[1]));
@@ -44,7 +44,7 @@ fn kept(set: &Set) -> String {
 /// What is not used, by the reason, with the elements or sets that it is told of.
 fn dropped(found: &NetBound) -> Vec<String> {
     let mut by_reason: BTreeMap<String, (usize, Vec<String>)> = BTreeMap::new();
-    for one in &found.dropped {
+    for one in &found.unused {
         let of = one.why.element().map_or_else(|| one.set.elements.join(" with "), str::to_owned);
         let (sets, names) = by_reason.entry(one.why.reason()).or_default();
         *sets += 1;
@@ -53,8 +53,8 @@ fn dropped(found: &NetBound) -> Vec<String> {
         }
     }
     let told = |(why, (sets, names)): (String, (usize, Vec<String>))| {
-        let more = names.len().saturating_sub(MOST_NAMED);
-        let mut named = names.into_iter().take(MOST_NAMED).collect::<Vec<_>>().join(", ");
+        let more = names.len().saturating_sub(MAX_NAMED);
+        let mut named = names.into_iter().take(MAX_NAMED).collect::<Vec<_>>().join(", ");
         if more > 0 {
             named += &format!(" and {more} more");
         }

@@ -7,7 +7,7 @@ use scanbound_audit::{Audit, Doubt, Share, UnstatedPoints};
 use scanbound_base::time_text::about;
 
 /// So many steps are told.
-const MOST: usize = 2;
+const MAX_NEXT_STEPS: usize = 2;
 
 /// More than this rests on assumed times before it is worth a word.
 const MUCH: Share = Share(200);
@@ -15,7 +15,7 @@ const MUCH: Share = Share(200);
 /// Rows to be read behind "next".
 pub(super) fn next(audit: &Audit) -> Vec<Vec<Cell>> {
     let label = |index: usize| left(if index == 0 { "next" } else { "" }).styled(BOLD);
-    let steps = steps(audit).into_iter().take(MOST).enumerate();
+    let steps = steps(audit).into_iter().take(MAX_NEXT_STEPS).enumerate();
     steps.map(|(at, step)| vec![label(at), left(step)]).collect()
 }
 
@@ -24,11 +24,11 @@ pub(crate) fn steps(audit: &Audit) -> Vec<String> {
     let mut found = Vec::new();
     let facts = format!("scanbound facts {}", audit.named);
     let facts = facts.trim_end();
-    // What hides the counts comes first in the order of what is known then; the dearest count is what lowers the bound.
+    // What hides the counts comes first in the order of what is known then; the largest count is what lowers the bound.
     let first = audit.unknowns.first().filter(|first| first.counts().is_none());
     let counts = audit.unknowns.iter().filter_map(|one| Some((one.counts()?.cost, one)));
-    let dearest = counts.rev().max_by_key(|(cost, _)| *cost).map(|(_, one)| one);
-    for first in dearest.into_iter().chain(first) {
+    let largest = counts.rev().max_by_key(|(cost, _)| *cost).map(|(_, one)| one);
+    for first in largest.into_iter().chain(first) {
         let at = place(audit, first.places[0].0);
         found.push(match first.counts() {
             Some(counts) => format!(

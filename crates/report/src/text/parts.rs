@@ -36,9 +36,9 @@ impl Row {
     }
 }
 
-/// The programs and the dearest rungs, and all others together. Where a search ended early and left much of the bound
+/// The programs and the rungs with the most time, and all others together. Where a search ended early and left much of the bound
 /// open, its parts say nothing.
-pub(super) fn dearest(audit: &Audit, extent: Extent) -> String {
+pub(super) fn largest(audit: &Audit, extent: Extent) -> String {
     let upper = at_most(audit.bound.upper);
     let left_open = audit.breakdown(By::Program).into_iter();
     let left_open = left_open.filter(|part| part.piece == Piece::Open);
@@ -102,7 +102,7 @@ pub(crate) struct Shown {
     pub(crate) is_code: bool,
 }
 
-/// The dearest so many parts, the others together, and what belongs to no part of the program: what is shown of their
+/// The parts with the most time, the others together, and what belongs to no part of the program: what is shown of their
 /// times adds up to what is shown of the bound. In short, what each scan costs is one row.
 pub(crate) fn shown(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<Shown> {
     let rows = rows(audit, by, top, is_short);
@@ -207,7 +207,7 @@ fn row(audit: &Audit, part: &Part) -> Row {
             (name.clone(), why)
         }
         Piece::Open => {
-            // The bound above the dearest scan that was found.
+            // The bound above the longest scan that was found.
             let why = match audit.ended_early {
                 true => "not needed to decide the limit",
                 false => "unknown: more time may lower it",

@@ -30,7 +30,7 @@ pub(super) fn first(audit: &Audit, check: Option<&Check>, extent: Extent) -> Str
     }
     text += &fitted(2, &rows, extent.width);
     let last = fitted(2, &last, extent.width);
-    let whole = |top: usize| parts::dearest(audit, Extent { top, ..extent });
+    let whole = |top: usize| parts::largest(audit, Extent { top, ..extent });
     let lines = |part: &str| part.lines().count();
     // A line is left for the prompt.
     let room = extent.height.saturating_sub(1 + lines(&text) + lines(&last));

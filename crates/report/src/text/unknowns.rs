@@ -38,7 +38,7 @@ fn counts(audit: &Audit, extent: Extent) -> String {
     let mut all: Vec<(&Unknown, &Counts)> = counted().collect();
     all.sort_by_key(|(_, counts)| Reverse(counts.cost));
     let rows: Vec<Vec<Cell>> = all.into_iter().take(extent.values).map(row).collect();
-    heading("The bound rests on counts that nobody stated, the dearest first", extent)
+    heading("The bound depends on unstated counts, the largest time first", extent)
         + &fitted(2, &rows, extent.width)
         + &more(counted().count(), extent.values, "count", "counts")
         + &item(2, "say in a facts file (--facts) what they are, such as at most 20:", extent)

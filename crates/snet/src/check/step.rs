@@ -1,9 +1,9 @@
-//! How a net is studied, and the steps of the runs that are shown.
+//! The settings for checking a net, and the steps of the runs that findings show.
 
 /// One step of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// The net's rule: a transition fires.
+    /// A step by the net's rule: this one transition fires.
     Fire(usize),
     /// A timer times out; an index into the places.
     RunOut(usize),

@@ -22,7 +22,7 @@ use std::cmp::Reverse;
 pub const FEWEST_CLAUSES: usize = 3_000;
 
 /// For problems with more clauses, examining a bit takes too long.
-const MOST_CLAUSES: usize = 200_000;
+const MAX_CLAUSES: usize = 200_000;
 
 /// The number of bits that are examined to split a case.
 const CANDIDATES: usize = 128;
@@ -66,7 +66,7 @@ type Ranked = (Reverse<u128>, i32, [u64; 2]);
 /// Whether a problem with so many clauses may be searched case by case. Only problems whose search ends by time alone
 /// are.
 pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> bool {
-    (ground.sizes.least..=MOST_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
+    (ground.sizes.least..=MAX_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
 
 /// Searches until the bounds meet or the limits are reached. If cases would lower the bound only little, does nothing
@@ -81,13 +81,13 @@ pub fn search(
     let limits = *bounds.limits();
     let quiet = Limits { progress: &|_, _| {}, trace: false, ..limits };
     let mut trail = split.propagator.clone();
-    if split.softs.len() <= slices::MOST
+    if split.softs.len() <= slices::MAX_SOFT
         && Slices::of(&split.softs, &mut trail).off < split.most / 2
     {
         return Some(objective);
     }
     let candidates = split.candidates();
-    if split.dearest(&candidates) > split.most / 2 {
+    if split.largest_cost(&candidates) > split.most / 2 {
         return Some(objective);
     }
     bounds.step(|| Step::Cases);
@@ -200,7 +200,7 @@ impl<'g> Split<'g> {
     }
 
     /// The bound if, bit by bit, the value that leaves the higher bound is taken, as long as this lowers the bound.
-    fn dearest(&self, candidates: &[i32]) -> u64 {
+    fn largest_cost(&self, candidates: &[i32]) -> u64 {
         let mut trail = self.propagator.clone();
         let mut most = self.most;
         while let Some((bit, [one, other])) = self.best(&mut trail, candidates, most) {
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_cost_what_their_dearest_state_does() {
+    fn charts_cost_what_their_most_expensive_state_does() {
         let mut by_case = 0;
         for seed in 0..60 {
             let (model, most) = charts(seed, 2 + seed as usize % 4);

@@ -12,11 +12,11 @@ use scanbound_model::{Circuit, Lit, Node};
 use std::cmp::Reverse;
 
 /// The largest number of parts of a guard that are examined.
-const MOST_PARTS: usize = 4096;
+const MAX_PARTS: usize = 4096;
 /// A literal that occurs in more guards than this does not identify one iteration or step.
 const FEW: usize = 16;
 /// The largest number of parts of all guards together.
-const MOST_IN_ALL: usize = 25_000_000;
+const MAX_GUARD_PARTS: usize = 25_000_000;
 
 /// A problem whose mutually exclusive guards are combined. It has the same variables as the original, and the same cost
 /// under every assignment. Its circuit is the original one followed by the staircases.
@@ -144,7 +144,7 @@ impl<'a> Parts<'a> {
     fn each(&mut self, guard: Lit, mut see: impl FnMut(Lit)) {
         self.guards += 1;
         let mut open = vec![guard];
-        let mut left = MOST_PARTS.min(MOST_IN_ALL.saturating_sub(self.looked));
+        let mut left = MAX_PARTS.min(MAX_GUARD_PARTS.saturating_sub(self.looked));
         while let Some(part) = open.pop() {
             if left == 0 {
                 return;

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 
 /// With more soft literals, they are not compared with each other.
-pub const MOST: usize = 4_000;
+pub const MAX_SOFT: usize = 4_000;
 
 /// A slice: the weight that its members lose in exchange for one literal for all of them. Members are indices of soft
 /// literals, followed by indices of slices.
@@ -35,7 +35,7 @@ impl Slices {
     /// The slices of the soft literals that are unassigned on a trail.
     pub fn of(softs: &[(i32, u64)], trail: &mut Propagator) -> Slices {
         let mut found = Slices::default();
-        if softs.len() > MOST {
+        if softs.len() > MAX_SOFT {
             return found;
         }
         let mut table = Table::new(softs);
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn charts_within_steps_cost_their_dearest_step() {
+    fn charts_within_steps_cost_their_most_expensive_step() {
         // A chart of steps 1 and 2, and a chart of steps 3 and 4 that runs within step 1.
         let clauses: &[&[i32]] = &[&[-1, -2], &[-3, 1], &[-4, 1], &[-3, -4]];
         let mut trail = Propagator::default();

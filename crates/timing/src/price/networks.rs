@@ -94,11 +94,11 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
 }
 
 /// A range with more cells than this has no known end: only its first cell is used.
-const MOST_CELLS: u32 = 1 << 24;
+const MAX_CELLS: u32 = 1 << 24;
 
 /// The number of cells that a range of `count` cells certainly names.
 pub fn known_length(count: u32) -> u32 {
-    if count > MOST_CELLS { 1 } else { count }
+    if count > MAX_CELLS { 1 } else { count }
 }
 
 /// Whether an instruction on the region `cells` certainly uses the region `named`. A region at an unknown place does

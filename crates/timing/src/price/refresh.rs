@@ -127,7 +127,7 @@ impl<'a> Side<'a> {
         let kind = format!("{}:", self.row(size));
         let is_own = |row: &&Row| row.name.to_ascii_lowercase().starts_with(&kind);
         let of_bases = || self.table.rows().iter().filter(is_own);
-        let dearest = || of_bases().max_by_key(|row| row.on);
+        let slowest = || of_bases().max_by_key(|row| row.on);
         let Some(base) = base else {
             // The time per scan of each base adds up if the points are on several bases.
             if size == 0
@@ -137,7 +137,7 @@ impl<'a> Side<'a> {
                 return of_bases().collect();
             }
             // Among equal rows, take the general one: its name says what it is for.
-            return dearest()
+            return slowest()
                 .into_iter()
                 .chain(plain)
                 .max_by_key(|row| row.on)
@@ -147,7 +147,7 @@ impl<'a> Side<'a> {
         let own = |size| self.table.row(&format!("{}:{base}", self.row(size)));
         // If a base has rows of its own, missing ones are not replaced by rows of another base.
         let is_known = SIZES.into_iter().any(|size| own(size).is_some());
-        let others = || if is_known { None } else { dearest() };
+        let others = || if is_known { None } else { slowest() };
         own(size).or(plain).or_else(others).into_iter().collect()
     }
 
@@ -171,19 +171,19 @@ impl<'a> Side<'a> {
     /// bases, and all others charged by the slowest row. Each base rounds its number of points up. No other
     /// distribution takes longer, because beyond the first row of each base the slowest row is the most that further
     /// points can take. The total number of modules is limited by the CPU's addresses.
-    fn begun_besides(&self, size: u32, dearest: &'a Row, points: u32) -> Vec<&'a Row> {
+    fn begun_besides(&self, size: u32, slowest: &'a Row, points: u32) -> Vec<&'a Row> {
         let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.on));
         // Leave out the base that the slowest row belongs to, unless that is the general row.
-        if rows.first().is_some_and(|row| row.on == dearest.on) {
+        if rows.first().is_some_and(|row| row.on == slowest.on) {
             rows.remove(0);
         }
         let time = |row: &Row, times: u64| u128::from(row.on.0) * u128::from(times);
-        let (mut best, mut longest, mut begun) = (0, time(dearest, times(size, points)), 0);
+        let (mut best, mut longest, mut begun) = (0, time(slowest, times(size, points)), 0);
         for (others, left) in (1..=rows.len()).zip((1..points).rev()) {
             begun += time(rows[others - 1], 1);
-            let sum = begun + time(dearest, times(size, left));
+            let sum = begun + time(slowest, times(size, left));
             let modules = others as u64 + times(size, left);
             let fit = self.most.is_none_or(|most| modules <= times(size, most.max(points)));
             if fit && sum > longest {
@@ -338,7 +338,10 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let fault = |key: &str, part: Part, base: &str| {
         let message = format!("the table {} has no times for the base '{base}'", table.name);
         let help = match known.is_empty() {
-            true => "this table does not distinguish bases: leave it out".to_owned(),
+            true => {
+                "this table has the same times for all base units: remove the base from the facts"
+                    .to_owned()
+            }
             false => format!("it has {names}"),
         };
         facts.fault(["io", key], part, Code::NoBase, message, &help)
@@ -352,14 +355,14 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
             .map(|base| fault("base", Part::Value, base)),
     );
     for (side, bases) in ["inputs", "outputs"].into_iter().zip(&facts.by_base) {
-        let wrong = bases.keys().filter(|base| !known.contains(*base)).take(MOST_TOLD);
+        let wrong = bases.keys().filter(|base| !known.contains(*base)).take(MAX_LISTED);
         faults.extend(wrong.map(|base| fault(&format!("{side}.{base}"), Part::Key, base)));
     }
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// The most wrong bases of a side that are reported.
-const MOST_TOLD: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// The number of points that the program uses, within those that the CPU can have, and how it was determined. Points
 /// above that belong to a network.

@@ -91,7 +91,7 @@ fn operands_add_their_rows_unless_the_row_found_is_for_them() {
 }
 
 #[test]
-fn the_dearer_time_is_taken_before_the_factor_rounds_up() {
+fn the_larger_time_is_taken_before_the_factor_rounds_up() {
     let table = table("LD,0.000001,0.000003\n@factor,1.05,\n");
     let mut contact = key(&["LD"], "contact", Units::None);
     assert_eq!(times(&table, &contact), (Picos(2), Picos(4), "LD".into()));
@@ -110,7 +110,7 @@ fn a_price_from_the_command_line_replaces_the_row() {
 }
 
 #[test]
-fn what_is_stated_of_a_name_holds_for_its_variants_unless_they_are_stated_or_dearer() {
+fn what_is_stated_of_a_name_holds_for_its_variants_unless_they_are_stated_or_slower() {
     let found = |rows: &str, names: &[&str]| {
         times(&table(&format!("@base,qnudv\n@factor,1\n{rows}")), &key(names, "coil", Units::None))
     };
@@ -122,7 +122,7 @@ fn what_is_stated_of_a_name_holds_for_its_variants_unless_they_are_stated_or_dea
     assert_eq!(found("RST,5\n", &["RSTP:Y", "RSTP", "RST:Y", "RST"]).0, us(5));
     let fault = found("", &["OUT:F", "OUT"]);
     assert!(fault.0 > us(1));
-    assert_eq!(found("OUT,1\n", &["OUT:F", "OUT"]), fault, "an annunciator stays dear");
+    assert_eq!(found("OUT,1\n", &["OUT:F", "OUT"]), fault, "an annunciator keeps its larger time");
     let mixed = found("OUT,900,0\n", &["OUT:F", "OUT"]);
     assert_eq!((mixed.0, mixed.1), (us(900), fault.1));
 
@@ -405,7 +405,7 @@ fn built_in_tables_price_what_their_cpus_run() {
         assert!(moved(&["MOV:module", "MOV"]) > moved(&["MOV:indexed", "MOV"]), "{name}");
         // Annunciators, if the CPU has them.
         let coil = |names: &[&str]| price(names, "coil", Units::None).on;
-        let dearer = coil(&["OUT:F", "OUT"]) > coil(&["OUT:M", "OUT"]);
-        assert_eq!(dearer, table.row("OUT:F").is_some() || table.row("OUT:M").is_some(), "{name}");
+        let slower = coil(&["OUT:F", "OUT"]) > coil(&["OUT:M", "OUT"]);
+        assert_eq!(slower, table.row("OUT:F").is_some() || table.row("OUT:M").is_some(), "{name}");
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// its units if that is more.
 const LEAST_RANGE: u64 = 8;
 /// A range with more cells than this has no known end: only its first cell is used.
-const MOST_CELLS: u32 = 1 << 24;
+const MAX_CELLS: u32 = 1 << 24;
 
 /// The cells that an instruction reads, writes or names.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl Cells {
     }
 
     fn range(&mut self, first: Cell, length: u32, counted: u64) {
-        let length = if length > MOST_CELLS { 1 } else { length };
+        let length = if length > MAX_CELLS { 1 } else { length };
         let last = first.index.saturating_add(length.saturating_sub(1));
         let of = self.of_area(first.area);
         of.count += counted;

@@ -59,7 +59,7 @@ fn tables() -> impl Iterator<Item = (&'static str, &'static Table)> {
 }
 
 /// The maximum number of CPUs with similar names that are suggested.
-const MOST_NEAR: usize = 4;
+const MAX_SIMILAR: usize = 4;
 
 /// One line of the list of built-in tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -153,7 +153,7 @@ impl Table {
         // Two common letters are weak evidence of similarity, but better than none.
         let near: Vec<String> = all()
             .filter(|(own, _)| most >= 2 && shared(own) == most)
-            .take(MOST_NEAR)
+            .take(MAX_SIMILAR)
             .map(|(own, table)| format!("{own} (table {table})"))
             .collect();
         let near = match near.as_slice() {

@@ -33,9 +33,9 @@ pub struct Override {
 /// The largest time that a row may have. No watchdog waits longer, and sums stay far below the largest time.
 const LONGEST: Picos = Picos(10_000_000_000_000);
 /// Further faults are counted, not listed.
-const MOST_FAULTS: usize = 1000;
+const MAX_FAULTS: usize = 1000;
 /// Further unknown columns are counted, not listed.
-const MOST_WARNINGS: usize = 20;
+const MAX_WARNINGS: usize = 20;
 /// Longer text from a line is cut after this many characters.
 const SHOWN: usize = 200;
 
@@ -100,7 +100,7 @@ pub(crate) const VARIED: [&str; 8] =
 /// Rows whose second field is a number of points.
 pub(crate) const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
 /// No PLC has more inputs or outputs.
-const MOST_POINTS: u32 = 65_536;
+const MAX_POINTS: u32 = 65_536;
 /// Rows whose second field is text.
 const TEXT: [&str; 6] = ["@base", "@cpu", "@date", "@family", "@note", "@title"];
 
@@ -223,7 +223,7 @@ impl<'a> Reader<'a> {
     }
 
     fn fault(&mut self, diagnostic: Diagnostic) {
-        if self.faults.len() < MOST_FAULTS {
+        if self.faults.len() < MAX_FAULTS {
             self.faults.push(diagnostic);
         } else {
             self.unlisted += 1;
@@ -286,7 +286,7 @@ impl<'a> Reader<'a> {
             let known = Column::ALL.into_iter().find(|column| column.name() == name);
             let twice =
                 known.is_some_and(|column| std::mem::replace(&mut seen[column as usize], true));
-            if twice && self.faults.len() >= MOST_FAULTS {
+            if twice && self.faults.len() >= MAX_FAULTS {
                 self.unlisted += 1;
             } else if twice {
                 let message = format!("the column {name} occurs twice");
@@ -302,7 +302,7 @@ impl<'a> Reader<'a> {
                 ));
             } else if known.is_none() {
                 unknown += 1;
-                if unknown > MOST_WARNINGS {
+                if unknown > MAX_WARNINGS {
                     self.columns.push(known);
                     continue;
                 }
@@ -318,7 +318,7 @@ impl<'a> Reader<'a> {
             }
             self.columns.push(known);
         }
-        if let Some(more) = unknown.checked_sub(MOST_WARNINGS).filter(|&more| more > 0) {
+        if let Some(more) = unknown.checked_sub(MAX_WARNINGS).filter(|&more| more > 0) {
             let message = format!("and {more} further columns are unknown and ignored");
             let help = "remove columns that do not belong to a timing table";
             self.warnings
@@ -396,10 +396,10 @@ impl<'a> Reader<'a> {
             Kind::Points => self.points(fields, &lower),
             Kind::Single | Kind::Times => self.times(fields, name, matches!(kind, Kind::Single)),
             Kind::Unknown => {
-                let message = format!("'{name}' is neither a row for the scan nor a class");
+                let message = format!("'{name}' is not a known @ row");
                 let singles = SINGLE.join(" ");
                 let help = format!(
-                    "use {singles} @end:NAME @network:NAME @input16:BASE @factor {} {}, a class ({}), or @+TAG",
+                    "use a row of the whole scan ({singles} @end:NAME @network:NAME @input16:BASE @factor {} {}), a timing class ({}), or @+TAG",
                     POINTS.join(" "),
                     TEXT.join(" "),
                     CLASSES.map(|class| format!("@{class}")).join(" ")
@@ -502,9 +502,9 @@ impl<'a> Reader<'a> {
     fn points(&mut self, fields: &Fields<'_>, name: &str) {
         let cell = fields.get(Column::On);
         let evidence = self.evidence(fields);
-        let Some(points) = cell.parse().ok().filter(|&points| points <= MOST_POINTS) else {
+        let Some(points) = cell.parse().ok().filter(|&points| points <= MAX_POINTS) else {
             let message = format!("{name} is '{}': not a number of points", shown(cell));
-            let help = format!("write a whole number up to {MOST_POINTS}, such as 4096");
+            let help = format!("write a whole number up to {MAX_POINTS}, such as 4096");
             self.fault_at(fields, Code::TablePoints, cell, message, help);
             return;
         };

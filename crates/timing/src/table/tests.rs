@@ -57,8 +57,8 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert_eq!(fault("MOV,0,08,0,08"), "the row has 5 fields, the table 3 columns");
     assert_eq!(fault("\"MOV,1,2"), "a double quote is not closed");
     assert_eq!(fault(",1,2"), "the row has no instruction");
-    assert_eq!(fault("@ned,1,"), "'@ned' is neither a row for the scan nor a class");
-    assert_eq!(fault("@+,1,"), "'@+' is neither a row for the scan nor a class");
+    assert_eq!(fault("@ned,1,"), "'@ned' is not a known @ row");
+    assert_eq!(fault("@+,1,"), "'@+' is not a known @ row");
     assert_eq!(fault("@end,1,2"), "@end takes only one time, but off_us is given too");
     assert_eq!(fault("@factor,0.9,"), "the factor '0.9' is not a decimal from 1 to 10");
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
@@ -254,7 +254,7 @@ fn every_melsec_table_has_a_time_for_every_class() {
 }
 
 #[test]
-fn assumed_classes_are_dear() {
+fn assumed_classes_have_large_times() {
     for (name, table) in melsec() {
         let load = table.row("LD").unwrap().on;
         let moved = table.row("MOV").unwrap().on;
@@ -367,7 +367,7 @@ fn what_was_not_read_on_a_page_is_not_published() {
 }
 
 #[test]
-fn refresh_that_is_not_stated_is_that_of_the_dearest_base() {
+fn unstated_refresh_is_that_of_the_slowest_base() {
     for name in builtin::names() {
         let table = Table::builtin(name).unwrap();
         for kind in ["@input16", "@output16", "@input8", "@output8", "@input", "@output"] {

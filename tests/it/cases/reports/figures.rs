@@ -206,8 +206,8 @@ impl<'a> Report<'a> {
         assert_eq!(scan["exact"], is_exact);
         for group in groups {
             let charges = list(&group["charges"]);
-            let dearer = |one: &Value| ps(&one["on_ps"]).max(ps(&one["off_ps"]));
-            assert_eq!(charges.iter().map(dearer).sum::<u64>(), ps(&group["naive_ps"]));
+            let larger = |one: &Value| ps(&one["on_ps"]).max(ps(&one["off_ps"]));
+            assert_eq!(charges.iter().map(larger).sum::<u64>(), ps(&group["naive_ps"]));
             assert_eq!(sum(charges, "cost_ps"), ps(&group["lower_ps"]));
             assert_eq!(group["exact"], group["upper_ps"] == group["lower_ps"]);
             for charge in charges {
@@ -229,7 +229,7 @@ impl<'a> Report<'a> {
         let rungs = list(&json["breakdown"]["rung"]).iter();
         let rungs: Vec<u64> =
             rungs.filter(|row| row["kind"] == "rung").map(|row| ps(&row["ps"])).collect();
-        assert!(rungs.is_sorted_by(|a, b| a >= b), "the dearest first");
+        assert!(rungs.is_sorted_by(|a, b| a >= b), "the longest first");
         assert!(rungs.len() as u64 <= ps(&json["program"]["blocks"]));
         let assumed = list(&json["table"]["unverified_rows"]);
         assert!(assumed.is_sorted_by(|a, b| ps(&a["ps"]) >= ps(&b["ps"])), "those that weigh most");
@@ -281,7 +281,7 @@ impl<'a> Report<'a> {
                 self.parts(lines)
             }
             "The bound, exactly" => self.bound(lines),
-            "The bound rests on counts that nobody stated, the dearest first" => self.counts(lines),
+            "The bound depends on unstated counts, the largest time first" => self.counts(lines),
             "What can not run in the same scan, and so is not in the bound" => self.excluded(lines),
             "How a PLC with cleared memory comes to it, from power-up" => self.run(lines),
             "From an input's edge to an output's" => self.response(lines),
@@ -306,7 +306,7 @@ impl<'a> Report<'a> {
             }
             "It is not known where these write: any such device may hold anything then" => {}
             _ if heading.starts_with("What is trusted: ") => self.trusted(lines),
-            _ if heading.starts_with("Where the ") => self.dearest(heading, lines),
+            _ if heading.starts_with("Where the ") => self.longest(heading, lines),
             _ if heading.starts_with("Group ") => self.group(heading, lines),
             _ if heading.starts_with("Assumed times: ") => self.assumed(heading, lines),
             _ if heading.contains(" and its conditions, by what ") => {

@@ -21,7 +21,7 @@ impl Report<'_> {
         assert!(holds, "{what}: {times:?} are {total}, the bound is {upper}");
     }
 
-    pub(super) fn dearest(&self, heading: &str, lines: &[String]) {
+    pub(super) fn longest(&self, heading: &str, lines: &[String]) {
         let upper = self.scan("upper_ps");
         let is_upper = |found: &Found| up(&found["upper"], upper);
         self.each(
@@ -115,7 +115,7 @@ impl Report<'_> {
     pub(super) fn next(&self, line: &str) {
         let line = line.strip_prefix("next ").unwrap_or(line);
         let unknowns = list(&self.json["unknowns"]).iter();
-        let dearest = unknowns.filter_map(|one| one["ps"].as_u64()).max();
+        let longest = unknowns.filter_map(|one| one["ps"].as_u64()).max();
         let first =
             list(&self.json["table"]["unverified_rows"]).iter().find(|one| ps(&one["count"]) > 0);
         let points = |found: &Found| {
@@ -126,7 +126,7 @@ impl Report<'_> {
         };
         self.each(&[line.to_owned()], &[
             ("state what {*} is at most ({*}), up to {t:time} of the bound depend on it: scanbound facts{*}", &|found| {
-                near(&found["time"], dearest.expect("a count"))
+                near(&found["time"], longest.expect("a count"))
             }),
             ("state the I/O points: [io] [[inputs = {n:input}]][[, ]][[outputs = {n:output}]] or more (--facts)", &points),
             ("replace assumed times, {w:name} first: --time {*}=1.5us, or --table FILE", &|found| {
@@ -288,7 +288,7 @@ impl Report<'_> {
             let of_line =
                 rungs.iter().filter(|row| row["line"].as_u64() == found["line"].parse().ok());
             let most = of_line.map(|row| ps(&row["most_ps"]) - ps(&row["ps"])).max();
-            // A rung is told by the dearest of its instructions, which need not be the same one.
+            // A rung is told by the longest of its instructions, which need not be the same one.
             let most = most.unwrap_or_else(|| {
                 rungs.iter().map(|row| ps(&row["most_ps"]) - ps(&row["ps"])).max().unwrap_or(0)
             });

@@ -19,7 +19,7 @@ const STAGE: &str = "comparing timers with edges";
 const UNTIL: u32 = 4;
 const LONGEST: Duration = Duration::from_secs(5);
 /// The most pairs that are checked.
-const MOST_PAIRS: usize = 4_000;
+const MAX_PAIRS: usize = 4_000;
 
 /// The model without scans in which a running timer and an edge contradict each other. `None` if nothing is excluded.
 /// The exclusions are recorded in the program.
@@ -31,7 +31,7 @@ pub fn exclude(
     model: &ScanModel,
     budget: &Budget<'_>,
 ) -> Option<ScanModel> {
-    let [timers, edges] = remembered(program, model);
+    let [timers, edges] = memory_cells(program, model);
     if timers.is_empty() || edges.is_empty() {
         return None;
     }
@@ -67,7 +67,7 @@ pub fn exclude(
 }
 
 /// The memory cells of timers, and those of edges, whose start values the model reads.
-fn remembered(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
+fn memory_cells(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     let expiries = program.timekeeping.expiries.values();
     let running: BTreeSet<Cell> = expiries.map(|one| one.memory).collect();
     let [mut timers, mut edges] = [Vec::new(), Vec::new()];
@@ -114,7 +114,7 @@ fn pairs(circuit: &Circuit, bits: &[BitTransition], timers: usize) -> Vec<Vec<us
         let mut seen = BTreeSet::new();
         let mut open = vec![bit.end];
         while let Some(lit) = open.pop() {
-            if !seen.insert(lit) || seen.len() > MOST_PAIRS {
+            if !seen.insert(lit) || seen.len() > MAX_PAIRS {
                 continue;
             }
             let off = edges.get(&lit).into_iter().flatten().map(|&edge| edge + bits.len());
@@ -125,6 +125,6 @@ fn pairs(circuit: &Circuit, bits: &[BitTransition], timers: usize) -> Vec<Vec<us
             }
         }
     }
-    pairs.truncate(MOST_PAIRS);
+    pairs.truncate(MAX_PAIRS);
     pairs
 }

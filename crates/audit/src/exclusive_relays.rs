@@ -11,12 +11,12 @@ use std::fmt;
 
 /// Why the value of a relay at the start of a scan is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum NotOwn {
+pub enum StartUnknown {
     /// According to `--trust`, others may write it.
     NotTrusted,
     /// It is an input, or it is in a word of which the program reads bits that it does not write.
     Input,
-    /// It keeps its state without power: after a power failure it holds the value from the middle of a scan.
+    /// It is latched: after a power failure it keeps the value that it had in the middle of a scan.
     Latched,
     /// Others write it: as stated, or the CPU, a network, a unit or an interrupt at any moment.
     Others,
@@ -26,25 +26,25 @@ pub enum NotOwn {
     AnyValue,
 }
 
-impl fmt::Display for NotOwn {
+impl fmt::Display for StartUnknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            NotOwn::NotTrusted => {
+            StartUnknown::NotTrusted => {
                 "others may write it; if only the program does, state that with --trust all or under [internal] in --facts"
             }
-            NotOwn::Input => {
-                "it is an input, or in a word of inputs: the program reads bits there that it does not write"
+            StartUnknown::Input => {
+                "it is an input, or shares a word with bits that the program reads but does not write"
             }
-            NotOwn::Latched => "after a power failure it holds the value from the middle of a scan",
-            NotOwn::Others => "others may write it: a network, a unit or an interrupt, or as stated under [external] or [ranges]",
-            NotOwn::NotWritten => "no instruction of the program writes this relay individually",
-            NotOwn::AnyValue => "an instruction writes an unknown value into it",
+            StartUnknown::Latched => "it is latched: after a power failure it keeps the value that it had in the middle of a scan",
+            StartUnknown::Others => "others may write it: a network, a unit or an interrupt, or as stated under [external] or [ranges]",
+            StartUnknown::NotWritten => "no instruction of the program writes this relay individually",
+            StartUnknown::AnyValue => "an instruction writes an unknown value into it",
         })
     }
 }
 
 /// Which relays of a program only the program writes.
-pub struct Owners<'p> {
+pub struct ExclusiveRelays<'p> {
     program: &'p Program,
     trust: Trust,
     /// Bits that instructions write individually.
@@ -58,11 +58,11 @@ pub struct Owners<'p> {
     outputs: BTreeSet<Cell>,
 }
 
-impl<'p> Owners<'p> {
+impl<'p> ExclusiveRelays<'p> {
     /// Examines a program.
     #[must_use]
-    pub fn of(program: &'p Program, trust: Trust) -> Owners<'p> {
-        let mut owners = Owners {
+    pub fn of(program: &'p Program, trust: Trust) -> ExclusiveRelays<'p> {
+        let mut exclusive = ExclusiveRelays {
             program,
             trust,
             written: BTreeSet::new(),
@@ -74,9 +74,9 @@ impl<'p> Owners<'p> {
             for effect in &instruction.effects {
                 match &effect.write {
                     Write::Bit(bit, value) => {
-                        owners.written.insert(*bit);
+                        exclusive.written.insert(*bit);
                         if mentions_choice(value) {
-                            owners.unknown.insert(*bit);
+                            exclusive.unknown.insert(*bit);
                         }
                     }
                     Write::Havoc(region, choice) => {
@@ -84,19 +84,19 @@ impl<'p> Owners<'p> {
                         let at_once = program.indexed.contains_key(choice)
                             || matches!(program.kinds.get(choice), Some(ChoiceKind::Exact(_)));
                         if !at_once {
-                            owners.later.push(*region);
+                            exclusive.later.push(*region);
                         }
                     }
                     Write::Words(targets, number) => {
                         if takes_any_value(program, number) {
-                            owners.later.extend(targets.iter().filter_map(range));
+                            exclusive.later.extend(targets.iter().filter_map(range));
                         }
                     }
                 }
             }
         }
-        owners.outputs = outputs(program, &owners.written);
-        owners
+        exclusive.outputs = outputs(program, &exclusive.written);
+        exclusive
     }
 
     /// Whether a cell is a word that serves outputs, judged by the program.
@@ -107,17 +107,17 @@ impl<'p> Owners<'p> {
 
     /// Why the value of a bit at the start of a scan is unknown. `None` if it is what the scan before left.
     #[must_use]
-    pub fn refuses(&self, bit: BitTarget) -> Option<NotOwn> {
+    pub fn start_unknown(&self, bit: BitTarget) -> Option<StartUnknown> {
         let (program, cell) = (self.program, bit.cell());
         let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
         if !self.trust.trusts_exclusive_cell(program, cell) {
-            return Some(NotOwn::NotTrusted);
+            return Some(StartUnknown::NotTrusted);
         }
         if within(&program.power_up.latched) {
-            return Some(NotOwn::Latched);
+            return Some(StartUnknown::Latched);
         }
         if within(&program.power_up.inputs) && !self.is_output(cell) {
-            return Some(NotOwn::Input);
+            return Some(StartUnknown::Input);
         }
         // A bit that is stated never to be 0 was set by others before the first scan.
         let is_set = program
@@ -126,12 +126,12 @@ impl<'p> Owners<'p> {
             .any(|range| range.cells.contains(&cell) && !(range.low..=range.high).contains(&0));
         let is_other = program.power_up.initial_value(cell) != 0;
         if is_set || is_other || !is_unwritten_elsewhere(program, cell) {
-            return Some(NotOwn::Others);
+            return Some(StartUnknown::Others);
         }
         if !self.written.contains(&bit) {
-            return Some(NotOwn::NotWritten);
+            return Some(StartUnknown::NotWritten);
         }
-        (self.unknown.contains(&bit) || within(&self.later)).then_some(NotOwn::AnyValue)
+        (self.unknown.contains(&bit) || within(&self.later)).then_some(StartUnknown::AnyValue)
     }
 }
 

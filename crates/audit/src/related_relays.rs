@@ -4,11 +4,11 @@ use scanbound_ir::{BitSource, BitTarget, Cell, Join, Program, Source, Step, Word
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A relay that is related to more others than this is a mode flag: it says nothing about single pairs.
-const MOST_AKIN: usize = 40;
+const MAX_RELATED: usize = 40;
 /// An input or word on which more relays than this depend says nothing about single pairs, either.
-const MOST_SHARED: usize = 24;
+const MAX_SHARED: usize = 24;
 /// The maximum number of pairs that are considered.
-const MOST_PAIRS: usize = 20_000;
+const MAX_PAIRS: usize = 20_000;
 
 /// Something that is read: a relay or word, or a bit of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,27 +23,27 @@ impl From<BitTarget> for Read {
     }
 }
 
-/// Which relays occur together in a rung. Relays are given by their index in the list passed to [`Meeting::of`].
-pub struct Meeting {
+/// Which relays occur together in a rung. Relays are given by their index in the list passed to [`RelatedRelays::of`].
+pub struct RelatedRelays {
     /// For each relay: those that are read in rungs which write it.
     read: Vec<BTreeSet<usize>>,
     /// For each relay: those that occur with it in a rung that writes one of the two, or that depend on the same input
     /// or word.
-    akin: Vec<BTreeSet<usize>>,
+    related: Vec<BTreeSet<usize>>,
 }
 
-impl Meeting {
+impl RelatedRelays {
     /// The relations between these relays, from the program's rungs.
-    pub fn of(program: &Program, bits: &[BitTarget]) -> Meeting {
+    pub fn of(program: &Program, bits: &[BitTarget]) -> RelatedRelays {
         let place: BTreeMap<Read, usize> =
             bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
         let none = vec![BTreeSet::new(); bits.len()];
-        let mut meeting = Meeting { read: none.clone(), akin: none };
+        let mut related = RelatedRelays { read: none.clone(), related: none };
         let mut shared: BTreeMap<Read, BTreeSet<usize>> = BTreeMap::new();
         let (mut read, mut written) = (BTreeSet::new(), BTreeSet::new());
         let mut close = |read: &mut BTreeSet<Read>, written: &mut BTreeSet<usize>| {
             let own = read.iter().filter_map(|one| place.get(one).copied()).collect();
-            meeting.add(&own, written);
+            related.add(&own, written);
             for one in std::mem::take(read) {
                 shared.entry(one).or_default().extend(written.iter());
             }
@@ -69,20 +69,20 @@ impl Meeting {
             }
         }
         close(&mut read, &mut written);
-        for relays in shared.into_values().filter(|relays| relays.len() <= MOST_SHARED) {
+        for relays in shared.into_values().filter(|relays| relays.len() <= MAX_SHARED) {
             for &relay in &relays {
-                meeting.akin[relay].extend(relays.iter().filter(|&&other| other != relay));
+                related.related[relay].extend(relays.iter().filter(|&&other| other != relay));
             }
         }
-        meeting
+        related
     }
 
     fn add(&mut self, read: &BTreeSet<usize>, written: &BTreeSet<usize>) {
         for &a in written {
             self.read[a].extend(read);
             for &b in read.iter().chain(written).filter(|&&b| b != a) {
-                self.akin[a].insert(b);
-                self.akin[b].insert(a);
+                self.related[a].insert(b);
+                self.related[b].insert(a);
             }
         }
     }
@@ -106,35 +106,35 @@ impl Meeting {
     }
 
     /// Pairs of relays that occur together.
-    pub fn near(&self) -> Vec<Vec<usize>> {
+    pub fn directly_related(&self) -> Vec<Vec<usize>> {
         let pairs = self
-            .akin
+            .related
             .iter()
             .enumerate()
             .flat_map(|(a, others)| others.range(a + 1..).map(move |&b| vec![a, b]));
-        pairs.take(MOST_PAIRS).collect()
+        pairs.take(MAX_PAIRS).collect()
     }
 
     /// Pairs of relays that may be mutually exclusive: those that occur together in a rung that writes one of them, and
     /// those connected by a chain of such relations.
     pub fn pairs(&self) -> Vec<Vec<usize>> {
         let few: Vec<Vec<usize>> = self
-            .akin
+            .related
             .iter()
-            .map(|others| others.iter().copied().filter(|_| others.len() <= MOST_AKIN).collect())
+            .map(|others| others.iter().copied().filter(|_| others.len() <= MAX_RELATED).collect())
             .collect();
         let mut found: BTreeSet<(usize, usize)> = BTreeSet::new();
-        let mut near: Vec<BTreeSet<usize>> = self.akin.clone();
+        let mut near: Vec<BTreeSet<usize>> = self.related.clone();
         let mut before = usize::MAX;
         // Each round adds pairs whose chain is one relay longer.
-        while found.len() != before && found.len() < MOST_PAIRS {
+        while found.len() != before && found.len() < MAX_PAIRS {
             before = found.len();
             let all = near.iter().enumerate().flat_map(|(a, others)| {
                 let others = others.iter().filter(move |&&b| b != a);
                 others.map(move |&b| (a.min(b), a.max(b)))
             });
             for pair in all {
-                if found.len() >= MOST_PAIRS {
+                if found.len() >= MAX_PAIRS {
                     break;
                 }
                 found.insert(pair);
