@@ -26,7 +26,7 @@ use std::cell::Cell as Shared;
 const WORDS: u32 = 6;
 const BITS: u32 = 6;
 /// A run is followed no further.
-const MOST: u64 = 20_000;
+const MAX_EXECUTED: u64 = 20_000;
 
 const TASTE: Taste =
     Taste { words: true, arithmetic: true, reals: false, choices: false, control: true, items: 7 };
@@ -397,11 +397,11 @@ fn within(tape: &[u16], tally: &Tally) -> Result<(), String> {
     let after = narrowed(&before, Trust::None);
     tally.add(&before, &after);
     for seed in 0..30 {
-        let full = real(&before, &times, || Start(seed), MOST);
+        let full = real(&before, &times, || Start(seed), MAX_EXECUTED);
         if !full.is_possible() {
             continue;
         }
-        let less = real(&after, &times, || Start(seed), MOST);
+        let less = real(&after, &times, || Start(seed), MAX_EXECUTED);
         // Where less is lost to an index more is known, and costs more.
         if less.replay.total < full.replay.total || !less.undeclared_writes.is_empty() {
             return Err(format!(
@@ -460,7 +460,7 @@ fn across(tape: &[u16], tally: &Tally) -> Result<(), String> {
             let on = others.number(200 + u64::from(cell.index)) as u16 & 1;
             cpus.iter_mut().for_each(|cpu| cpu.set(cell, on));
         }
-        let [full, less] = cpus.each_mut().map(|cpu| cpu.scan(MOST));
+        let [full, less] = cpus.each_mut().map(|cpu| cpu.scan(MAX_EXECUTED));
         let lost = |one: &&scanbound::program::TrustedRange| {
             let value = i64::from(cpus[0].value(one.cell).cast_signed());
             full.stopped.is_none() && !(one.low..=one.high).contains(&value)

@@ -21,7 +21,7 @@ use std::cell::Cell;
 /// What costs something: each word that is counted, iterations, and moves, which tell which of the ways is taken.
 const TIMES: &str = "FMOV,1,0,1\nBMOV,1,0,3\nMOV,5,2,0\nOUT,1,3,0\nNEXT,1,1,0\n";
 /// Counts are stated to be at most so many.
-const MOST: [u32; 2] = [3, 50];
+const MAX_COUNTS: [u32; 2] = [3, 50];
 /// So many things are stated of a program, one after the other.
 const STATED: usize = 4;
 
@@ -115,7 +115,7 @@ fn each_is_right(tape: &[u16], trust: Trust, tally: &Tally) -> Result<(), String
     let nothing = Facts::default();
     let priced = |mut concluded: Concluded, request: &Request<'_>| {
         let all = concluded.audit.assumptions.clone();
-        what_if(&mut concluded, request, &MOST)?;
+        what_if(&mut concluded, request, &MAX_COUNTS)?;
         Ok((concluded.audit, all))
     };
     let offered = |mut concluded: Concluded, request: &Request<'_>| {

@@ -8,7 +8,7 @@ use scanbound_solve::{Limits, Method, maxima, methods};
 use std::collections::BTreeSet;
 
 /// The most restarts in a scan for which it is asked: each is a search as long as that of the bound.
-const MOST_RESTARTS: usize = 16;
+const MAX_RESTARTS: usize = 16;
 
 /// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what passes
 /// outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does.
@@ -30,7 +30,7 @@ pub fn upper(
     let charges: Vec<&Charge> = model.charges.iter().filter(is_main).collect();
     let restart = |at: &usize| restarts.contains(&charges[*at].instruction);
     let places: Vec<usize> = (0..charges.len()).filter(restart).collect();
-    if is_summarised || places.len() > MOST_RESTARTS || !model.unbounded.is_empty() {
+    if is_summarised || places.len() > MAX_RESTARTS || !model.unbounded.is_empty() {
         return None;
     }
     let mut longest = Picos::ZERO;
