@@ -298,7 +298,10 @@ impl Lower<'_> {
             Target::BaseBody(base) => {
                 let unit = self.instances[at.instance].unit;
                 let callee = Callee::Unit(self.instances[at.instance].spot.clone(), unit);
+                let own = Entry::Routine(tree.unit(*base).body);
+                let is_stated = self.stated_of(at.instance, own).is_some();
                 let entry = self.body_in(*base).map(Entry::Routine);
+                let entry = entry.or_else(|| is_stated.then_some(own));
                 if let Some(entry) = entry {
                     self.has_one_name(at, (at.instance, entry), call, line)?;
                 }

@@ -358,6 +358,18 @@ impl Lower<'_> {
         line: u32,
         stated: &StatedCall,
     ) -> Result<Vec<Region>, Fault> {
+        let mut variables = self.tree.members(self.instances[instance].unit);
+        if let Entry::Routine(id) = entry {
+            variables.extend(&self.tree.routine(id).variables);
+        }
+        if variables.iter().any(|&id| self.has_reference(self.tree.variable(id).ty)) {
+            let told = format!(
+                "{} is handed or holds references: what it does through them is not known",
+                stated.name
+            );
+            let help = "give its source, or a stand-in with a body that does what it may do";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+        }
         let mut regions = self.instances[instance].spot.tag.regions();
         if let Entry::Routine(id) = entry
             && self.tree.routine(id).kind == RoutineKind::Method

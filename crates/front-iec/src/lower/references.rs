@@ -7,10 +7,12 @@ use super::super::value::{Value, constant};
 use super::places::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource, flow};
 use std::collections::BTreeMap;
 
 /// More variables than this, one reference is not taken to mean.
@@ -271,6 +273,7 @@ impl<'t> Lower<'t> {
         let what = || not_followed(line, format!("the address of {} is not followed", place.text));
         match self.find(at, place, line)? {
             Found::Spot(spot) => {
+                self.is_no_copy(&spot, line)?;
                 let index = self.target(&spot);
                 Ok(Value::Address(constant(word(index), 1), vec![index]))
             }
@@ -309,6 +312,38 @@ impl<'t> Lower<'t> {
             }
             Found::WordBit(..) => Err(what()),
         }
+    }
+
+    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy.
+    fn is_no_copy(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
+        let tree = self.tree;
+        let is_both = |id: VarId| tree.variable(id).section == Section::InOut;
+        let mut copies = Vec::new();
+        for Instance { unit, spot } in self.instances.clone() {
+            for id in tree.members(unit).into_iter().filter(|&id| is_both(id)) {
+                copies.extend(self.member(&spot, unit, id));
+            }
+        }
+        for ((_, method), frame) in &self.memory.frames {
+            let own = tree.routine(*method).variables.iter();
+            copies.extend(
+                own.filter(|&&id| is_both(id)).filter_map(|&id| self.local(frame, *method, id)),
+            );
+        }
+        let own = spot.tag.regions();
+        let is_within = |copy: &Spot| {
+            let all = copy.tag.regions();
+            own.iter().any(|own| all.iter().any(|one| flow::overlap(*own, *one)))
+        };
+        if !copies.iter().any(is_within) {
+            return Ok(());
+        }
+        let what = format!(
+            "the address of {} is taken, which is handed over in and out: not followed",
+            spot.name
+        );
+        let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
+        Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
     /// Ends what is for one number alone.
