@@ -1,11 +1,11 @@
 //! Where variables lie: instances, frames of methods, global variables and parts of them.
 
 use super::super::assembler::Assembler;
-use super::super::types::Ty;
+use super::super::types::{Refers, Ty};
 use super::{Lower, VARIABLES};
 use scanbound_base::code::Code;
-use scanbound_iec::PouKind;
 use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, TypeRef};
 use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
@@ -532,6 +532,9 @@ impl<'t> Lower<'t> {
                     (pin.name().to_owned(), pin.of().kind().map_or(Ty::Bit, Ty::Number))
                 });
                 Ty::Standard(block.name(), Arc::new(pins.collect()))
+            }
+            Typed::Reference(..) | Typed::Interface(_) => {
+                Ty::Reference(Refers::Pointer, Arc::new(TypeRef::Text(None)))
             }
             _ => Ty::Text(1),
         }
