@@ -3,6 +3,7 @@
 use super::super::assembler::Assembler;
 use super::super::types::Ty;
 use super::super::value::{Value, constant};
+use super::elements::unknown_number;
 use super::enable::Enabled;
 use super::places::{Context, Found, Spot};
 use super::values::shown;
@@ -15,12 +16,8 @@ use scanbound_iec_tree::declarations::{First, RoutineId, UnitId, VarId};
 use scanbound_iec_tree::tree::{
     Call, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
 };
-use scanbound_iec_tree::types::{DINT, Type as Typed};
-use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
-
-/// An array of so many instances is called by a number that is worked out.
-const MAX_INSTANCES: i64 = 64;
+use scanbound_iec_tree::types::Type as Typed;
+use scanbound_ir::{Logic, Number, Step};
 
 /// Whose parameters are passed, and where they lie.
 #[derive(Clone)]
@@ -36,8 +33,30 @@ pub(super) enum Callee {
 impl Lower<'_> {
     /// What a call gives.
     pub(super) fn called(&mut self, at: &Context, call: &Call, line: u32) -> Result<Value, Fault> {
+        self.called_for(at, call, true, line)
+    }
+
+    /// What a call gives, if that is asked for.
+    fn called_for(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        is_asked: bool,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let found = self.called_here(at, call, is_asked, line)?;
+        Ok(if is_asked { found } else { Value::Any })
+    }
+
+    fn called_here(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        is_asked: bool,
+        line: u32,
+    ) -> Result<Value, Fault> {
         let tree = self.tree;
-        if let Some(found) = self.called_through(at, call, line)? {
+        if let Some(found) = self.called_through(at, call, is_asked, line)? {
             return Ok(found);
         }
         match &call.target {
@@ -60,7 +79,7 @@ impl Lower<'_> {
                 if let Some(found) = self.each_instance(at, owner, line, &mut |own, place| {
                     let target = Target::Method(place, *method);
                     let call = Call { target, ..call.clone() };
-                    own.called(at, &call, line)
+                    own.called_for(at, &call, is_asked, line)
                 })? {
                     return Ok(found);
                 }
@@ -150,6 +169,7 @@ impl Lower<'_> {
         &mut self,
         at: &Context,
         call: &Call,
+        is_asked: bool,
         line: u32,
     ) -> Result<Option<Value>, Fault> {
         let (Target::Instance(place, _)
@@ -178,7 +198,7 @@ impl Lower<'_> {
                     Target::Instance(place, unit.ok_or_else(|| unknown_number(line))?)
                 }
             };
-            own.called(at, &Call { target, ..call.clone() }, line)
+            own.called_for(at, &Call { target, ..call.clone() }, is_asked, line)
         })
     }
 
@@ -230,13 +250,13 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         let tree = self.tree;
-        if self.called_through(at, call, line)?.is_some() {
+        if self.called_through(at, call, false, line)?.is_some() {
             return Ok(());
         }
         let retargeted = |target: Target| Call { target, ..call.clone() };
         match &call.target {
             Target::Function(_) | Target::Method(..) | Target::BaseMethod(_) => {
-                self.called(at, call, line).map(|_| ())
+                self.called_for(at, call, false, line).map(|_| ())
             }
             Target::Instance(place, unit) => {
                 if self.one_of(at, place, line, &mut |own, place| {
@@ -369,137 +389,6 @@ impl Lower<'_> {
         let step = Step::Call { fires, target: 0 };
         let at = self.assembler().builder.add(Some(key), Vec::new(), step);
         self.routines.open.push((at, instance, entry));
-    }
-
-    /// The first array element of a path whose number is worked out: the path before it, its number, its bounds.
-    fn worked_out_element(&self, at: &Context, place: &Place) -> Option<(usize, Expr, i64, i64)> {
-        let mut ty = self.root_type(at, place)?;
-        for (number, step) in place.steps.iter().enumerate() {
-            if let (PathStep::Element(indices), Typed::Array(dimensions, _)) =
-                (step, self.tree.types.get(ty))
-                && indices.iter().any(|one| one.whole().is_none())
-            {
-                let ([index], [(low, high)]) = (&indices[..], &dimensions[..]) else { return None };
-                return Some((number, index.clone(), *low, *high));
-            }
-            ty = self.step_type(ty, step)?;
-        }
-        None
-    }
-
-    /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
-    pub(super) fn root_type(
-        &self,
-        at: &Context,
-        place: &Place,
-    ) -> Option<scanbound_iec_tree::types::TypeId> {
-        let unit = self.root_unit(at, place.root);
-        match place.root {
-            scanbound_iec_tree::tree::Root::Variable(id) => Some(self.tree.variable(id).ty),
-            scanbound_iec_tree::tree::Root::Address(id) => Some(self.tree.address(id).ty),
-            scanbound_iec_tree::tree::Root::Temporary(_) => None,
-            scanbound_iec_tree::tree::Root::Target(number) => {
-                Some(self.memory.targets.spots[number as usize].ty)
-            }
-            _ => self.tree.types.find(&Typed::Block(unit?)),
-        }
-    }
-
-    pub(super) fn step_type(
-        &self,
-        ty: scanbound_iec_tree::types::TypeId,
-        step: &PathStep,
-    ) -> Option<scanbound_iec_tree::types::TypeId> {
-        match (self.tree.types.get(ty), step) {
-            (Typed::Struct(id), PathStep::Part(number)) => {
-                Some(self.tree.types.parts(*id)[*number].1)
-            }
-            (_, PathStep::Member(id)) => Some(self.tree.variable(*id).ty),
-            (Typed::Array(_, of), PathStep::Element(_)) => Some(*of),
-            _ => None,
-        }
-    }
-
-    fn with_index(place: &Place, step: usize, number: i64, index: &Expr) -> Place {
-        let mut place = place.clone();
-        let kind = ExprKind::Named(number);
-        place.steps[step] = PathStep::Element(vec![Expr { kind, ..index.clone() }]);
-        place
-    }
-
-    /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
-    fn one_of(
-        &mut self,
-        at: &Context,
-        place: &Place,
-        line: u32,
-        act: &mut dyn FnMut(&mut Self, Place) -> Result<(), Fault>,
-    ) -> Result<bool, Fault> {
-        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
-            return Ok(false);
-        };
-        if high - low >= MAX_INSTANCES {
-            return Err(unknown_number(line));
-        }
-        let value = self.value(at, &index)?;
-        let number = self.as_number(value, DINT, line)?;
-        let words = self.copied(number, 2);
-        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
-        for number in low..=high {
-            let skip = self.unless(&words, number);
-            let done = act(self, Self::with_index(place, step, number, &index));
-            self.land(skip);
-            self.landing();
-            done?;
-        }
-        Ok(true)
-    }
-
-    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a call.
-    fn each_instance(
-        &mut self,
-        at: &Context,
-        place: &Place,
-        line: u32,
-        act: &mut dyn FnMut(&mut Self, Place) -> Result<Value, Fault>,
-    ) -> Result<Option<Value>, Fault> {
-        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
-            return Ok(None);
-        };
-        if high - low >= MAX_INSTANCES {
-            return Err(unknown_number(line));
-        }
-        let value = self.value(at, &index)?;
-        let number = self.as_number(value, DINT, line)?;
-        let words = self.copied(number, 2);
-        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
-        let (mut known, mut ends) = (None, Vec::new());
-        for number in low..=high {
-            let skip = (number < high).then(|| self.unless(&words, number));
-            let value = act(self, Self::with_index(place, step, number, &index))?;
-            known = Some(match known {
-                None => self.stored(value, true),
-                Some(known) => self.merged(known, value),
-            });
-            let Some(skip) = skip else { continue };
-            ends.push(self.jump(Logic::Const(true), None));
-            self.land(skip);
-            self.landing();
-        }
-        ends.into_iter().for_each(|end| self.land(end));
-        self.landing();
-        Ok(Some(known.unwrap_or(Value::Any)))
-    }
-
-    /// A jump over what is for one number alone.
-    fn unless(&mut self, words: &[scanbound_ir::WordSource], number: i64) -> usize {
-        let own = Compare {
-            relation: Relation::Equal,
-            format: NumberFormat::Signed,
-            left: Number::Words(words.to_vec()),
-            right: constant(number, 2),
-        };
-        self.jump(Logic::Compare(Box::new(own)).not(), None)
     }
 
     /// Where a parameter lies.
@@ -783,11 +672,4 @@ fn is_worked_out(initial: &Expr) -> bool {
         | ExprKind::Fault(_) => true,
         _ => false,
     }
-}
-
-fn unknown_number(line: u32) -> Fault {
-    let help = "call one of an array of up to 64 instances, or write CASE";
-    Fault::new(line, "an instance of unknown number is called")
-        .code(FaultCode::NotModelled)
-        .help(help)
 }

@@ -5,6 +5,7 @@ mod calls;
 mod counting;
 mod decode;
 mod effects;
+mod elements;
 mod enable;
 mod extents;
 mod loops;

@@ -1,0 +1,154 @@
+//! Calls of instances that stand in arrays, by numbers that are worked out.
+
+use super::super::value::{Value, constant};
+use super::Lower;
+use super::places::Context;
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Step as PathStep};
+use scanbound_iec_tree::types::{DINT, Type as Typed};
+use scanbound_ir::errors::is_outside;
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
+
+/// An array of so many instances is called by a number that is worked out.
+const MOST_INSTANCES: i64 = 64;
+
+impl Lower<'_> {
+    /// The first array element of a path whose number is worked out: the path before it, its number, its bounds.
+    fn worked_out_element(&self, at: &Context, place: &Place) -> Option<(usize, Expr, i64, i64)> {
+        let mut ty = self.root_type(at, place)?;
+        for (number, step) in place.steps.iter().enumerate() {
+            if let (PathStep::Element(indices), Typed::Array(dimensions, _)) =
+                (step, self.tree.types.get(ty))
+                && indices.iter().any(|one| one.whole().is_none())
+            {
+                let ([index], [(low, high)]) = (&indices[..], &dimensions[..]) else { return None };
+                return Some((number, index.clone(), *low, *high));
+            }
+            ty = self.step_type(ty, step)?;
+        }
+        None
+    }
+
+    /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
+    pub(super) fn root_type(
+        &self,
+        at: &Context,
+        place: &Place,
+    ) -> Option<scanbound_iec_tree::types::TypeId> {
+        let unit = self.root_unit(at, place.root);
+        match place.root {
+            scanbound_iec_tree::tree::Root::Variable(id) => Some(self.tree.variable(id).ty),
+            scanbound_iec_tree::tree::Root::Address(id) => Some(self.tree.address(id).ty),
+            scanbound_iec_tree::tree::Root::Temporary(_) => None,
+            scanbound_iec_tree::tree::Root::Target(number) => {
+                Some(self.memory.targets.spots[number as usize].ty)
+            }
+            _ => self.tree.types.find(&Typed::Block(unit?)),
+        }
+    }
+
+    pub(super) fn step_type(
+        &self,
+        ty: scanbound_iec_tree::types::TypeId,
+        step: &PathStep,
+    ) -> Option<scanbound_iec_tree::types::TypeId> {
+        match (self.tree.types.get(ty), step) {
+            (Typed::Struct(id), PathStep::Part(number)) => {
+                Some(self.tree.types.parts(*id)[*number].1)
+            }
+            (_, PathStep::Member(id)) => Some(self.tree.variable(*id).ty),
+            (Typed::Array(_, of), PathStep::Element(_)) => Some(*of),
+            _ => None,
+        }
+    }
+
+    fn with_index(place: &Place, step: usize, number: i64, index: &Expr) -> Place {
+        let mut place = place.clone();
+        let kind = ExprKind::Named(number);
+        place.steps[step] = PathStep::Element(vec![Expr { kind, ..index.clone() }]);
+        place
+    }
+
+    /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
+    pub(super) fn one_of(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+        act: &mut dyn FnMut(&mut Self, Place) -> Result<(), Fault>,
+    ) -> Result<bool, Fault> {
+        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
+            return Ok(false);
+        };
+        if high - low >= MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &index)?;
+        let number = self.as_number(value, DINT, line)?;
+        let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
+        for number in low..=high {
+            let skip = self.unless(&words, number);
+            let done = act(self, Self::with_index(place, step, number, &index));
+            self.land(skip);
+            self.landing();
+            done?;
+        }
+        Ok(true)
+    }
+
+    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a call.
+    pub(super) fn each_instance(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+        act: &mut dyn FnMut(&mut Self, Place) -> Result<Value, Fault>,
+    ) -> Result<Option<Value>, Fault> {
+        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
+            return Ok(None);
+        };
+        if high - low >= MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &index)?;
+        let number = self.as_number(value, DINT, line)?;
+        let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
+        let (mut known, mut ends) = (None, Vec::new());
+        for number in low..=high {
+            let skip = (number < high).then(|| self.unless(&words, number));
+            let value = act(self, Self::with_index(place, step, number, &index))?;
+            known = Some(match known {
+                None => self.stored(value, true),
+                Some(known) => self.merged(known, value),
+            });
+            let Some(skip) = skip else { continue };
+            ends.push(self.jump(Logic::Const(true), None));
+            self.land(skip);
+            self.landing();
+        }
+        ends.into_iter().for_each(|end| self.land(end));
+        self.landing();
+        Ok(Some(known.unwrap_or(Value::Any)))
+    }
+
+    /// A jump over what is for one number alone.
+    fn unless(&mut self, words: &[scanbound_ir::WordSource], number: i64) -> usize {
+        let own = Compare {
+            relation: Relation::Equal,
+            format: NumberFormat::Signed,
+            left: Number::Words(words.to_vec()),
+            right: constant(number, 2),
+        };
+        self.jump(Logic::Compare(Box::new(own)).not(), None)
+    }
+}
+
+pub(super) fn unknown_number(line: u32) -> Fault {
+    let help = "call one of an array of up to 64 instances, or write CASE";
+    Fault::new(line, "an instance of unknown number is called")
+        .code(FaultCode::NotModelled)
+        .help(help)
+}
