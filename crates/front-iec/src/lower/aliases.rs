@@ -37,10 +37,11 @@ impl Lower<'_> {
         let mut taken: Vec<&Place> = Vec::new();
         for (_, passed) in &call.passed {
             match passed {
-                Passed::InOut(one) => match &one.unconverted().kind {
-                    ExprKind::Read(place) => handed.push(place),
-                    _ => {}
-                },
+                Passed::InOut(one) => {
+                    if let ExprKind::Read(place) = &one.unconverted().kind {
+                        handed.push(place);
+                    }
+                }
                 Passed::Output(place, _) => taken.push(place),
                 _ => {}
             }

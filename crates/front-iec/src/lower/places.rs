@@ -93,7 +93,7 @@ fn too_large(line: u32, name: &str) -> Fault {
 
 impl<'t> Lower<'t> {
     /// How a type is laid out.
-    pub(super) fn layout(&mut self, ty: TypeId, line: u32) -> Result<Type, Fault> {
+    pub(super) fn layout(&mut self, ty: TypeId) -> Result<Type, Fault> {
         if let Some(known) = &self.memory.layouts[ty.index()] {
             return Ok(known.clone());
         }
@@ -106,7 +106,7 @@ impl<'t> Lower<'t> {
             // One word stands for what is not followed.
             Typed::Text(_) | Typed::Reference(..) | Typed::Interface(_) => Type::Words(1),
             Typed::Array(dimensions, of) => {
-                let of = self.layout(*of, line)?;
+                let of = self.layout(*of)?;
                 dimensions.iter().rev().fold(of, |of, (low, high)| {
                     let count = u32::try_from(high - low + 1).unwrap_or(u32::MAX);
                     Type::Array { first: *low, count, of: Arc::new(of) }
@@ -115,7 +115,7 @@ impl<'t> Lower<'t> {
             Typed::Struct(id) => {
                 let mut parts = Vec::new();
                 for (name, of) in tree.types.parts(*id) {
-                    parts.push((name.clone(), self.layout(*of, line)?));
+                    parts.push((name.clone(), self.layout(*of)?));
                 }
                 Type::Parts(Arc::new(parts.into_iter().collect()))
             }
@@ -146,7 +146,7 @@ impl<'t> Lower<'t> {
         let mut parts = Vec::new();
         for id in all {
             let one = tree.variable(id);
-            parts.push((one.name.clone(), self.layout(one.ty, one.line)?));
+            parts.push((one.name.clone(), self.layout(one.ty)?));
         }
         Ok(Type::Parts(Arc::new(parts.into_iter().collect())))
     }
@@ -174,7 +174,7 @@ impl<'t> Lower<'t> {
 
     /// A variable of its own.
     pub(super) fn placed(&mut self, name: &str, ty: TypeId, line: u32) -> Result<Spot, Fault> {
-        let layout = self.layout(ty, line)?;
+        let layout = self.layout(ty)?;
         let instances = self.instances_of(ty);
         if instances > MAX_INSTANCES {
             let what = format!("{name} holds {instances} instances of function blocks");

@@ -22,9 +22,9 @@ impl<'t> Lower<'t> {
         let mut values = Vec::new();
         let tree = self.tree;
         let instances = self.instances.clone();
-        for at in 0..instances.len() {
+        for (at, one) in instances.iter().enumerate() {
             if self.is_retained(at) {
-                known.latched.extend(instances[at].spot.tag.regions());
+                known.latched.extend(one.spot.tag.regions());
             }
         }
         for Instance { unit, spot } in &instances {

@@ -75,7 +75,7 @@ impl Resolver<'_> {
             let Some(method) = self.index.method(base, name) else {
                 return Err(unknown_name(line, &show::path(path)));
             };
-            return self.to_method(scope, Target::BaseMethod(method), base, method, given, line);
+            return self.method_call(scope, Target::BaseMethod(method), base, method, given, line);
         }
         if let Some(name) = path.as_name() {
             if let Some(found) = self.measured(scope, name, given, line)? {
@@ -141,7 +141,7 @@ impl Resolver<'_> {
             true => Target::BaseMethod(method),
             false => Target::Method(property.owner.clone(), method),
         };
-        self.to_method(scope, target, property.unit, method, given, line)
+        self.method_call(scope, target, property.unit, method, given, line)
     }
 
     fn result_type(&mut self, result: Option<VarId>) -> TypeId {
@@ -186,10 +186,10 @@ impl Resolver<'_> {
             Type::Block(unit) => unit,
             _ => self.tree.routine(method).unit,
         };
-        self.to_method(scope, Target::Method(place, method), unit, method, given, line)
+        self.method_call(scope, Target::Method(place, method), unit, method, given, line)
     }
 
-    fn to_method(
+    fn method_call(
         &mut self,
         scope: Scope,
         target: Target,
