@@ -1,4 +1,4 @@
-//! Audits source text with times of one's own: nothing costs anything but what is stated.
+//! Audits source text with a table of the test: only the instructions in the table take time.
 
 use scanbound::audit::{Concluded, Failure, Request, conclude, follow};
 use scanbound::base::facts::Facts;
@@ -6,7 +6,7 @@ use scanbound::front::Input;
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::{CLASSES, Table};
 
-/// A table of the rows that are given (`Op1,1,0,0`: name, on, off, per unit), all else costing nothing.
+/// A table with these rows (`Op1,1,0,0`: name, on, off, per unit). All other instructions take no time.
 pub fn table(rows: &str) -> Table {
     let mut text = "instruction,on_us,off_us,per_unit_us\n".to_owned();
     for class in CLASSES {
@@ -16,7 +16,7 @@ pub fn table(rows: &str) -> Table {
     Table::parse("t.csv", text.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
 }
 
-/// What is asked of a MELSEC list.
+/// The request to audit a MELSEC list.
 pub fn asked<'a>(
     inputs: &'a [Input],
     table: &'a Table,
@@ -32,7 +32,7 @@ pub fn asked<'a>(
     }
 }
 
-/// A list as the one file of a project.
+/// A list as the only file of a project.
 pub fn listed(text: impl Into<String>) -> [Input; 1] {
     [Input { name: "a.txt".to_owned(), bytes: text.into().into_bytes() }]
 }
@@ -50,7 +50,7 @@ pub fn audited(
         bytes: text.as_bytes().to_vec(),
     };
     let inputs: Vec<Input> = files.iter().map(input).collect();
-    // Scans are run from any state.
+    // Scans may start in any state.
     let trust = Trust::None;
     let request = Request {
         dialect: Some(dialect),

@@ -1,4 +1,4 @@
-//! From a program with its times to the bound, as the library's stages give it.
+//! Computes the bound of a program with the stages of the library.
 
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::meaning::Knowledge;
@@ -9,7 +9,7 @@ use scanbound::scan::size_limits::SizeLimits;
 use scanbound::scan::{Purpose, ScanError, scan_model_with_knowledge};
 use scanbound::solve::{Limits, Method, maximum};
 
-/// What the analysis says about a program.
+/// The result of the analysis of a program.
 pub struct Bound {
     pub model: ScanModel,
     pub upper: Picos,
@@ -32,7 +32,7 @@ pub fn bound_within(
     bound_knowing(program, times, &Knowledge::new(), method, limits)
 }
 
-/// The same where something was learned of exact choices.
+/// The same with knowledge about exact choices.
 pub fn bound_knowing(
     program: &Program,
     times: &[Times],
@@ -73,8 +73,8 @@ pub fn bound_knowing(
     Ok(Bound { model, upper, lower, best, calls })
 }
 
-/// The variables and constraints on which no priced guard depends: they cost nothing, but the witness keeps
-/// the constraints all the same.
+/// The variables and constraints on which no guard with a time depends. They do not change the bound, but the witness
+/// must satisfy the constraints.
 fn rest(model: &ScanModel, groups: &[Group]) -> Group {
     let left = |constraint: &usize| !groups.iter().any(|g| g.constraints.contains(constraint));
     let constraints = (0..model.constraints.len()).filter(left).collect();

@@ -24,7 +24,7 @@ impl Dice {
     }
 }
 
-/// How many inputs conditions ask.
+/// The number of inputs that conditions read.
 pub const INPUTS: u64 = 3;
 const MS: i64 = 1_000_000;
 
@@ -65,7 +65,7 @@ impl Maker<'_> {
         self.chart.transitions.push(one);
     }
 
-    /// Steps from one on: where they begin and where they end.
+    /// Draws steps from one on; returns the first and the last ones.
     fn part(&mut self, depth: u64) -> (usize, usize) {
         let first = self.step(false);
         let mut last = first;
@@ -106,7 +106,7 @@ impl Maker<'_> {
     }
 }
 
-/// A random chart that runs round and round. Its blocks control some of the actions m0, m1 ..., whose qualifiers come from
+/// A random chart that returns to its initial step. Its blocks control some of the actions m0, m1 ...; their qualifiers are from
 /// these.
 pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]) -> Chart {
     let mut maker = Maker { dice, chart: Chart { line: 1, ..Chart::default() } };
@@ -140,9 +140,9 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
     chart
 }
 
-/// Whether all controllers do what its actions do, but for the final scan and for blocks that overrule each other, without
-/// which a scan takes less: steps of one action each have pulses and times of their own on some, R and the times of what is
-/// stored differ.
+/// Whether all controllers execute its actions in the same way, except for the final scan and for blocks that override each
+/// other, which only lengthen a scan. They differ if several steps use pulses or times of the same action, and in R and the
+/// times of stored actions.
 #[allow(dead_code)] // each test file uses its part
 pub fn is_done_alike(chart: &Chart) -> bool {
     use Qualifier as Q;

@@ -1,4 +1,4 @@
-//! Random MELSEC lists whose counts hang on contacts, guards, jumps, loops and indices.
+//! Random MELSEC lists whose counts depend on contacts, guards, jumps, loops and indices.
 
 use super::lines::DrawsLines;
 use super::tape::Tape;
@@ -7,28 +7,28 @@ struct Generator<'t, 'a> {
     tape: &'t mut Tape<'a>,
     lines: Vec<String>,
     labels: u32,
-    /// Whether there is a routine to be called here.
+    /// Whether a routine can be called here.
     routine: bool,
-    /// Where the open loops are left to.
+    /// The labels after the enclosing loops.
     out: Vec<u32>,
-    /// Whether writes may go nearly anywhere.
+    /// Whether writes may reach almost any device.
     far: bool,
-    /// Whether loops may be too long to be followed.
+    /// Whether loops may be too long to be unrolled.
     long: bool,
 }
 
-/// What programs may have in them.
+/// What programs may contain.
 #[derive(Debug, Clone, Copy)]
 pub struct Taste {
-    /// Counts come from the scan before, too.
+    /// Counts may also come from the previous scan.
     pub across: bool,
-    /// Writes may go nearly anywhere: by indices of which nothing is known, and by addresses.
+    /// Writes may reach almost any device: through unknown indices, and through addresses.
     pub far: bool,
-    /// Loops may be too long to be followed.
+    /// Loops may be too long to be unrolled.
     pub long: bool,
 }
 
-/// A program, whose counts are often written first, or, where they come from the scan before, last.
+/// A program. Its counts are often written first or, if they come from the previous scan, last.
 pub fn generate(tape: &mut Tape<'_>, Taste { across, far, long }: Taste) -> Vec<String> {
     let (lines, out) = (Vec::new(), Vec::new());
     let mut g = Generator { tape, lines, labels: 0, routine: false, out, far, long };
@@ -92,7 +92,7 @@ impl<'a> DrawsLines<'a> for Generator<'_, 'a> {
                 let count = match self.tape.below(4) {
                     0 => "K3",
                     1 => {
-                        // Too many iterations to be followed one by one.
+                        // Too many iterations to be unrolled.
                         self.put("LD SM400");
                         let most = if self.long { 30_000 } else { 30 };
                         self.put(format!("LIMIT K1 K{most} D0 D13"));
@@ -159,7 +159,7 @@ impl Generator<'_, '_> {
         self.labels - 1
     }
 
-    /// Counts under contacts, perhaps something else, and what they count under the same contacts.
+    /// Counts written under contacts, and instructions with these counts under the same contacts.
     fn again(&mut self) {
         let from = self.lines.len();
         self.contacts();

@@ -1,16 +1,16 @@
-//! Random MELSEC lists whose words take few values: every start word is masked before it is read otherwise, and what
-//! instructions work out keeps to what manuals settle.
+//! Random MELSEC lists whose words have few values: every start word is masked before it is read otherwise, and only
+//! operations that manuals define are used.
 
 use super::lines::DrawsLines;
 use super::tape::Tape;
 use std::fmt::Write as _;
 
-/// What may stand in a table for them: a row for each mnemonic.
+/// The possible rows of a table: one for each mnemonic.
 const MNEMONICS: &str = "LD LDI AND ANI OR ORI LDP ANDP LD= LD<> LD> LD>= LD< LD<= AND= AND<> AND> AND>= AND< AND<= \
     OUT SET RST PLS MOV + - INC DEC WAND WOR WXOR ROL ROR SFL SFR BCD BIN SUM * / BMOV FMOV XCH SWAP LIMIT DECO ENCO \
     MAX SER FOR NEXT BREAK CJ CALL RET FEND END DIS UNI BSET BRST MPS MRD MPP MC MCR CML BK+ WSUM";
 
-/// Rows of a table, each with times by chance, those of blocks by the word. Contacts cost the same either way.
+/// Rows of a table with random times; those of block instructions have a time per word. Contacts have equal times.
 pub fn rows(tape: &mut Tape<'_>) -> String {
     let mut rows = String::new();
     for name in MNEMONICS.split_whitespace() {
@@ -27,7 +27,7 @@ struct Generator<'t, 'a> {
     lines: Vec<String>,
     labels: u32,
     routines: u32,
-    /// Whether what comes stands in a subroutine, which calls none.
+    /// Whether the next lines are in a subroutine, which calls no other.
     called: bool,
 }
 
@@ -54,7 +54,7 @@ pub fn generate(tape: &mut Tape<'_>) -> Vec<String> {
         for routine in 0..g.routines {
             g.put(format!("P{}", FIRST + routine));
             if g.tape.percent(60) {
-                // By another count at each call.
+                // With a different count at each call.
                 g.put("FOR D9");
                 g.items(2, 2);
                 g.put("NEXT");
@@ -68,8 +68,8 @@ pub fn generate(tape: &mut Tape<'_>) -> Vec<String> {
     g.lines
 }
 
-/// The lines of a program that reads and writes by index: the index is set anew before calls, in iterations and behind
-/// guards, and what it leads to differs from cell to cell. D0 is stated to be 0 to 7 when a scan starts.
+/// The lines of a program that reads and writes by index. The index is set again before calls, in iterations and after
+/// guards, and the cells that it selects differ. D0 is stated to be 0 to 7 when a scan starts.
 pub fn indexed(tape: &mut Tape<'_>) -> Vec<String> {
     let mut g = Generator { tape, lines: Vec::new(), labels: 0, routines: 0, called: false };
     g.put("LD SM400");
@@ -94,7 +94,7 @@ pub fn indexed(tape: &mut Tape<'_>) -> Vec<String> {
         g.put(format!("MOV {bits} K4M0"));
     }
     g.index_items(0, 6);
-    // What is left in the cells costs more or less.
+    // The final values of the cells decide the time.
     for _ in 0..2 + g.tape.below(4) {
         g.left_over();
     }
@@ -161,7 +161,7 @@ impl<'a> DrawsLines<'a> for Generator<'_, 'a> {
 }
 
 impl Generator<'_, '_> {
-    /// A rung that hangs on what a cell holds.
+    /// A rung that depends on the value of a cell.
     fn left_over(&mut self) {
         let contact = match self.tape.below(4) {
             0 => self.tape.pick(&["LD M2", "LDI M3", "LD M4", "LDI M1"]).to_owned(),
@@ -235,7 +235,7 @@ impl Generator<'_, '_> {
                 self.put(format!("P{label}"));
             }
             8 => {
-                // What the guard says of the index holds behind it.
+                // After the guard, its condition on the index holds.
                 let word = self.tape.pick(&["D0", "D1"]);
                 let least = self.tape.pick(&["K0", "K1", "K2"]);
                 let most = self.tape.pick(&["K2", "K1", "K3", "K5"]);
@@ -250,13 +250,13 @@ impl Generator<'_, '_> {
         }
     }
 
-    /// An index is set, at most to 7 and at least to -2.
+    /// Sets an index to a value from -2 to 7.
     fn index(&mut self) {
         let index = self.tape.pick(&["Z0", "Z0", "Z1"]);
         if self.tape.percent(50) {
             self.put("LD SM400");
         } else {
-            // To one or the other.
+            // To one of two values.
             let value = self.tape.pick(&["K1", "K0", "K3", "D0"]);
             self.put("LD SM400");
             self.put(format!("MOV {value} {index}"));
@@ -327,7 +327,7 @@ impl Generator<'_, '_> {
         self.put(line);
     }
 
-    /// Something is read or written by an index.
+    /// Reads or writes by an index.
     fn access(&mut self) {
         let word = self.tape.pick(&["D2", "D3", "D4", "D5"]);
         let there = self.tape.pick(&["D12Z0", "D13Z1", "D12Z1", "D15Z0"]);

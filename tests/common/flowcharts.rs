@@ -1,10 +1,10 @@
-//! Random flowchart programs as text, and plants that answer what a program leaves open.
+//! Random flowchart programs as text, and plants that decide the values that a program does not.
 
 use super::tape::Tape;
 use scanbound::front::flowchart::interpret::Plant;
 use std::fmt::Write as _;
 
-/// A small program of a main routine and up to two groups, and a table with times for it.
+/// A small program with a main routine and up to two groups, and a table with times.
 pub fn generate(tape: &mut Tape<'_>) -> (String, String) {
     let groups = tape.below(3);
     let mut text = String::new();
@@ -20,7 +20,7 @@ pub fn generate(tape: &mut Tape<'_>) -> (String, String) {
     let mut table = "instruction,on_us,off_us\n".to_owned();
     for name in names {
         let (on, off) = (1 + tape.below(300), tape.below(300));
-        // What has no condition costs the larger of its times.
+        // An instruction without a condition takes the larger of its times.
         let one = matches!(
             name,
             "OUT" | "OUT NOT" | "CNR TIM" | "LBL" | "GJ" | "GS" | "GOFF" | "GN" | "GE" | "JMP"
@@ -105,10 +105,10 @@ fn condition(tape: &mut Tape<'_>, text: &mut String) {
     }
 }
 
-/// Answers every question in every way, one way a pass.
+/// Tries all combinations of answers, one for each pass.
 #[derive(Default)]
 pub struct Every {
-    /// Number of answers and the one given, question by question.
+    /// For each question: the number of answers and the current answer.
     taken: Vec<(usize, usize)>,
     at: usize,
 }
@@ -122,7 +122,7 @@ impl Every {
         self.taken[self.at - 1].1
     }
 
-    /// The next way of answering, if there is one.
+    /// The next combination, if there is one.
     pub fn advance(&mut self) -> bool {
         self.at = 0;
         while let Some((options, taken)) = self.taken.pop() {
@@ -156,7 +156,7 @@ impl Plant for Every {
     }
 }
 
-/// Answers at random, inputs and timers changing now and then.
+/// Answers at random; inputs and timers change sometimes.
 pub struct Weather(pub u64);
 
 impl Weather {

@@ -1,4 +1,4 @@
-//! Cases for hostile inputs: samples of every dialect and of every side file, changed at random.
+//! Malformed inputs: samples of every dialect and of every other kind of file, changed at random.
 
 use std::fs;
 use std::ops::Range;
@@ -12,7 +12,7 @@ pub struct Case {
     pub searches: bool,
 }
 
-/// The same numbers for a seed everywhere.
+/// Random numbers that depend only on the seed.
 pub struct Random(u64);
 
 impl Random {
@@ -38,12 +38,12 @@ impl Random {
     }
 }
 
-/// What is run on a sample.
+/// A sample and the commands for it.
 struct Sample {
-    /// Name, and where it is read from or what it holds. The first is the program.
+    /// Name, and path or content. The first is the program.
     files: &'static [(&'static str, Source)],
     arguments: &'static [&'static str],
-    /// The lines in front of what is changed.
+    /// The number of lines that are not changed.
     heading: usize,
     searches: bool,
 }
@@ -223,7 +223,7 @@ const SAMPLES: &[Sample] = &[
     },
 ];
 
-/// A case from a sample: its first file is changed, and blown up to a size where one is given.
+/// A case from a sample: its first file is changed, and repeated up to a size if one is given.
 pub fn case(random: &mut Random, size: Option<usize>) -> Case {
     let sample = random.pick(SAMPLES);
     let mut files: Vec<(String, Vec<u8>)> =
@@ -232,11 +232,11 @@ pub fn case(random: &mut Random, size: Option<usize>) -> Case {
     files[0].1 = match text {
         Ok(text) => {
             let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-            // What is blown up is changed less, or hardly any would be searched.
+            // Large files are changed less; otherwise almost none would be valid.
             for _ in 0..=random.below(if size.is_some() { 1 } else { 3 }) {
                 change(&mut lines, sample.heading, random);
             }
-            // Addresses that no longer follow each other are refused: most lists go without.
+            // Addresses out of order are refused, so most lists have no addresses.
             if !random.once_in(4) {
                 lines.iter_mut().for_each(|line| *line = without_address(line));
             }
@@ -269,7 +269,7 @@ impl Source {
     }
 }
 
-/// One change behind the heading; most leave a program a program.
+/// One change after the heading; most of them keep the program valid.
 fn change(lines: &mut Vec<String>, heading: usize, random: &mut Random) {
     let heading = heading.min(lines.len().saturating_sub(1));
     if lines.len() < heading + 2 {
@@ -280,10 +280,10 @@ fn change(lines: &mut Vec<String>, heading: usize, random: &mut Random) {
     let rungs = rungs(lines, heading);
     let (rung, next) = (random.pick(&rungs).clone(), random.pick(&rungs).clone());
     match random.below(24) {
-        // A number becomes another: a device, a constant, a count, a label, a time.
+        // Changes a number: a device, a constant, a count, a label, a time.
         0..=11 => lines[at] = renumbered(&lines[at], random),
         12 | 13 => lines[at] = borrowed(&lines[at], &lines[other], random),
-        // A rung once more, in another place, or not at all.
+        // Copies, moves or deletes a rung.
         14..=16 => {
             let copy: Vec<String> = lines[rung].to_vec();
             let copies = if random.once_in(8) { 40 } else { 1 };
@@ -303,7 +303,7 @@ fn change(lines: &mut Vec<String>, heading: usize, random: &mut Random) {
             let to = next.start - rung.len();
             lines.splice(to..to, taken);
         }
-        // What breaks most of them.
+        // Changes that make most programs invalid.
         21 => lines.swap(at, other),
         22 => {
             lines.remove(at);
@@ -315,7 +315,7 @@ fn change(lines: &mut Vec<String>, heading: usize, random: &mut Random) {
     }
 }
 
-/// The rungs behind the heading: each begins with a line that loads. Where none does, lines.
+/// The rungs after the heading: each begins with a load instruction. If there is none, single lines.
 fn rungs(lines: &[String], heading: usize) -> Vec<Range<usize>> {
     let loads = |line: &String| {
         let line = line.trim_start_matches(|c: char| c.is_ascii_digit() || " \t\",".contains(c));
@@ -340,7 +340,7 @@ fn without_address(line: &str) -> String {
 /// The line with one of its numbers changed.
 fn renumbered(line: &str, random: &mut Random) -> String {
     let bytes = line.as_bytes();
-    // A function's number must be its name's.
+    // The number of a function must match its name.
     let begins = |&at: &usize| {
         bytes[at].is_ascii_digit()
             && (at == 0 || !(bytes[at - 1].is_ascii_digit() || bytes[at - 1] == b'('))
@@ -366,7 +366,7 @@ fn renumbered(line: &str, random: &mut Random) -> String {
     format!("{}{padded}{}", &line[..from], &line[from + length..])
 }
 
-/// The line with one of its words taken from another.
+/// The line with one of its words replaced by a word of another line.
 fn borrowed(line: &str, other: &str, random: &mut Random) -> String {
     let separator = if line.contains(',') { ',' } else { ' ' };
     let mut words: Vec<&str> = line.split(separator).collect();
@@ -380,7 +380,7 @@ fn borrowed(line: &str, other: &str, random: &mut Random) -> String {
     words.join(&separator.to_string())
 }
 
-/// The lines behind the heading, all but the last, over and over up to a size.
+/// The lines after the heading except the last, repeated up to a size.
 fn blown_up(lines: &[String], heading: usize, size: usize) -> Vec<String> {
     let heading = heading.min(lines.len().saturating_sub(1));
     let (head, body) = lines.split_at(heading);
@@ -395,7 +395,7 @@ fn blown_up(lines: &[String], heading: usize, size: usize) -> Vec<String> {
     all
 }
 
-/// Bytes that no editor writes: a change, a cut, something foreign in the midst.
+/// Changes that no editor makes: a changed byte, a truncated file, inserted foreign bytes.
 fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     if bytes.is_empty() {
         return;

@@ -1,4 +1,4 @@
-//! Random programs as the analysis sees them, with no dialect in front: every step, source, write and region.
+//! Random programs of the intermediate representation, without a dialect: every step, source, write and region.
 
 use super::tape::Tape;
 use scanbound::base::location::Location;
@@ -21,7 +21,7 @@ pub fn word(index: u32) -> Cell {
     Cell { area: AreaId(1), index }
 }
 
-/// What a generated program may have in it.
+/// What a generated program may contain.
 #[derive(Debug, Clone, Copy)]
 pub struct Taste {
     /// Comparisons, word writes and loops by a word.
@@ -34,11 +34,11 @@ pub struct Taste {
     pub choices: bool,
     /// Jumps, calls, loops, master control regions, stops and interrupts.
     pub control: bool,
-    /// How many items a block has at most.
+    /// The most items of a block.
     pub items: usize,
 }
 
-/// Where a jump that is not yet placed will go.
+/// The target of a jump that is not yet resolved.
 struct Pending {
     at: usize,
     /// The exit of a loop summary, or the jump's own target.
@@ -54,12 +54,12 @@ struct Generator<'t, 'a> {
     slots: u32,
     masters: u32,
     choices: u32,
-    /// Choices from here on are those of the instruction at work.
+    /// Choices from this number on belong to the current instruction.
     shareable: u32,
-    /// Calls to be placed: instruction and routine.
+    /// Unresolved calls: instruction and routine.
     calls: Vec<(usize, usize)>,
     routines: usize,
-    /// Jumps out of the loops that are open: one list a loop that may be left from here.
+    /// Jumps out of the enclosing loops: one list for each loop that can be left here.
     breaks: Vec<Vec<usize>>,
 }
 
@@ -130,7 +130,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste) -> (Program, Vec<Times>) {
     (program, times)
 }
 
-/// Times such that hardly two sets of instructions cost the same, where the off-time is sometimes the larger.
+/// Times such that almost no two sets of instructions have the same sum; the off-time is sometimes the larger.
 pub fn times(tape: &mut Tape<'_>, count: usize) -> Vec<Times> {
     (0..count)
         .map(|_| {
@@ -165,7 +165,7 @@ impl Generator<'_, '_> {
         self.instructions.len() - 1
     }
 
-    /// What is priced by units that one word or two count.
+    /// An instruction whose units are counted by one or two words.
     fn counted(&mut self) -> TimingKey {
         let words =
             (0..1 + usize::from(self.tape.percent(20))).map(|_| self.word_source()).collect();
@@ -311,7 +311,7 @@ impl Generator<'_, '_> {
         }));
     }
 
-    /// Contacts that leave one result, then what acts on it.
+    /// Contacts that give one condition, then instructions that it controls.
     fn rung(&mut self) {
         self.contacts();
         for _ in 0..=self.tape.below(3) {

@@ -2,25 +2,25 @@
 
 use super::tape::Tape;
 
-/// What generated lists may have in them.
+/// What generated lists may contain.
 #[derive(Debug, Clone, Copy)]
 pub struct Taste {
     /// Comparisons, moves and arithmetic.
     pub words: bool,
     /// Jumps, calls, loops, master controls, stops.
     pub control: bool,
-    /// What is taken wider than it is: indexed devices, products, users' instructions, direct inputs,
+    /// Constructs that are over-approximated: indexed devices, products, users' instructions, direct inputs,
     /// interrupts, loops counted by a word.
     pub wild: bool,
-    /// How many items a block has at most.
+    /// The most items of a block.
     pub items: usize,
 }
 
-/// Which of a project's files is made, and so what it may hold.
+/// The file of a project that is generated, which decides what it may contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     First,
-    /// Without interrupt routines: their labels are the project's.
+    /// Without interrupt routines, because their labels are shared by the project.
     Further,
 }
 
@@ -32,13 +32,13 @@ struct Generator<'t, 'a> {
     /// Subroutines called so far.
     routines: usize,
     masters: u32,
-    /// Labels behind the loops that may be left from here, and whether each is used.
+    /// The labels after the loops that can be left here, and whether each is used.
     breaks: Vec<(u32, bool)>,
     edges: u32,
 }
 
 const FIRST_ROUTINE: u32 = 100;
-/// The label behind the first FEND.
+/// The label after the first FEND.
 const BEHIND: u32 = 99;
 
 /// The lines of one file.
@@ -53,7 +53,7 @@ pub fn generate(tape: &mut Tape<'_>, taste: Taste, part: Part) -> Vec<String> {
         breaks: Vec::new(),
         edges: 0,
     };
-    // The first FEND may be jumped over: a second main part stands behind it.
+    // The first FEND may be skipped by a jump to a second main part after it.
     let second = taste.control && g.tape.percent(15);
     if second {
         g.contacts();
@@ -211,7 +211,7 @@ impl Generator<'_, '_> {
         }
     }
 
-    /// A block of its own and its join.
+    /// A separate block and the instruction that joins it.
     fn block(&mut self, join: &str) {
         self.contact("LD");
         for _ in 0..self.tape.below(2) {

@@ -1,5 +1,5 @@
-//! Random charts with macro steps in macro steps, as PLCopen XML, and a machine that runs them as they are drawn: each macro
-//! step keeps its own chart, which is never put into the one around it.
+//! Random charts with nested macro steps, as PLCopen XML, and a machine that runs them without expanding them: each macro
+//! step keeps its own chart.
 
 use super::charts::Dice;
 use scanbound::iec::chart::Qualifier;
@@ -18,10 +18,10 @@ pub struct Node {
     pub inside: Option<Drawn>,
 }
 
-/// What a condition asks.
+/// What a condition reads.
 pub enum Ask {
     Input(usize),
-    /// Of the chart so many levels further out, a node's flag, or whether it is active for less than 10 ms.
+    /// The flag of a node in the chart this many levels further out, or whether it is active for less than 10 ms.
     Flag(usize, usize),
     Young(usize, usize),
     True,
@@ -33,7 +33,7 @@ pub struct Way {
     pub asks: Vec<(Ask, bool)>,
 }
 
-/// A chart as it is drawn.
+/// A drawn chart.
 #[derive(Default)]
 pub struct Drawn {
     pub nodes: Vec<Node>,
@@ -42,11 +42,11 @@ pub struct Drawn {
     pub exit: usize,
 }
 
-/// How charts are drawn.
+/// What charts may contain.
 pub struct Plan {
     pub actions: usize,
     pub qualifiers: Vec<Qualifier>,
-    /// Whether each transition has an input of its own and asks nothing else.
+    /// Whether each transition reads only its own input.
     pub own_inputs: bool,
     pub inputs: usize,
 }
@@ -55,7 +55,7 @@ struct Maker<'d> {
     dice: &'d mut Dice,
     plan: &'d mut Plan,
     level: usize,
-    /// How many nodes the charts around this one have so far, the outermost first.
+    /// The number of nodes so far of the charts around this one, the outermost first.
     around: Vec<usize>,
     drawn: Drawn,
 }
@@ -99,7 +99,7 @@ impl Maker<'_> {
             };
             let node = self.dice.below(nodes as u64) as usize;
             match self.dice.below(6) {
-                // A macro step that is just being drawn is the last of its chart: its flag is asked, too.
+                // The macro step that is being drawn is the last of its chart; its flag may also be read.
                 0 => asks.extend([(Ask::Input(input), true), (Ask::Flag(out, node), true)]),
                 1 => asks.extend([(Ask::Input(input), true), (Ask::Flag(out, node), false)]),
                 2 => asks.extend([(Ask::Input(input), true), (Ask::Young(out, node), true)]),
@@ -110,7 +110,7 @@ impl Maker<'_> {
         self.drawn.ways.push(Way { from, to, asks });
     }
 
-    /// Nodes from one on: where they begin and where they end.
+    /// Draws nodes from one on; returns the first and the last ones.
     fn part(&mut self, depth: u64, macros: u64) -> (usize, usize) {
         let first = self.node(macros);
         let mut last = first;
@@ -171,13 +171,13 @@ fn draw(
     maker.drawn
 }
 
-/// A random chart that runs round and round.
+/// A random chart that returns to its initial step.
 pub fn drawn(dice: &mut Dice, plan: &mut Plan, depth: u64, macros: u64) -> Drawn {
     draw(dice, plan, depth, macros, 0, Vec::new())
 }
 
 impl Drawn {
-    /// Whether there is a macro step in it.
+    /// Whether it contains a macro step.
     pub fn has_macros(&self) -> bool {
         self.nodes.iter().any(|node| node.inside.is_some())
     }
@@ -286,10 +286,10 @@ impl Drawn {
     }
 }
 
-/// What is active in a chart, and since when.
+/// The active nodes of a chart, and since when.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Active {
-    /// Of each node: for a step, whether it is active; for a macro step, what is active in it.
+    /// For each step: whether it is active. For each macro step: what is active in it.
     nodes: Vec<Part>,
     since: Vec<i64>,
 }
@@ -322,7 +322,7 @@ impl Active {
         self.nodes.iter().any(Part::is_active)
     }
 
-    /// Whether a transition behind a node finds it at its end.
+    /// Whether a node has reached its end, so that the transition after it may fire.
     fn is_done(&self, node: usize, drawn: &Drawn) -> bool {
         match (&self.nodes[node], &drawn.nodes[node].inside) {
             (Part::Macro(own), Some(inside)) => own.is_done(inside.exit, inside),
@@ -354,19 +354,19 @@ impl Active {
     }
 }
 
-/// A machine that runs a chart as it is drawn.
+/// A machine that runs a drawn chart.
 #[derive(Clone)]
 pub struct Machine<'d> {
     drawn: &'d Drawn,
     pub active: Active,
     controls: Vec<Control>,
     started: bool,
-    /// Of the last scan: transitions that were enabled and no rival of which cleared before; those that cleared.
+    /// In the last scan: enabled transitions of which no rival fired before; those that fired.
     pub enabled: u64,
     pub cleared: u64,
 }
 
-/// What clears in a chart, and in those of its macro steps.
+/// The transitions that fire in a chart, and in those of its macro steps.
 struct Clears {
     own: Vec<usize>,
     inside: Vec<(usize, Clears)>,
@@ -379,7 +379,7 @@ impl<'d> Machine<'d> {
         Machine { drawn, active, controls, started: false, enabled: 0, cleared: 0 }
     }
 
-    /// What the next scans hang on where nothing has a time.
+    /// The state on which the next scans depend if nothing has a time.
     pub fn state(&self) -> (Active, Vec<Control>) {
         let mut active = self.active.clone();
         forget(&mut active);

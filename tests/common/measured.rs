@@ -1,4 +1,4 @@
-//! Runs the binary on files of its own, and tells how it ended and what it took.
+//! Runs the binary on given files, and returns its exit status, time and memory.
 
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// When a run is given up.
+/// The time after which a run is stopped.
 const GIVEN_UP: Duration = Duration::from_secs(60);
 
 /// How a run ended.
 pub struct Run {
     pub code: Option<i32>,
     pub time: Duration,
-    /// The most memory that was seen, in kilobytes.
+    /// The largest observed memory use, in kilobytes.
     pub memory: u64,
     pub told: String,
 }
@@ -54,7 +54,7 @@ pub fn run(files: &[(String, Vec<u8>)], arguments: &[String], directory: &Path) 
     Run { code, time, memory, told: String::from_utf8_lossy(&text).into_owned() }
 }
 
-/// The most memory that a process has had, in kilobytes, where the system tells it.
+/// The largest memory use of a process, in kilobytes, if the system reports it.
 fn peak(status: &Path) -> u64 {
     let text = fs::read_to_string(status).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,4 +1,4 @@
-//! MELSEC lists, decoded, and what the operations `Op1`, `Op2`, `Op4` ... in them can cost together.
+//! Decodes MELSEC lists, and computes the largest sum of the times of their operations `Op1`, `Op2`, `Op4` ...
 
 use super::bound::bound;
 use super::passed::passed;
@@ -11,7 +11,7 @@ use scanbound::front::{Input, read};
 use scanbound::program::Program;
 use scanbound::solve::Method;
 
-/// Files of instructions apart by `; `.
+/// Files of instructions that are separated by `; `.
 pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<Program, String> {
     let inputs: Vec<Input> = files
         .iter()
@@ -37,7 +37,7 @@ pub fn decoded(family: Family, files: &[(&str, &str)], facts: &Facts) -> Result<
     decode(&project, &options).and_then(passed).map_err(told)
 }
 
-/// What the operations `Op1`, `Op2`, `Op4` ... of the longest scan cost together: each its number, nothing when off.
+/// The time of the longest scan if each operation `Op1`, `Op2`, `Op4` ... takes its number, and nothing when off.
 pub fn longest(program: &Program) -> u64 {
     let times = program
         .instructions
@@ -50,7 +50,7 @@ pub fn longest(program: &Program) -> u64 {
     bound(program, &times, Method::Cores).expect("the program can be followed").upper.0
 }
 
-/// Instructions apart by `; `.
+/// Instructions that are separated by `; `.
 pub fn together(family: Family, text: &str) -> u64 {
     let program = decoded(family, &[("MAIN", text)], &Facts::default());
     longest(&program.unwrap_or_else(|faults| panic!("{text}\n{faults}")))

@@ -1,4 +1,4 @@
-//! What the property tests share: generators of programs, the road from a program to its bound, and searches
+//! The common part of the property tests: generators of programs, the steps from a program to its bound, and searches
 //! for a scan above it.
 #![allow(dead_code)] // each test file uses its part
 

@@ -1,47 +1,47 @@
-//! An OMRON PLC of the CS, CJ and CP series as far as random programs with counts need one, written from the instructions
-//! reference manuals alone: mnemonics in, executed lines and memory out.
+//! The part of an OMRON PLC of the CS, CJ and CP series that random programs with counts need, written from the instructions
+//! reference manuals only. It takes mnemonics, and returns the executed lines and the memory.
 
 use std::collections::BTreeMap;
 
 /// A word: its area (`CIO`, `W`, `D`, `E0_`, `IR`, `DR`) and its number. An index register is one word here.
 pub type Word = (&'static str, u32);
 
-/// What the outside gives.
+/// The values that the program does not determine.
 pub trait Chance {
-    /// What the word holds when the scan starts.
+    /// The value of the word when the scan starts.
     fn start(&mut self, word: Word) -> u32;
-    /// A number below `n`, for what no manual settles.
+    /// A number below `n`, where the manuals do not define the result.
     fn below(&mut self, n: u32) -> u32;
 }
 
-/// An executed line: its number from 1 on, whether it was carried out, and how many words it handled.
+/// An executed line: its number from 1 on, whether it was executed with its condition on, and the number of its words.
 pub type Executed = (usize, bool, u64);
 
-/// What a scan did.
+/// The result of a scan.
 pub struct Scanned {
     pub executed: Vec<Executed>,
-    /// What was read or written of memory, as the scan leaves it.
+    /// The words that were read or written, with their values at the end of the scan.
     pub left: BTreeMap<Word, u32>,
-    /// What was counted: the line and the number.
+    /// The counts: the line and the number.
     pub counts: Vec<(usize, u32)>,
 }
 
-/// Where plain numbers lead: the areas that programs name.
+/// The areas of internal addresses that programs use.
 const AREAS: [&str; 5] = ["W", "D", "IR", "DR", "CIO"];
 /// The internal address of D0; that of the first bank of E follows its end.
 const D0: u32 = 0x10000;
 
-/// A PLC in the midst of a scan.
+/// The state of the PLC within a scan.
 pub struct Plc<'l, C> {
     lines: Vec<Vec<&'l str>>,
     chance: C,
     memory: BTreeMap<Word, u32>,
     executed: Vec<Executed>,
-    /// The conditions so far, and whether the next LD begins anew.
+    /// The conditions so far, and whether the next LD begins a new rung.
     stack: Vec<bool>,
     closed: bool,
     lit: bool,
-    /// Greater, equal, less, as CMP left them.
+    /// The flags greater, equal and less after the last CMP.
     flags: [bool; 3],
     counts: Vec<(usize, u32)>,
 }
@@ -61,7 +61,7 @@ impl<'l, C: Chance> Plc<'l, C> {
         }
     }
 
-    /// Makes one scan.
+    /// Executes one scan.
     pub fn scan(mut self) -> Scanned {
         self.run(0, self.lines.len());
         Scanned { executed: self.executed, left: self.memory, counts: self.counts }
@@ -77,13 +77,13 @@ impl<'l, C: Chance> Plc<'l, C> {
     }
 
     fn write(&mut self, (area, number): Word, value: u16) {
-        // What lies beyond the end of an area does not exist, and far behind all that programs name nothing is asked.
+        // Words beyond the end of an area do not exist. Words far after those that programs name are never read.
         if number < 400 || (area == "E0_" && number < 32_768) {
             self.memory.insert((area, number), value.into());
         }
     }
 
-    /// Where an operand is; none where its address ends in an error.
+    /// The location of an operand. `None` if its address is an error.
     fn place(&mut self, operand: &str) -> Option<Word> {
         if let Some(rest) = operand.strip_prefix(',') {
             let (number, steps) = match rest.strip_suffix('+') {
@@ -118,7 +118,7 @@ impl<'l, C: Chance> Plc<'l, C> {
         }
     }
 
-    /// What a word operand or a constant is.
+    /// The value of a word operand or a constant.
     fn get(&mut self, operand: &str) -> Option<u16> {
         if let Some(digits) = operand.strip_prefix('#') {
             return u16::from_str_radix(digits, 16).ok();
@@ -152,7 +152,7 @@ impl<'l, C: Chance> Plc<'l, C> {
         self.write(place, if value { old | mask } else { old & !mask });
     }
 
-    /// The value of a contact, if the line is one, and how it joins.
+    /// If the line is a contact: its value, and how it is combined.
     fn contact(&mut self, line: &[&str]) -> Option<(&'static str, bool)> {
         let (join, rest) = ["LD", "AND", "OR"]
             .into_iter()
@@ -180,7 +180,7 @@ impl<'l, C: Chance> Plc<'l, C> {
         Some((join, value))
     }
 
-    /// Runs the lines up to `end`; whether a loop was left by BREAK.
+    /// Executes the lines up to `end`. Returns whether BREAK left a loop.
     fn run(&mut self, mut at: usize, end: usize) -> bool {
         while at < end {
             let line = self.lines[at].clone();
@@ -283,17 +283,17 @@ impl<'l, C: Chance> Plc<'l, C> {
         panic!("a NEXT");
     }
 
-    /// Whether so many words from there on lie within their area; where they do not, no manual says that nothing is done.
+    /// Whether this many words are within their area. Otherwise the manuals do not say that nothing is done.
     fn fits(&mut self, (_, first): Word, count: u32) -> bool {
         first + count <= 32_768 || self.chance.below(2) == 1
     }
 
     fn list(&mut self, (area, first): Word, count: u32) -> Vec<u16> {
-        // What lies far behind all that programs name is 0.
+        // Words far after those that programs name are 0.
         (first..first + count).map(|n| if n < 400 { self.word((area, n)) } else { 0 }).collect()
     }
 
-    /// Carries an instruction out: how many words it handled; none if it ended in an error.
+    /// Executes an instruction. Returns the number of its words, or `None` after an error.
     fn carry_out(&mut self, number: usize, name: &str, operands: &[&str]) -> Option<u64> {
         let signed = |x: u16| i32::from(x.cast_signed());
         match name {
@@ -385,7 +385,7 @@ impl<'l, C: Chance> Plc<'l, C> {
                     }
                     _ if b == 0 => return None,
                     "/U" => (a / b, a % b),
-                    // The one quotient that no word holds.
+                    // The only quotient that does not fit into a word.
                     _ if signed(b) == -1 && a == 0x8000 => return None,
                     _ => ((signed(a) / signed(b)) as u16, (signed(a) % signed(b)) as u16),
                 };
@@ -462,7 +462,7 @@ impl<'l, C: Chance> Plc<'l, C> {
                         };
                         let to = self.place(operands[2])?;
                         let (area, first) = self.place(operands[0])?;
-                        // Its address goes to IR0 where that is asked for.
+                        // If requested, its address is written to IR0.
                         if self.word((area, first + 1)) & 0x4000 != 0 {
                             let at = words.iter().position(|word| *word == greatest)?;
                             self.memory.insert(("IR", 0), D0 + from.1 + at as u32);
@@ -481,7 +481,7 @@ impl<'l, C: Chance> Plc<'l, C> {
                         }
                     }
                     _ => {
-                        // By words or bytes, which no count here depends on: the result is any.
+                        // In words or bytes; no count depends on it, so the result may be any value.
                         let (area, to) = self.place(operands[2])?;
                         let sum = self.chance.below(u32::MAX);
                         self.write((area, to), sum as u16);

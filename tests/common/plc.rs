@@ -1,5 +1,5 @@
-//! A small MELSEC PLC that runs list text as the manuals say, made from no part of the library: what it takes
-//! for a scan must never exceed the bound.
+//! A small MELSEC PLC that runs list text as in the manuals and uses no part of the library. The time that it takes
+//! for a scan must not exceed the bound.
 
 mod data;
 
@@ -89,15 +89,15 @@ fn device(text: &str) -> (Device, Option<u32>) {
     ((name, u32::from_str_radix(number, *radix).expect("a device number")), index)
 }
 
-/// One executed line: file, line from 1, whether it was on, and how many units it handled that a word counted.
+/// One executed line: file, line from 1, whether it was on, and the number of units that a word counted.
 pub type Executed = (usize, usize, bool, u64);
 
-/// So many lines of one scan are followed.
+/// The most lines that are executed in one scan.
 const MAX_LINES: usize = 2_000;
 
-/// What is not settled by the program: start values, elapsed time, inputs read directly, interrupts.
+/// The values that the program does not determine: start values, elapsed time, inputs read directly, interrupts.
 pub trait Luck {
-    /// The start value of a device, of an instruction's memory (area `!`), or of what else is free.
+    /// The start value of a device, of an instruction's memory (area `!`), or of any other free value.
     fn value(&mut self, of: Device) -> u16;
     /// A number below `n` at this moment.
     fn below(&mut self, n: u32) -> u32;
@@ -119,7 +119,7 @@ pub struct Plc<'p, L> {
     steps: usize,
 }
 
-/// What a routine has of its own.
+/// The state of a routine.
 #[derive(Default)]
 struct Rung {
     results: Vec<bool>,
@@ -151,7 +151,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         }
     }
 
-    /// Runs one scan and tells what was executed.
+    /// Runs one scan and returns the executed lines.
     pub fn scan(mut self) -> Vec<Executed> {
         for file in 0..self.files.len() {
             if self.routine(file, 0) == Ended::Scan {
@@ -161,12 +161,12 @@ impl<'p, L: Luck> Plc<'p, L> {
         self.executed
     }
 
-    /// Runs one scan and tells what its devices hold then, of those that it came across.
+    /// Runs one scan and returns the final values of the devices that it used.
     pub fn left(self) -> BTreeMap<Device, u16> {
         self.both().1
     }
 
-    /// Runs one scan and tells what was executed, and what its devices hold then.
+    /// Runs one scan and returns the executed lines and the final values of the devices.
     pub fn both(mut self) -> (Vec<Executed>, BTreeMap<Device, u16>) {
         for file in 0..self.files.len() {
             if self.routine(file, 0) == Ended::Scan {
@@ -195,7 +195,7 @@ impl<'p, L: Luck> Plc<'p, L> {
             let Some(line) = files[file].get(at) else { return Ended::File };
             self.steps += 1;
             if self.steps > MAX_LINES {
-                // What was executed so far is part of a scan that takes longer still.
+                // The lines executed so far are part of a longer scan.
                 return Ended::Scan;
             }
             let logged = self.executed.len();
@@ -251,7 +251,7 @@ impl<'p, L: Luck> Plc<'p, L> {
 
     fn indexed(&mut self, (area, number): Device, index: Option<u32>) -> Device {
         let offset = index.map_or(0, |z| i64::from(self.cell(("Z", z)) as i16));
-        // A number below zero or far off is an operation error on the PLC; here it wraps into the area.
+        // A number below zero or outside the area is an operation error on the PLC; here it wraps around.
         (area, (i64::from(number) + offset).rem_euclid(64) as u32)
     }
 
@@ -346,7 +346,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         if rising { value && !last } else { !value && last }
     }
 
-    /// Executes one line: whether it was on, and where to go on.
+    /// Executes one line. Returns whether it was on, and the next line.
     fn line(
         &mut self,
         file: usize,
@@ -456,7 +456,7 @@ impl<'p, L: Luck> Plc<'p, L> {
             "BREAK" => {
                 if condition {
                     rung.loops.pop();
-                    // What is left of the iterations, by the manual; not tried closer.
+                    // The number of remaining iterations, as the manual says.
                     let left = self.luck.below(4);
                     self.set_number(&operands[0], 1, i64::from(left));
                     return (true, Ok(self.pointer(file, &operands[1])));
@@ -472,7 +472,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         (true, next)
     }
 
-    /// The value of a contact; `None` if the line is none.
+    /// The value of a contact. `None` if the line is not a contact.
     fn contact(&mut self, file: usize, at: usize, line: &Line) -> Option<bool> {
         let name = line.mnemonic.as_str();
         let operands = &line.operands[..];
@@ -509,7 +509,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         Some(value)
     }
 
-    /// A coil or an application instruction: whether it was on.
+    /// Executes a coil or an application instruction. Returns whether it was on.
     fn output(&mut self, file: usize, at: usize, line: &Line, condition: bool) -> bool {
         let operands = &line.operands[..];
         match line.mnemonic.as_str() {
@@ -561,7 +561,7 @@ impl<'p, L: Luck> Plc<'p, L> {
         }
     }
 
-    /// A user's instruction leaves anything in its operands.
+    /// A user's instruction may write any values into its operands.
     fn scribble(&mut self, operand: &Operand) {
         let value = self.luck.below(0x1_0000);
         match operand {
@@ -681,7 +681,7 @@ impl<'p, L: Luck> Plc<'p, L> {
                 };
                 let (from, to) = (device(self, &operands[0]), device(self, &operands[1]));
                 let (Some((from, f)), Some((to, t))) = (from, to) else {
-                    // A constant fills.
+                    // A constant fills all words.
                     let value = self.number(&operands[0], 1);
                     let Operand::Device((to, t), None) = operands[1] else { panic!("FMOV") };
                     (0..count).for_each(|n| self.put((to, t + n), value as u16));
@@ -722,7 +722,7 @@ fn extend(value: i64, words: u32) -> i64 {
     if words == 1 { i64::from(value as i16) } else { i64::from(value as i32) }
 }
 
-/// Where the loop that begins at a line ends.
+/// The last line of the loop that begins at a line.
 fn loop_end(lines: &[Line], begin: usize) -> usize {
     let mut depth = 0;
     let end = lines.iter().enumerate().skip(begin).find_map(|(at, line)| {

@@ -1,4 +1,4 @@
-//! Runs source text as a PLC runs it.
+//! Runs source text with exact operations, as a PLC does.
 
 use super::passed::passed;
 use scanbound::base::facts::Facts;
@@ -7,13 +7,13 @@ use scanbound::front::{Input, Options, read};
 use scanbound::program::{Cell, Program, Witness};
 use scanbound::replay;
 
-/// What ran, and the instruction at which it was followed no further.
+/// The executed instructions, and the instruction at which the run stopped.
 pub struct RealRun {
     pub fired: Vec<(String, bool)>,
     pub stopped: Option<String>,
 }
 
-/// The program that a text means, for MELSEC that of a Q CPU.
+/// The program of a text; MELSEC text is read for a Q CPU.
 pub fn program(dialect: &str, text: &str) -> Program {
     let bytes = format!("{text}\nEND\n").into_bytes();
     let input = Input { name: "a.txt".to_owned(), bytes };
@@ -24,7 +24,7 @@ pub fn program(dialect: &str, text: &str) -> Program {
     project.decode(&options).and_then(passed).unwrap_or_else(|why| panic!("{text}\n{why:?}"))
 }
 
-/// Runs one scan from the given values, all others 0.
+/// Runs one scan from these values; all others are 0.
 pub fn real(dialect: &str, text: &str, start: &[(&str, u16)]) -> RealRun {
     let program = program(dialect, text);
     let mut witness = Witness::default();

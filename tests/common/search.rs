@@ -1,5 +1,5 @@
-//! Searches for the longest scan by running the interpreter: over all free values where they are few, else
-//! on random ones.
+//! Searches for the longest scan by running the interpreter: with all free values if they are few, otherwise
+//! with random ones.
 
 use super::bound::Bound;
 use scanbound::base::time::{Picos, Times};
@@ -15,10 +15,10 @@ pub enum Question {
     Choice(ChoiceKey),
 }
 
-/// Answers in the order of the questions and remembers which other answers there are.
+/// Enumerates all sequences of answers to the interpreter's questions.
 struct Path<'a> {
     words: &'a [u16],
-    /// Number of options and the one taken, question by question.
+    /// For each question: the number of options and the chosen one.
     taken: Vec<(usize, usize)>,
     at: usize,
     answered: BTreeMap<Question, u16>,
@@ -63,7 +63,7 @@ impl FreeValues for &mut Path<'_> {
     }
 }
 
-/// Answers at random, but the same question alike.
+/// Answers at random, but always the same to the same question.
 struct Dice<'a> {
     words: &'a [u16],
     state: u64,
@@ -85,7 +85,7 @@ impl Dice<'_> {
             0 => (z >> 16) as u16,
             _ => self.words[(z >> 32) as usize % self.words.len()],
         };
-        // Bits are read off bit 0: make it fair whatever the words are.
+        // Bits are taken from bit 0, so it must be random for all words.
         let answer = if (z >> 8) & 7 == 0 { answer ^ 1 } else { answer };
         self.answered.insert(question, answer);
         answer
@@ -103,7 +103,7 @@ impl FreeValues for &mut Dice<'_> {
     }
 }
 
-/// The words worth trying: every constant of the program with its neighbours, and the ends of all readings.
+/// The words that are tried: every constant of the program with its neighbours, and the ends of all number ranges.
 pub fn words(program: &Program) -> Vec<u16> {
     let mut found = BTreeSet::from([0, 1, 0x7FFF, 0x8000, 0xFFFF]);
     for range in &program.stated_ranges {
@@ -174,17 +174,17 @@ fn in_number(number: &Number, found: &mut BTreeSet<u16>) {
     }
 }
 
-/// What a search found.
+/// The result of a search.
 pub struct Found {
-    /// The longest scan seen.
+    /// The longest scan found.
     pub most: Picos,
-    /// Whether every combination of the free values tried was run.
+    /// Whether all combinations of the tried values were run.
     pub complete: bool,
     pub runs: usize,
 }
 
-/// Runs the program on every combination of the values worth trying, or on the first `cap` and as many random
-/// ones. Fails at the first scan for which `check` has a complaint. Scans outside the stated ranges don't count.
+/// Runs the program with every combination of the tried values, or with the first `cap` and as many random
+/// ones. Fails at the first scan for which `check` returns an error. Scans outside the stated ranges are ignored.
 pub fn search(
     program: &Program,
     times: &[Times],
@@ -221,7 +221,7 @@ pub fn search(
     Ok(found)
 }
 
-/// Whether the bound is a bound and is reached: no scan found costs more, and its witness costs just that.
+/// Whether the bound is correct and reached: no scan found takes longer, and its witness takes exactly this time.
 pub fn holds(
     program: &Program,
     times: &[Times],
@@ -247,7 +247,7 @@ pub fn holds(
     none_above(program, times, bound.upper, cap)
 }
 
-/// Whether no scan found costs more than the bound.
+/// Whether no scan found takes longer than the bound.
 pub fn none_above(
     program: &Program,
     times: &[Times],
@@ -266,7 +266,7 @@ pub fn none_above(
     })
 }
 
-/// What happened in a scan, an execution a line.
+/// The executions of a scan as text, one in each line.
 pub fn told(replay: &Replay) -> String {
     let line = |event: &scanbound::replay::Event| {
         let frames: Vec<String> =

@@ -1,4 +1,4 @@
-//! Random S-nets, and the net's rule once more, written down from docs/snet.md alone.
+//! Random S-nets, and a second implementation of the net's rule, written from docs/snet.md only.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
@@ -22,7 +22,7 @@ impl Random {
     }
 }
 
-/// A net of up to so many boxes, as text, with addresses.
+/// A net of at most this many boxes, as text, with addresses.
 pub fn random_net(random: &mut Random, most: usize) -> String {
     let boxes = 1 + random.below(most);
     let transitions = 1 + random.below(most);
@@ -85,7 +85,7 @@ pub fn random_net(random: &mut Random, most: usize) -> String {
     text
 }
 
-/// A ring of boxes with some marks, as text, and now and then a timer, a stop or a short cut.
+/// A ring of boxes with some marks, as text, sometimes with a timer, a stop or a short cut.
 pub fn ring_net(random: &mut Random) -> String {
     let boxes = 2 + random.below(4);
     let marked = 1 + random.below(boxes);
@@ -117,14 +117,14 @@ pub fn ring_net(random: &mut Random) -> String {
     source
 }
 
-/// A state of a net, plainly.
+/// A state of a net.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Plain {
-    /// By place: its mark (of a counter: counted up).
+    /// For each place: its mark; for a counter, whether it has counted to its set value.
     pub marked: Vec<bool>,
-    /// By place: a timer's time is over.
+    /// For each place: whether its timer has finished.
     pub over: Vec<bool>,
-    /// By place: a counter's count.
+    /// For each place: the count of its counter.
     pub counts: Vec<u16>,
 }
 
@@ -188,7 +188,7 @@ impl Plain {
         next
     }
 
-    /// The states after one timer's time is over.
+    /// The states after one timer has finished.
     pub fn run_out(&self, net: &Diagram) -> Vec<Plain> {
         let runs = |&place: &usize| {
             matches!(net.places[place].kind, Kind::Timer { .. })
@@ -205,7 +205,7 @@ impl Plain {
     }
 }
 
-/// All values of so many outer gates.
+/// All combinations of this many outer gates.
 pub fn valuations(count: usize) -> Vec<Vec<bool>> {
     (0..1_usize << count).map(|bits| (0..count).map(|at| bits >> at & 1 == 1).collect()).collect()
 }

@@ -1,4 +1,4 @@
-//! Random numbers that shrink: a generator reads its decisions off a tape, and an empty tape says 0 for ever.
+//! Random numbers that can be shrunk: a generator reads its decisions from a tape. After its end the tape gives 0.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
@@ -21,7 +21,7 @@ impl<'a> Tape<'a> {
         usize::from(cell) % n
     }
 
-    /// True in so many of 100 cases, false on an empty tape.
+    /// True in this many of 100 cases; false after the end of the tape.
     pub fn percent(&mut self, n: usize) -> bool {
         self.below(100) >= 100 - n
     }
@@ -35,21 +35,21 @@ impl<'a> Tape<'a> {
     }
 }
 
-/// How many cases to run: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set
+/// The number of cases: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set
 /// (50 for a thorough run of some minutes).
 pub fn cases(standard: u32) -> u32 {
     let factor = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u32>().ok());
     standard * factor.unwrap_or(1)
 }
 
-/// How often a tape that fails is made shorter: SCANBOUND_SHRINK, if it is set.
+/// How often a failing tape is shortened: SCANBOUND_SHRINK, if it is set.
 fn most_shrinks() -> u32 {
     let most = std::env::var("SCANBOUND_SHRINK").ok().and_then(|text| text.parse().ok());
     most.unwrap_or(4_000)
 }
 
-/// Runs the check on that many tapes of up to `length` cells and shrinks the first that fails. The tapes are
-/// the same in every run unless SCANBOUND_SEED is set to another number than 0.
+/// Runs the check on this many tapes of at most `length` cells and shrinks the first that fails. The tapes are
+/// the same in every run unless SCANBOUND_SEED is set to a number other than 0.
 pub fn on_tapes(cases: u32, length: usize, check: impl Fn(&[u16]) -> Result<(), String>) {
     let seed = std::env::var("SCANBOUND_SEED").ok().and_then(|text| text.parse::<u64>().ok());
     let mut bytes = [7; 32];

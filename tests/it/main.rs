@@ -1,4 +1,4 @@
-//! Programs, tables and reports of known kinds, through the library and the command.
+//! Integration tests: programs, tables and reports with known results, through the library and the command line.
 
 #[path = "../common/mod.rs"]
 mod common;

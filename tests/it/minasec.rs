@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::minasec::decode::decode;
-use scanbound::front::minasec::{BINARY, Device, Kind, Opcode, Source, WORDS, Word};
+use scanbound::front::minasec::{BINARY, Device, DeviceKind, Opcode, Source, WORDS, Word};
 use scanbound::minasec::stimulus::{Change, Stimulus, What};
 use scanbound::minasec::{Machine, Settings, View};
 use scanbound::program::{AreaKind, Cell, ChoiceKey, Program};
@@ -31,7 +31,7 @@ fn word() -> impl Strategy<Value = Word> {
     (0..8_usize, prop_oneof![0..28_u8, Just(31)]).prop_map(|(opcode, device)| {
         let opcode = Opcode::ALL[opcode];
         let device = Device::at(device);
-        let latch = matches!(device.kind(), Kind::Output | Kind::Relay);
+        let latch = matches!(device.kind(), DeviceKind::Output | DeviceKind::Relay);
         // What can't be written is read.
         let opcode = if opcode.is_store() && !latch { Opcode::Or } else { opcode };
         Word::new(opcode, device)

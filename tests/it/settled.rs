@@ -9,7 +9,7 @@ use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::location::Location;
 use scanbound::base::time::{Picos, Times};
 use scanbound::program::meaning::{
-    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
+    Address, ChoiceKind, Count, Meaning, Operation, OperationInput, Shape, Target, Term,
 };
 use scanbound::program::{
     Area, AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Effect, Instruction, Join,
@@ -59,7 +59,7 @@ impl Generator<'_, '_> {
             1 => WordSource::Cell(word(self.tape.below(1 + LED_TO as usize) as u32)),
             2..=4 if !shared.is_empty() => WordSource::Free(self.tape.pick(&shared[..])),
             _ => {
-                let run = Operand::Run(self.address(), Shape::Cells, Count::Exactly(1));
+                let run = OperationInput::Run(self.address(), Shape::Cells, Count::Exactly(1));
                 let choice = self.exactly(Meaning::of(run));
                 shared.push(choice);
                 WordSource::Free(choice)
@@ -105,7 +105,7 @@ impl Generator<'_, '_> {
                 Write::Words(vec![WordTarget::Cell(to)], Number::Words(vec![self.source(shared)]))
             }
             _ => {
-                let input = Operand::Words(vec![self.source(&mut Vec::new())]);
+                let input = OperationInput::Words(vec![self.source(&mut Vec::new())]);
                 let outputs = vec![Target::Run(self.address(), Shape::Cells)];
                 let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
                 let region = Region::Range { first: word(0), count: LED_TO };
@@ -271,7 +271,7 @@ fn what_is_read_again_where_less_is_known_is_worked_out_again() {
     };
     let act = || Step::Act { fires: Logic::Condition };
     let address = Address::within(word(0), LED_TO, 0, vec![Term::signed(index)]);
-    let run = Operand::Run(address, Shape::Cells, Count::Exactly(1));
+    let run = OperationInput::Run(address, Shape::Cells, Count::Exactly(1));
     let choice = WordSource::Free(ChoiceId(0));
     let known = vec![
         write(When::Always, 0, WordSource::Const(2)),

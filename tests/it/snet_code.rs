@@ -150,10 +150,9 @@ fn code_parts_from_the_net_where_check_says_and_nowhere_else() {
             scans += 1;
             fired_together += usize::from(fired.len() > 1);
             if !follows(&diagram, &before, &fired, outers, &after) {
-                let is_told = told
-                    .partings
-                    .iter()
-                    .any(|parting| transitions(&parting.cause).iter().all(|at| fired.contains(at)));
+                let is_told = told.divergences.iter().any(|divergence| {
+                    transitions(&divergence.cause).iter().all(|at| fired.contains(at))
+                });
                 assert!(
                     is_told,
                     "{source}\nscan {scan}: {before:?}\nfired {fired:?}\n{after:?}\n{told:?}"
@@ -324,7 +323,7 @@ fn charts_of_random_nets_run_as_the_net_does() {
             .collect();
         let options = study::Options { initial_in_first_scan: true, ..study::Options::default() };
         let code = check(&diagram, options).code;
-        let agrees = code.complete && code.partings.is_empty();
+        let agrees = code.complete && code.divergences.is_empty();
         let since = vec![0; places.len()];
         let mut wanted = Charted { net: &diagram, state: Plain::initial(&diagram), since };
         run.scan(0).expect("a scan");

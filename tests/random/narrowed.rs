@@ -11,7 +11,7 @@ use scanbound::base::time::{Picos, Times};
 use scanbound::passes::values::{self, Trust};
 use scanbound::passes::{Settings, interrupts};
 use scanbound::program::meaning::{
-    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term, Unary,
+    Address, ChoiceKind, Count, Meaning, Operation, OperationInput, Shape, Target, Term, Unary,
 };
 use scanbound::program::{
     AreaId, AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Effect, IndexedWrite, Instruction,
@@ -60,13 +60,13 @@ impl Additions<'_, '_> {
         }
     }
 
-    fn words(&mut self, most: usize) -> Operand {
+    fn words(&mut self, most: usize) -> OperationInput {
         let count = 1 + self.tape.below(most);
-        Operand::Words((0..count).map(|_| self.source()).collect())
+        OperationInput::Words((0..count).map(|_| self.source()).collect())
     }
 
-    fn constant(&mut self, of: &[u16]) -> Operand {
-        Operand::Words(vec![WordSource::Const(self.tape.pick(of))])
+    fn constant(&mut self, of: &[u16]) -> OperationInput {
+        OperationInput::Words(vec![WordSource::Const(self.tape.pick(of))])
     }
 
     fn address(&mut self) -> Address {
@@ -79,7 +79,7 @@ impl Additions<'_, '_> {
     }
 
     /// An operation with its inputs, and how many words each of its results has.
-    fn operation(&mut self) -> (Operation, Vec<Operand>, Vec<usize>) {
+    fn operation(&mut self) -> (Operation, Vec<OperationInput>, Vec<usize>) {
         match self.tape.below(14) {
             0 => {
                 let (a, b) = (self.words(1), self.words(1));
@@ -106,7 +106,7 @@ impl Additions<'_, '_> {
             7 => (Operation::CountBits(1), vec![self.words(2)], vec![1]),
             8 => {
                 let list = (0..3).map(|_| self.source()).collect();
-                let inputs = vec![self.words(1), Operand::Words(list)];
+                let inputs = vec![self.words(1), OperationInput::Words(list)];
                 (Operation::Find { halving: false }, inputs, vec![2])
             }
             9 => {
@@ -121,7 +121,7 @@ impl Additions<'_, '_> {
                 (Operation::WithFlags { operation: product, words: 1 }, inputs, vec![2])
             }
             _ => {
-                let run = Operand::Run(self.address(), Shape::Cells, Count::Exactly(1));
+                let run = OperationInput::Run(self.address(), Shape::Cells, Count::Exactly(1));
                 (Operation::Copy, vec![run], vec![1])
             }
         }
@@ -195,7 +195,7 @@ impl Additions<'_, '_> {
         let length = 1 + self.tape.below(2) as u32;
         let address =
             Address::within(word(0), 64, base, vec![Term::signed(WordSource::Cell(index))]);
-        let input = Operand::Words((0..length).map(|_| self.source()).collect());
+        let input = OperationInput::Words((0..length).map(|_| self.source()).collect());
         let outputs = vec![Target::Run(address, Shape::Cells)];
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
         let choice = self.exactly(meaning);

@@ -116,7 +116,7 @@ fn a_million_markings_are_all_seen() {
     let found = check(&diagram, Options::default());
     assert_eq!((found.markings.count, found.markings.complete), (1 << 20, true));
     // The code moves all of them in every scan: two states.
-    assert!(found.code.complete && found.code.partings.is_empty() && found.code.count == 2);
+    assert!(found.code.complete && found.code.divergences.is_empty() && found.code.count == 2);
     // A search that ends too soon says so, and gates and invariants still tell that the code follows.
     let few = check(&diagram, Options { limit: 4, ..Options::default() });
     assert!(!few.markings.complete && !few.markings.dead.iter().any(|dead| dead.but_stop));

@@ -53,7 +53,7 @@ impl Assumption {
             written: one.writers.iter().map(written).collect(),
             without: None,
         });
-        let apart = program.mutually_exclusive.iter().map(|one| {
+        let exclusive = program.mutually_exclusive.iter().map(|one| {
             let devices = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
             let written = one.writers.iter().map(written).collect();
             Assumption {
@@ -65,6 +65,6 @@ impl Assumption {
                 without: None,
             }
         });
-        trusted.chain(apart).collect()
+        trusted.chain(exclusive).collect()
     }
 }

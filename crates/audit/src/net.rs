@@ -58,7 +58,7 @@ impl SetSorter<'_> {
 
     /// The sets that the code preserves, and the others with the reason.
     fn sorted(&self) -> (Vec<Set>, Vec<UnusedSet>) {
-        let proved: BTreeSet<&Vec<BitTarget>> = self.found.apart.iter().collect();
+        let proved: BTreeSet<&Vec<BitTarget>> = self.found.exclusive.iter().collect();
         let is_proved = |elements: &&Vec<usize>| {
             self.hints.bits_of(elements).is_some_and(|mut bits| {
                 bits.sort_unstable();
@@ -86,7 +86,7 @@ fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
         .map(|set| (set[0].min(set[1]), set[0].max(set[1])))
         .collect();
     let all: BTreeSet<usize> = pairs.iter().flat_map(|&(a, b)| [a, b]).collect();
-    let is_apart = |a: usize, b: usize| pairs.contains(&(a.min(b), a.max(b)));
+    let are_exclusive = |a: usize, b: usize| pairs.contains(&(a.min(b), a.max(b)));
     let order = Vec::from_iter(all);
     let mut left = pairs.clone();
     let mut groups = Vec::new();
@@ -97,7 +97,7 @@ fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
             }
             let mut group = vec![a, b];
             for &next in &order {
-                if !group.contains(&next) && group.iter().all(|&one| is_apart(one, next)) {
+                if !group.contains(&next) && group.iter().all(|&one| are_exclusive(one, next)) {
                     group.push(next);
                 }
             }

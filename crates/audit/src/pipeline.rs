@@ -158,10 +158,10 @@ impl Prepared {
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
         let mut understood = Understood::of(request)?;
         if !request.use_chart_exclusion {
-            let apart = std::mem::take(&mut understood.program.charts.exclusions);
+            let exclusions = std::mem::take(&mut understood.program.charts.exclusions);
             let program = &mut understood.program;
-            program.invariants.drain(..apart);
-            let moved = |end: usize| end.saturating_sub(apart);
+            program.invariants.drain(..exclusions);
+            let moved = |end: usize| end.saturating_sub(exclusions);
             program.stated_exclusions =
                 moved(program.stated_exclusions.start)..moved(program.stated_exclusions.end);
         }

@@ -27,7 +27,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 #[derive(Debug, Clone, Default)]
 pub struct Relays {
     /// The sets that are never all on.
-    pub apart: Vec<Vec<BitTarget>>,
+    pub exclusive: Vec<Vec<BitTarget>>,
     /// Relays that the program never turns on. Others may do so, so they are free.
     pub freed: BTreeSet<BitTarget>,
     /// Relays on which a scan's time may depend and whose value between scans is known.
@@ -70,16 +70,16 @@ pub fn exclude(
     relays.freed = answer.freed.iter().map(|&bit| bits[bit]).collect();
     let own: BTreeSet<usize> = (0..bits.len()).filter(|bit| !answer.freed.contains(bit)).collect();
     let fresh = fresh.filter(|_| !own.is_empty());
-    if answer.apart.is_empty() && fresh.is_none() {
+    if answer.exclusive.is_empty() && fresh.is_none() {
         return (None, relays);
     }
-    program.mutually_exclusive = groups(program, &bits, &answer.apart);
+    program.mutually_exclusive = groups(program, &bits, &answer.exclusive);
     if let Some(fresh) = fresh {
         let off = off_where(fresh, &kept, &own, &mut model.circuit);
         model.constraints.extend(off);
         note_off_where_fresh(program, own.iter().map(|&bit| bits[bit]).collect());
     }
-    for set in &answer.apart {
+    for set in &answer.exclusive {
         let all = set.iter().map(|&bit| kept[bit].start);
         let all = model.circuit.all(all);
         model.constraints.push(!all);
@@ -87,7 +87,7 @@ pub fn exclude(
         program.invariants.push(Logic::All(on).not());
     }
     let named = |set: Vec<usize>| set.into_iter().map(|bit| bits[bit]).collect();
-    relays.apart = answer.apart.into_iter().map(named).collect();
+    relays.exclusive = answer.exclusive.into_iter().map(named).collect();
     (Some(model), relays)
 }
 
@@ -144,7 +144,7 @@ struct Candidates {
 /// The result, as indices of relays.
 struct Answer {
     /// The sets that are never all on.
-    apart: Vec<Vec<usize>>,
+    exclusive: Vec<Vec<usize>>,
     /// The relays that the program never turns on.
     freed: BTreeSet<usize>,
 }
@@ -172,7 +172,7 @@ impl Question<'_> {
             let left = budget.deadline().map(|end| end.saturating_duration_since(now) / PARTS);
             let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
             let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
-            match self.keep_apart(joined(hinted.iter().cloned().chain(pairs)), &limits) {
+            match self.keep_exclusive(joined(hinted.iter().cloned().chain(pairs)), &limits) {
                 Some(found) => answer = Some(found),
                 None => cut(budget),
             }
@@ -181,7 +181,7 @@ impl Question<'_> {
     }
 
     /// The sets that scans preserve, if the program alone turns on their relays. `None` if the limits end the search.
-    fn keep_apart(&self, mut sets: Vec<Vec<usize>>, limits: &Limits<'_>) -> Option<Answer> {
+    fn keep_exclusive(&self, mut sets: Vec<Vec<usize>>, limits: &Limits<'_>) -> Option<Answer> {
         // A relay that the program never turns on is turned on by others: it is free, and because of it others may be
         // free, too.
         let mut own: BTreeSet<usize> = (0..self.bits.len()).collect();
@@ -193,7 +193,7 @@ impl Question<'_> {
                 found.iter().filter(|one| one.len() == 1).map(|one| one[0]).collect();
             if never.is_empty() {
                 let freed = (0..self.bits.len()).filter(|bit| !own.contains(bit)).collect();
-                return Some(Answer { apart: found, freed });
+                return Some(Answer { exclusive: found, freed });
             }
             let freed = self.related.first(&never);
             own.retain(|bit| !freed.contains(bit));
@@ -301,12 +301,12 @@ fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<Exc
         sets.iter().partition(|set| set.len() == 2);
     let mut left: BTreeSet<(usize, usize)> = pairs.iter().map(|pair| (pair[0], pair[1])).collect();
     let all = left.clone();
-    let is_apart = |a: usize, b: usize| all.contains(&(a.min(b), a.max(b)));
+    let are_exclusive = |a: usize, b: usize| all.contains(&(a.min(b), a.max(b)));
     let mut groups: Vec<(Vec<usize>, usize)> = Vec::new();
     while let Some(&(a, b)) = left.first() {
         let mut group = vec![a, b];
         for next in b + 1..bits.len() {
-            if group.iter().all(|&one| is_apart(one, next)) {
+            if group.iter().all(|&one| are_exclusive(one, next)) {
                 group.push(next);
             }
         }

@@ -560,10 +560,18 @@ mod tests {
             Verdict::Undecided(reasons) => told_all(&reasons),
             other => panic!("{other:?}"),
         };
-        assert!(reasons(upper + more - 1).contains("[io] inputs = N; up to 4064 points more"));
-        assert!(reasons(upper).contains("up to 0 points more"));
-        assert!(reasons(upper - 1).contains("over the limit with the 16 input points"));
-        assert!(reasons(upper - taken).contains("over the limit with the 16 input points"));
+        assert!(
+            reasons(upper + more - 1).contains("[io] inputs = N; up to 4064 additional points")
+        );
+        assert!(reasons(upper).contains("up to 0 additional points"));
+        assert!(
+            reasons(upper - 1)
+                .contains("over the limit with the 16 input points that the program uses")
+        );
+        assert!(
+            reasons(upper - taken)
+                .contains("over the limit with the 16 input points that the program uses")
+        );
         assert_eq!(check(upper - taken - 1).verdict, Verdict::Refuted);
     }
 

@@ -8,7 +8,7 @@ mod reader;
 use crate::code::Code;
 use crate::diagnostic::Diagnostic;
 use crate::time::Picos;
-use places::Places;
+use places::FactPositions;
 use std::collections::BTreeMap;
 
 pub use calls::{StatedCall, key, normalized};
@@ -79,7 +79,7 @@ pub struct Facts {
     /// gave in the last one.
     pub drawn_last_scan: bool,
     /// The positions of these facts in the facts file.
-    pub places: Places,
+    pub places: FactPositions,
 }
 
 /// The order in which a chart's actions are executed within one scan.

@@ -10,10 +10,10 @@
 //! remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)). Both are possible, so
 //! afterwards the timer may time out even in the pass that restarts it.
 
-use super::beginning::{Beginning, Stands, invariants};
+use super::back_jumps::jumps_back;
 use super::pass_starts::{Reset, pass_starts};
 use super::source::{self, NAME, Op, Routine, Source};
-use super::turn::jumps_back;
+use super::start_states::{RoutinePositions, StartState, invariants};
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_ir::timers::Expiry;
@@ -74,9 +74,9 @@ pub fn decode(source: &Source, latched: bool) -> Program {
         comments: comments.collect(),
         ..Program::default()
     };
-    let (calls, told) = (Vec::new(), BTreeSet::new());
+    let (calls, reported) = (Vec::new(), BTreeSet::new());
     let timers = timers(source);
-    let mut layout = Layout { source, latched, outputs, blocks, timers, program, calls, told };
+    let mut layout = Layout { source, latched, outputs, blocks, timers, program, calls, reported };
     for (index, routine) in source.routines.iter().enumerate() {
         layout.routine(index, routine);
     }
@@ -164,11 +164,11 @@ struct Layout<'s> {
     /// Calls of groups that are not resolved yet: the instruction and the group.
     calls: Vec<(usize, u32)>,
     /// Instructions whose over-approximation is already listed.
-    told: BTreeSet<usize>,
+    reported: BTreeSet<usize>,
 }
 
 /// The routine that is being lowered.
-struct Open {
+struct RoutineLayout {
     routine: usize,
     is_main: bool,
     copies: usize,
@@ -208,7 +208,7 @@ impl Layout<'_> {
             false => jumps_back(self.source, routine, self.latched).min(most),
         };
         let reached = self.reached(routine, copies);
-        let mut open = Open {
+        let mut routine_layout = RoutineLayout {
             routine: index,
             is_main,
             copies,
@@ -226,23 +226,23 @@ impl Layout<'_> {
             let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
             let effects = left.collect();
             let at = self.put(place, None, step, effects);
-            open.jumps.push((at, (0, place)));
+            routine_layout.jumps.push((at, (0, place)));
         }
         if !is_main {
             self.put(routine.body.start, None, Step::Return, vec![]);
         }
         for &spot in &reached {
-            open.laid.insert(spot, self.program.instructions.len());
-            self.instruction(spot, &mut open);
+            routine_layout.laid.insert(spot, self.program.instructions.len());
+            self.instruction(spot, &mut routine_layout);
         }
-        for (jump, at, to) in std::mem::take(&mut open.rounds) {
-            let from = open.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
+        for (jump, at, to) in std::mem::take(&mut routine_layout.rounds) {
+            let from = routine_layout.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
             let from = from.map_or(start, |(_, &from)| from);
             let round = self.put(at, None, Step::Unbounded { from, certain: true }, vec![]);
             self.aim(jump, round);
         }
-        for (jump, spot) in std::mem::take(&mut open.jumps) {
-            self.aim(jump, open.laid[&spot]);
+        for (jump, spot) in std::mem::take(&mut routine_layout.jumps) {
+            self.aim(jump, routine_layout.laid[&spot]);
         }
         match routine.group {
             None => self.program.mains.push(start..self.program.instructions.len()),
@@ -280,7 +280,7 @@ impl Layout<'_> {
         reached
     }
 
-    fn instruction(&mut self, spot: Spot, open: &mut Open) {
+    fn instruction(&mut self, spot: Spot, routine_layout: &mut RoutineLayout) {
         let (copy, at) = spot;
         let whenever = Logic::Const(true);
         match self.source.instructions[at].op {
@@ -319,17 +319,17 @@ impl Layout<'_> {
                 let step = Step::Act { fires: whenever };
                 self.put(at, Some(("timer", true)), step, effects.into());
             }
-            Op::Jump(to) => self.jump(spot, to, whenever, open),
-            Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, open),
+            Op::Jump(to) => self.jump(spot, to, whenever, routine_layout),
+            Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, routine_layout),
             Op::Wait => {
                 let step = Step::Jump { fires: Logic::Condition, target: 0 };
                 let jump = self.put(at, Some(("jump", false)), step, vec![]);
-                open.jumps.push((jump, (copy, at + 1)));
-                if open.is_main {
-                    let effects = self.ends(open.routine, self.source.condition(at));
+                routine_layout.jumps.push((jump, (copy, at + 1)));
+                if routine_layout.is_main {
+                    let effects = self.ends(routine_layout.routine, self.source.condition(at));
                     self.put(at, None, Step::Stop { fires: whenever }, effects);
                 } else {
-                    let here = self.stands(open.routine, self.source.condition(at));
+                    let here = self.stands(routine_layout.routine, self.source.condition(at));
                     let here = here.into_iter().map(|cell| always(cell, true)).collect();
                     self.put(at, None, Step::Return, here);
                 }
@@ -371,19 +371,25 @@ impl Layout<'_> {
         self.put(at, Some(("call", true)), Step::Act { fires }, effects);
     }
 
-    fn jump(&mut self, (copy, at): Spot, to: usize, fires: Logic, open: &mut Open) {
-        if to <= at && open.is_main {
-            let effects = self.ends(open.routine, to);
+    fn jump(
+        &mut self,
+        (copy, at): Spot,
+        to: usize,
+        fires: Logic,
+        routine_layout: &mut RoutineLayout,
+    ) {
+        if to <= at && routine_layout.is_main {
+            let effects = self.ends(routine_layout.routine, to);
             self.put(at, Some(("jump", false)), Step::Stop { fires }, effects);
             return;
         }
         let jump = self.put(at, Some(("jump", false)), Step::Jump { fires, target: 0 }, vec![]);
         if to > at {
-            open.jumps.push((jump, (copy, to)));
-        } else if copy < open.copies {
-            open.jumps.push((jump, (copy + 1, to)));
+            routine_layout.jumps.push((jump, (copy, to)));
+        } else if copy < routine_layout.copies {
+            routine_layout.jumps.push((jump, (copy + 1, to)));
         } else {
-            open.rounds.push((jump, at, to));
+            routine_layout.rounds.push((jump, at, to));
         }
     }
 
@@ -446,7 +452,7 @@ impl Layout<'_> {
 
     /// Lists an over-approximation at the instruction to be added next.
     fn tell(&mut self, at: usize, what: &str) {
-        if self.told.insert(at) {
+        if self.reported.insert(at) {
             let instruction = self.program.instructions.len();
             self.program.approximate(instruction, what);
         }
@@ -507,11 +513,12 @@ impl Layout<'_> {
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {
             of.iter().map(|&index| Cell { area, index }).collect()
         };
-        let routines = self.source.routines.iter().enumerate().map(|(index, routine)| Stands {
-            runs: routine.group.map(runs),
-            places: self.places(index).into_iter().map(|(_, cell)| cell).collect(),
-        });
-        let routines: Vec<Stands> = routines.collect();
+        let routines =
+            self.source.routines.iter().enumerate().map(|(index, routine)| RoutinePositions {
+                runs: routine.group.map(runs),
+                places: self.places(index).into_iter().map(|(_, cell)| cell).collect(),
+            });
+        let routines: Vec<RoutinePositions> = routines.collect();
         let states = begun.starts.iter().map(|start| {
             let places = self.source.routines.iter().enumerate().map(|(index, routine)| {
                 let place = match routine.group {
@@ -521,10 +528,10 @@ impl Layout<'_> {
                 self.stands(index, place)
             });
             let on = [bits(TIMERS, &start.timers), bits(OUTPUTS, &start.outputs)].concat();
-            Beginning { places: places.collect(), on: on.into_iter().collect() }
+            StartState { places: places.collect(), on: on.into_iter().collect() }
         });
         let cells = [bits(TIMERS, &begun.timers), bits(OUTPUTS, &begun.outputs)].concat();
-        let states: Vec<Beginning> = states.collect();
+        let states: Vec<StartState> = states.collect();
         invariants(&routines, &states, &cells)
     }
 

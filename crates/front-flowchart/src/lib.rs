@@ -4,14 +4,14 @@
 //! timers, and its examples (docs/flowchart.md). There is no scan that runs every instruction once; docs/flowchart.md defines
 //! what one pass is.
 
-mod beginning;
+mod back_jumps;
 pub mod decode;
 pub mod interpret;
 mod parse;
 mod pass_starts;
 mod source;
+mod start_states;
 mod structure;
-mod turn;
 
 pub use source::{Instruction, MAX_GROUPS, NAME, Op, Routine, Source};
 

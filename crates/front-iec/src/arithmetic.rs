@@ -6,7 +6,7 @@ use super::types::Kind;
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_ir::meaning::{Arithmetic, Operand as Input, Operation};
+use scanbound_ir::meaning::{Arithmetic, Operation, OperationInput as Input};
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Region, Relation, WordSource, Write};
 
 impl Assembler {

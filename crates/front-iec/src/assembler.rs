@@ -8,7 +8,7 @@ use scanbound_base::location::Location;
 use scanbound_front::builder::{Builder, always};
 use scanbound_iec::fault::Fault;
 use scanbound_ir::errors::is_zero;
-use scanbound_ir::meaning::{Arithmetic, Meaning, Operand as Input, Operation, Target};
+use scanbound_ir::meaning::{Arithmetic, Meaning, Operation, OperationInput as Input, Target};
 use scanbound_ir::{
     AccessedDevices, AreaId, BitTarget, Cell, Logic, Number, Program, Region, Step, Tag, TimingKey,
     Units, WordSource, WordTarget, Write,

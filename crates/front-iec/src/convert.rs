@@ -5,7 +5,7 @@ use super::mixed::below_zero;
 use super::types::{DINT, Kind, Ty, elementary, holding};
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::fault::Fault;
-use scanbound_ir::meaning::{Operand as Input, Operation};
+use scanbound_ir::meaning::{Operation, OperationInput as Input};
 use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Relation, WordSource};
 
 /// What some controllers do, by the third edition of the standard.

@@ -17,7 +17,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::parse::MERGED;
 use scanbound_iec::{same, show};
 pub(super) use scanbound_iec_tree::types::common;
-use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
+use scanbound_ir::meaning::{Count, Meaning, Operation, OperationInput as Input, Shape, Target};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, ChoiceId, Compare, Logic, Number, NumberFormat, Region, Relation,
     Step, WordSource, WordTarget, Write,

@@ -8,7 +8,7 @@ use super::types::{DINT, INT, Kind, holding};
 use super::value::{Value, constant, within, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_ir::meaning::{Operand as Input, Operation, Unary};
+use scanbound_ir::meaning::{Operation, OperationInput as Input, Unary};
 use scanbound_ir::{
     BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource,
     WordTarget, Write,

@@ -4,7 +4,7 @@
 //! time reads this cell before the first word if that word needs it.
 
 use super::source::Source;
-use super::word::{Kind, Opcode, WORDS, Word};
+use super::word::{DeviceKind, Opcode, WORDS, Word};
 use scanbound_base::location::Location;
 use scanbound_ir::{
     AccessedDevices, Area, AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKind,
@@ -128,12 +128,12 @@ fn operand(word: Word) -> Option<Operand> {
 fn cell(word: Word) -> Option<Cell> {
     let (high, low) = (word.device().address() >> 3, u32::from(word.device().address() & 7));
     match word.device().kind() {
-        Kind::Input | Kind::Output | Kind::Relay => {
+        DeviceKind::Input | DeviceKind::Output | DeviceKind::Relay => {
             Some(Cell { area: AreaId(u16::from(high)), index: low })
         }
-        Kind::Timer => Some(Cell { area: AreaId(TIMERS), index: low & 1 }),
-        Kind::Counter => Some(Cell { area: AreaId(COUNTER), index: 0 }),
-        Kind::Clear => None,
+        DeviceKind::Timer => Some(Cell { area: AreaId(TIMERS), index: low & 1 }),
+        DeviceKind::Counter => Some(Cell { area: AreaId(COUNTER), index: 0 }),
+        DeviceKind::Clear => None,
     }
 }
 
@@ -149,16 +149,16 @@ fn read(word: Word, program: &mut Program) -> Logic {
     let device = word.device();
     match (device.kind(), cell(word)) {
         // The delay is independent of the scan: the contact may close at any time while the coil is on.
-        (Kind::Timer, Some(coil)) => {
+        (DeviceKind::Timer, Some(coil)) => {
             let elapsed =
                 free(format!("{device} may or may not have timed out while its coil is on"));
             Logic::All(vec![Logic::cell(coil), elapsed])
         }
         // The count remains from earlier scans, and a button on the board clears it at any time.
-        (Kind::Counter, _) => {
+        (DeviceKind::Counter, _) => {
             free(format!("the count of {device} may or may not equal its set value"))
         }
-        (Kind::Clear, _) | (_, None) => Logic::Const(false),
+        (DeviceKind::Clear, _) | (_, None) => Logic::Const(false),
         (_, Some(cell)) => Logic::cell(cell),
     }
 }
@@ -166,14 +166,16 @@ fn read(word: Word, program: &mut Program) -> Logic {
 /// The effects of a store. Writes to the counter's clock and clear only change the count.
 fn store(word: Word, value: Logic) -> Vec<Effect> {
     match word.device().kind() {
-        Kind::Input | Kind::Clear => Vec::new(),
-        Kind::Output | Kind::Relay | Kind::Timer | Kind::Counter => cell(word)
-            .map(|cell| Effect {
-                when: When::Always,
-                write: Write::Bit(BitTarget::Cell(cell), value),
-            })
-            .into_iter()
-            .collect(),
+        DeviceKind::Input | DeviceKind::Clear => Vec::new(),
+        DeviceKind::Output | DeviceKind::Relay | DeviceKind::Timer | DeviceKind::Counter => {
+            cell(word)
+                .map(|cell| Effect {
+                    when: When::Always,
+                    write: Write::Bit(BitTarget::Cell(cell), value),
+                })
+                .into_iter()
+                .collect()
+        }
     }
 }
 

@@ -12,7 +12,7 @@ mod source;
 mod word;
 
 pub use source::{ASSEMBLY, BINARY, HEX, Source};
-pub use word::{Device, Kind, Opcode, WORDS, Word};
+pub use word::{Device, DeviceKind, Opcode, WORDS, Word};
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;

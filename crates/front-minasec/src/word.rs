@@ -66,7 +66,7 @@ impl Opcode {
 
 /// The type of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum DeviceKind {
     /// Input: the value latched at the start of the scan. It cannot be written.
     Input,
     /// Output: a latch, whose value appears at the terminals at the end of the scan.
@@ -114,14 +114,14 @@ impl Device {
 
     /// The type of the device.
     #[must_use]
-    pub fn kind(self) -> Kind {
+    pub fn kind(self) -> DeviceKind {
         match self.0 {
-            0..=7 => Kind::Input,
-            8..=15 => Kind::Output,
-            16..=27 => Kind::Relay,
-            28..=29 => Kind::Timer,
-            30 => Kind::Counter,
-            _ => Kind::Clear,
+            0..=7 => DeviceKind::Input,
+            8..=15 => DeviceKind::Output,
+            16..=27 => DeviceKind::Relay,
+            28..=29 => DeviceKind::Timer,
+            30 => DeviceKind::Counter,
+            _ => DeviceKind::Clear,
         }
     }
 
@@ -145,13 +145,13 @@ impl fmt::Display for Device {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (low, high) = (self.0 & 7, self.0 >> 3);
         match (self.kind(), high) {
-            (Kind::Input, _) => write!(f, "X0{low}"),
-            (Kind::Output, _) => write!(f, "Y0{low}"),
-            (Kind::Relay, 2) => write!(f, "M0{low}"),
-            (Kind::Relay, _) => write!(f, "M1{low}"),
-            (Kind::Timer, _) => write!(f, "T{}", self.0 & 1),
-            (Kind::Counter, _) => f.write_str("C0"),
-            (Kind::Clear, _) => f.write_str("C0CLR"),
+            (DeviceKind::Input, _) => write!(f, "X0{low}"),
+            (DeviceKind::Output, _) => write!(f, "Y0{low}"),
+            (DeviceKind::Relay, 2) => write!(f, "M0{low}"),
+            (DeviceKind::Relay, _) => write!(f, "M1{low}"),
+            (DeviceKind::Timer, _) => write!(f, "T{}", self.0 & 1),
+            (DeviceKind::Counter, _) => f.write_str("C0"),
+            (DeviceKind::Clear, _) => f.write_str("C0CLR"),
         }
     }
 }
@@ -182,7 +182,7 @@ impl Word {
     /// Whether it writes to an input, which is not possible.
     #[must_use]
     pub fn stores_to_input(self) -> bool {
-        self.opcode().is_store() && self.device().kind() == Kind::Input
+        self.opcode().is_store() && self.device().kind() == DeviceKind::Input
     }
 }
 
@@ -214,18 +214,18 @@ mod tests {
     #[test]
     fn devices_are_those_of_the_description() {
         let table = [
-            ("X00", 0b00000, Kind::Input),
-            ("X07", 0b00111, Kind::Input),
-            ("Y00", 0b01000, Kind::Output),
-            ("Y07", 0b01111, Kind::Output),
-            ("M00", 0b10000, Kind::Relay),
-            ("M07", 0b10111, Kind::Relay),
-            ("M10", 0b11000, Kind::Relay),
-            ("M13", 0b11011, Kind::Relay),
-            ("T0", 0b11100, Kind::Timer),
-            ("T1", 0b11101, Kind::Timer),
-            ("C0", 0b11110, Kind::Counter),
-            ("C0CLR", 0b11111, Kind::Clear),
+            ("X00", 0b00000, DeviceKind::Input),
+            ("X07", 0b00111, DeviceKind::Input),
+            ("Y00", 0b01000, DeviceKind::Output),
+            ("Y07", 0b01111, DeviceKind::Output),
+            ("M00", 0b10000, DeviceKind::Relay),
+            ("M07", 0b10111, DeviceKind::Relay),
+            ("M10", 0b11000, DeviceKind::Relay),
+            ("M13", 0b11011, DeviceKind::Relay),
+            ("T0", 0b11100, DeviceKind::Timer),
+            ("T1", 0b11101, DeviceKind::Timer),
+            ("C0", 0b11110, DeviceKind::Counter),
+            ("C0CLR", 0b11111, DeviceKind::Clear),
         ];
         for (name, address, kind) in table {
             let device = Device::from_name(name).expect(name);

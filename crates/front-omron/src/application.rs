@@ -1,7 +1,7 @@
 //! Lowers an application instruction: its condition, what it writes (exactly or as any value), and its condition flags.
 
 use super::builder::OmronBuilder;
-use super::catalog::{Amount, Extent, Role, Slot};
+use super::catalog::{Amount, Extent, OperandSpec, Role};
 use super::extent::length;
 use super::memory::Memory;
 use super::operand::Operand;
@@ -76,7 +76,7 @@ fn written(builder: &OmronBuilder, item: &Item<'_>) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-fn is_written(slot: &Slot) -> bool {
+fn is_written(slot: &OperandSpec) -> bool {
     slot.written_words().is_some() || slot.role == Role::ReadWriteIfDevice
 }
 
@@ -93,7 +93,7 @@ fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
         None => counted(builder, item, operand, unit)
             .map_or(Units::AtMost(most), |words| Units::Counted(Counted { most, ..words })),
     };
-    let amounts = row.operands.iter().filter_map(Slot::written_words);
+    let amounts = row.operands.iter().filter_map(OperandSpec::written_words);
     let ranged = amounts.clone().find(|amount| amount.counter().is_some());
     match (ranged, row.class, &*row.mnemonic) {
         // Bits; the last operand gives their number.
@@ -155,7 +155,7 @@ fn refreshed(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let mut writes = Vec::new();
     for (slot, operand) in row.operands.iter().zip(&item.operands) {
         if let (
-            Slot {
+            OperandSpec {
                 role: Role::Source | Role::ReadWriteIfDevice,
                 extent: Extent::Words(Amount::Fixed(count)),
             },

@@ -85,7 +85,7 @@ pub(super) struct Extra {
 /// What an instruction does with an operand.
 pub(super) type Role = catalog::Role<Timing>;
 /// One operand of an instruction.
-pub(super) type Slot = catalog::Operand<Timing>;
+pub(super) type OperandSpec = catalog::Operand<Timing>;
 /// One form of an instruction.
 pub(super) type Row = catalog::Row<Vocabulary>;
 

@@ -1,7 +1,7 @@
 //! Instructions on words: what they write, exactly in simple cases, otherwise any value.
 
 use super::builder::OmronBuilder;
-use super::catalog::{Amount, Extent, Role, Slot};
+use super::catalog::{Amount, Extent, OperandSpec, Role};
 use super::extent::{MAX_WORDS, fits, length};
 use super::memory::Memory;
 use super::operand::Operand;
@@ -232,7 +232,7 @@ fn block(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
         to.extend(last);
         return Some(vec![Write::Words(to, Number::Words(from))]);
     }
-    let mut amounts = item.row?.operands.iter().filter_map(Slot::written_words);
+    let mut amounts = item.row?.operands.iter().filter_map(OperandSpec::written_words);
     let amount = amounts.find(|amount| amount.counter().is_some())?;
     let count = length(builder.memory, item, amount).filter(|&count| count <= MAX_WORDS)?;
     if !builder.out.has_room(2 * count as usize) {

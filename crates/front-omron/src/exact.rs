@@ -9,7 +9,7 @@ use super::resolve::Item;
 use super::source::Family;
 use scanbound_front::builder::fired;
 use scanbound_ir::meaning::{
-    Address, Count, Meaning, Operand as Input, Operation, Shape, Target, Term, Unary,
+    Address, Count, Meaning, Operation, OperationInput as Input, Shape, Target, Term, Unary,
 };
 use scanbound_ir::{
     AreaId, BitSource, BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region,

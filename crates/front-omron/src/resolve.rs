@@ -1,6 +1,6 @@
 //! Resolves instructions to catalog rows, parses their operands, and reports all errors.
 
-use super::catalog::{self, Amount, Connection, Extent, Role, Row, Slot, Timing};
+use super::catalog::{self, Amount, Connection, Extent, OperandSpec, Role, Row, Timing};
 use super::memory::Memory;
 use super::operand::{Expected, Operand, Reader};
 use super::source::{Family, RawInstruction};
@@ -166,7 +166,7 @@ fn check_number(
 
 fn read(
     text: &str,
-    slot: Slot,
+    slot: OperandSpec,
     reader: &Reader<'_>,
 ) -> Result<Operand, super::operand::OperandError> {
     let want = match (slot.role, slot.extent) {
@@ -204,7 +204,7 @@ fn read(
 }
 
 /// What the operand should be, if it is something else.
-fn wanted(operand: &Operand, slot: Slot, memory: Memory) -> Option<&'static str> {
+fn wanted(operand: &Operand, slot: OperandSpec, memory: Memory) -> Option<&'static str> {
     let mut none = || scanbound_ir::ChoiceId(0);
     let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);
     let (fits, wanted) = match (slot.role, slot.extent) {

@@ -3,7 +3,7 @@
 //! Beyond it, block writes become havocs of regions, and the operations of exact choices are not kept.
 
 use super::flow::written_by;
-use super::meaning::{Meaning, Operand, Target};
+use super::meaning::{Meaning, OperationInput, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
 /// The largest number of cells that a program may list.
@@ -71,10 +71,10 @@ impl CellBudget {
     /// Whether a meaning fits within the limit. If so, it is counted.
     pub fn meaning(&mut self, meaning: &Meaning) -> bool {
         let inputs = meaning.inputs.iter().map(|input| match input {
-            Operand::Words(words) => words.len(),
-            Operand::Bits(bits) => bits.len(),
-            Operand::Number(number) => words(number),
-            Operand::Truth(_) | Operand::Run(..) => KNOWN,
+            OperationInput::Words(words) => words.len(),
+            OperationInput::Bits(bits) => bits.len(),
+            OperationInput::Number(number) => words(number),
+            OperationInput::Truth(_) | OperationInput::Run(..) => KNOWN,
         });
         let outputs = meaning.outputs.iter().map(|output| match output {
             Target::Words(words) => words.len(),

@@ -1,7 +1,7 @@
 //! The conditions under which an operation's operands are invalid, which most CPUs report as an operation error.
 
 use super::meaning::{
-    Address, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Unary,
+    Address, Count, IntegerFormat, Meaning, Operation, OperationInput, Shape, Target, Unary,
 };
 use super::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
 
@@ -16,7 +16,7 @@ impl Meaning {
     pub fn operand_error(&self) -> Option<Logic> {
         let of_operands = of_operation(&self.operation, &self.inputs);
         let reads = self.inputs.iter().filter_map(|input| match input {
-            Operand::Run(address, shape, count) => outside(address, *shape, length(count)),
+            OperationInput::Run(address, shape, count) => outside(address, *shape, length(count)),
             _ => None,
         });
         let writes = self.outputs.iter().filter_map(|output| match output {
@@ -29,7 +29,7 @@ impl Meaning {
     /// The least number of elements that are written.
     fn written(&self) -> u32 {
         let fill = match (&self.operation, &self.inputs[..]) {
-            (Operation::Repeat, [Operand::Number(value), Operand::Words(times)]) => {
+            (Operation::Repeat, [OperationInput::Number(value), OperationInput::Words(times)]) => {
                 let times = match times[..] {
                     [WordSource::Const(times)] => times.into(),
                     _ => 1,
@@ -37,9 +37,9 @@ impl Meaning {
                 words_of(value)
                     .and_then(|words| u32::try_from(words.len()).ok()?.checked_mul(times))
             }
-            (Operation::Copy, [Operand::Run(_, _, count)]) => Some(length(count)),
-            (Operation::Copy, [Operand::Words(words)]) => u32::try_from(words.len()).ok(),
-            (Operation::Copy, [Operand::Number(value)]) => {
+            (Operation::Copy, [OperationInput::Run(_, _, count)]) => Some(length(count)),
+            (Operation::Copy, [OperationInput::Words(words)]) => u32::try_from(words.len()).ok(),
+            (Operation::Copy, [OperationInput::Number(value)]) => {
                 words_of(value).and_then(|words| u32::try_from(words.len()).ok())
             }
             _ => None,
@@ -48,7 +48,7 @@ impl Meaning {
     }
 }
 
-fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
+fn of_operation(operation: &Operation, inputs: &[OperationInput]) -> Option<Logic> {
     let number = |at: usize| inputs.get(at).and_then(number_of);
     match operation {
         Operation::Divide { .. } | Operation::DivideJoined { .. } => Some(is_zero(&number(1)?)),
@@ -73,14 +73,14 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
         Operation::Each(Unary::FromBcd) => is_invalid_bcd(&number(0)?),
         Operation::Each(Unary::ToGray | Unary::FromGray) => Some(is_below(&number(0)?, 0)),
         Operation::EachWord(unary @ (Unary::ToBcd | Unary::FromBcd)) => {
-            let Operand::Words(words) = inputs.first()? else { return None };
+            let OperationInput::Words(words) = inputs.first()? else { return None };
             any(words.iter().filter_map(|&word| {
-                let one = Operand::Words(vec![word]);
+                let one = OperationInput::Words(vec![word]);
                 of_operation(&Operation::Each(*unary), &[one])
             }))
         }
         Operation::Encode => match inputs.first()? {
-            Operand::Bits(bits) => {
+            OperationInput::Bits(bits) => {
                 Some(Logic::Any(bits.iter().map(|&bit| Logic::Bit(bit)).collect()).not())
             }
             _ => None,
@@ -97,11 +97,11 @@ fn of_operation(operation: &Operation, inputs: &[Operand]) -> Option<Logic> {
 }
 
 /// The operand as a number, if it has that form.
-fn number_of(operand: &Operand) -> Option<Number> {
+fn number_of(operand: &OperationInput) -> Option<Number> {
     match operand {
-        Operand::Number(number) => Some(number.clone()),
-        Operand::Words(words) => Some(Number::Words(words.clone())),
-        Operand::Bits(_) | Operand::Truth(_) | Operand::Run(..) => None,
+        OperationInput::Number(number) => Some(number.clone()),
+        OperationInput::Words(words) => Some(Number::Words(words.clone())),
+        OperationInput::Bits(_) | OperationInput::Truth(_) | OperationInput::Run(..) => None,
     }
 }
 
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn what_takes_all_operands_is_no_error() {
         let one = |operation| {
-            let inputs = vec![Operand::Words(vec![WordSource::Cell(CELL)])];
+            let inputs = vec![OperationInput::Words(vec![WordSource::Cell(CELL)])];
             Meaning { operation, inputs, outputs: Vec::new() }.operand_error()
         };
         assert_eq!(one(Operation::Each(Unary::SwapBytes)), None);

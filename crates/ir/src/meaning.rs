@@ -71,14 +71,14 @@ pub struct Meaning {
     /// The operation.
     pub operation: Operation,
     /// Its operands, each a list of words.
-    pub inputs: Vec<Operand>,
+    pub inputs: Vec<OperationInput>,
     /// The targets, one for each result; empty for a choice that is read.
     pub outputs: Vec<Target>,
 }
 
 /// An operand of an operation: a list of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Operand {
+pub enum OperationInput {
     /// The values of these words.
     Words(Vec<WordSource>),
     /// The values of these bits, each as a word of 0 or 1.
@@ -297,7 +297,7 @@ pub enum Operation {
     /// as a word. The first word of the second input is the number of groups.
     Split(u8),
     /// Joins the lowest bits (4 or 8) of the words of the first input to consecutive groups; the remaining bits are 0.
-    Join(u8),
+    Combine(u8),
     /// The bit of the first input whose number is the first word of the second input, modulo the number of bits.
     PickBit,
     /// The first input, with the bit whose number is the first word of the second input set (`true`) or cleared.
@@ -372,19 +372,19 @@ impl ChoiceKind {
         let mut words = |words: &[WordSource]| words.iter().for_each(|&word| see(word));
         for input in &meaning.inputs {
             match input {
-                Operand::Words(sources) => words(sources),
-                Operand::Bits(_) => {}
-                Operand::Number(number) => source::number(number, &mut |source| {
+                OperationInput::Words(sources) => words(sources),
+                OperationInput::Bits(_) => {}
+                OperationInput::Number(number) => source::number(number, &mut |source| {
                     if let Source::Word(word) = source {
                         words(&[word]);
                     }
                 }),
-                Operand::Truth(logic) => source::logic(logic, &mut |source| {
+                OperationInput::Truth(logic) => source::logic(logic, &mut |source| {
                     if let Source::Word(word) = source {
                         words(&[word]);
                     }
                 }),
-                Operand::Run(address, _, count) => {
+                OperationInput::Run(address, _, count) => {
                     address.terms.iter().for_each(|term| words(&term.words));
                     if let Count::Of { term, .. } = count {
                         words(&term.words);
@@ -406,15 +406,17 @@ impl Meaning {
         let mut source = |source: Source| source.region().into_iter().for_each(&mut *see);
         for input in &self.inputs {
             match input {
-                Operand::Words(words) => words.iter().for_each(|&one| source(Source::Word(one))),
-                Operand::Bits(bits) => bits.iter().for_each(|&one| source(Source::Bit(one))),
-                Operand::Number(number) => source::number(number, &mut source),
-                Operand::Truth(logic) => source::logic(logic, &mut source),
-                Operand::Run(..) => {}
+                OperationInput::Words(words) => {
+                    words.iter().for_each(|&one| source(Source::Word(one)))
+                }
+                OperationInput::Bits(bits) => bits.iter().for_each(|&one| source(Source::Bit(one))),
+                OperationInput::Number(number) => source::number(number, &mut source),
+                OperationInput::Truth(logic) => source::logic(logic, &mut source),
+                OperationInput::Run(..) => {}
             }
         }
         let addresses = self.inputs.iter().filter_map(|input| match input {
-            Operand::Run(address, ..) => Some(address),
+            OperationInput::Run(address, ..) => Some(address),
             _ => None,
         });
         for address in addresses {
@@ -427,7 +429,7 @@ impl Meaning {
 
     /// The meaning of a choice that is read: the first word of this operand.
     #[must_use]
-    pub fn of(input: Operand) -> Meaning {
+    pub fn of(input: OperationInput) -> Meaning {
         Meaning { operation: Operation::Copy, inputs: vec![input], outputs: Vec::new() }
     }
 }

@@ -1,6 +1,6 @@
 //! Reads scan times, devices and the state of a PLC. Nothing here writes to a PLC.
 
-use super::device::{Area, Device, Kind};
+use super::device::{Area, AreaKind, Device};
 use super::fault::{Fault, Wrong};
 use super::fins::{self, Nodes};
 use super::registers::{Register, Registers};
@@ -171,7 +171,7 @@ impl Plc {
     /// The PLC does not answer, or refuses.
     pub fn value(&mut self, device: Device) -> Result<u16, Fault> {
         match (self.protocol, device.area.kind) {
-            (Protocol::Slmp(code), Kind::Bit) => {
+            (Protocol::Slmp(code), AreaKind::Bit) => {
                 let request = slmp::request(Query::Bits(device, 1), code);
                 let frame = self.transport.ask(&request, slmp_answer)?;
                 let bits = slmp::bits(&frame, 1).map_err(|wrong| self.wrong(wrong))?;

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Whether an area's devices are bits or words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum AreaKind {
     /// Bits.
     Bit,
     /// Words.
@@ -19,7 +19,7 @@ pub struct Area {
     /// Its code in frames.
     pub code: u8,
     /// Whether it holds bits or words.
-    pub kind: Kind,
+    pub kind: AreaKind,
     /// Whether its devices are numbered in hexadecimal.
     pub hexadecimal: bool,
 }
@@ -47,7 +47,7 @@ impl Device {
         fits.into_iter().find_map(|area| {
             let rest = name[area.name.len()..].trim();
             let (number, bit) = match rest.split_once('.') {
-                Some((number, bit)) if area.kind == Kind::Word => {
+                Some((number, bit)) if area.kind == AreaKind::Word => {
                     let radix = if area.hexadecimal || bit.len() == 1 { 16 } else { 10 };
                     let bit = u8::from_str_radix(bit, radix).ok().filter(|bit| *bit < 16)?;
                     (number, Some(bit))

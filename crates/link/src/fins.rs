@@ -3,12 +3,12 @@
 //! Only the commands that read are supported: memory areas (0101), the CPU's state (0601) and its cycle times (0620), as CS and
 //! CJ CPUs have them (CS/CJ-series Communications Commands, sections 5-2 and 5-3).
 
-use super::device::{Area, Device, Kind};
+use super::device::{Area, AreaKind, Device};
 use super::fault::Wrong;
 use super::{Memory, Split, State};
 
 const fn words_of(name: &'static str, code: u8) -> Area {
-    Area { name, code, kind: Kind::Word, hexadecimal: false }
+    Area { name, code, kind: AreaKind::Word, hexadecimal: false }
 }
 
 /// The areas with the codes of their words. The code of the bits of an area is lower by 0x80.

@@ -14,23 +14,23 @@ mod answer;
 
 pub use answer::answer;
 
-use super::device::{Area, Device, Kind};
+use super::device::{Area, AreaKind, Device};
 use super::fault::Wrong;
 use super::{Coil, Setting, Split, State};
 
 /// The areas; a code is the header's second letter.
 pub const AREAS: &[Area] = &[
-    Area { name: "AR", code: b'J', kind: Kind::Word, hexadecimal: false },
-    Area { name: "A", code: b'J', kind: Kind::Word, hexadecimal: false },
-    Area { name: "HR", code: b'H', kind: Kind::Word, hexadecimal: false },
-    Area { name: "H", code: b'H', kind: Kind::Word, hexadecimal: false },
-    Area { name: "LR", code: b'L', kind: Kind::Word, hexadecimal: false },
-    Area { name: "L", code: b'L', kind: Kind::Word, hexadecimal: false },
-    Area { name: "DM", code: b'D', kind: Kind::Word, hexadecimal: false },
-    Area { name: "D", code: b'D', kind: Kind::Word, hexadecimal: false },
-    Area { name: "SR", code: b'R', kind: Kind::Word, hexadecimal: false },
-    Area { name: "IR", code: b'R', kind: Kind::Word, hexadecimal: false },
-    Area { name: "CIO", code: b'R', kind: Kind::Word, hexadecimal: false },
+    Area { name: "AR", code: b'J', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "A", code: b'J', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "HR", code: b'H', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "H", code: b'H', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "LR", code: b'L', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "L", code: b'L', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "DM", code: b'D', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "D", code: b'D', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "SR", code: b'R', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "IR", code: b'R', kind: AreaKind::Word, hexadecimal: false },
+    Area { name: "CIO", code: b'R', kind: AreaKind::Word, hexadecimal: false },
 ];
 
 /// The most words in a request: as many as fit into the first frame of the answer.

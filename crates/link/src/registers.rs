@@ -13,12 +13,12 @@ pub struct Register {
     /// Its first word.
     pub first: u32,
     /// Its format.
-    pub form: Form,
+    pub form: TimeFormat,
 }
 
 /// The format of a scan time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum TimeFormat {
     /// A word of milliseconds, and one of microseconds.
     Parts,
     /// Tenths of a millisecond in one word.
@@ -47,7 +47,7 @@ pub struct Registers {
 /// A tenth of a millisecond.
 const TENTH: Picos = Picos(100_000_000);
 
-const fn at(area: &'static str, first: u32, form: Form) -> Register {
+const fn at(area: &'static str, first: u32, form: TimeFormat) -> Register {
     Register { area, first, form }
 }
 
@@ -60,9 +60,9 @@ const fn parts(
 ) -> Registers {
     Registers {
         family,
-        current: at("SD", current, Form::Parts),
-        least: Some(at("SD", least, Form::Parts)),
-        most: Some(at("SD", most, Form::Parts)),
+        current: at("SD", current, TimeFormat::Parts),
+        least: Some(at("SD", least, TimeFormat::Parts)),
+        most: Some(at("SD", most, TimeFormat::Parts)),
         step,
     }
 }
@@ -74,23 +74,23 @@ const ALL: &[Registers] = &[
     parts("fx5", 520, 522, 524, TENTH),
     Registers {
         family: "fx",
-        current: at("D", 8010, Form::Word),
-        least: Some(at("D", 8011, Form::Word)),
-        most: Some(at("D", 8012, Form::Word)),
+        current: at("D", 8010, TimeFormat::Word),
+        least: Some(at("D", 8011, TimeFormat::Word)),
+        most: Some(at("D", 8012, TimeFormat::Word)),
         step: TENTH,
     },
     Registers {
         family: "cs",
-        current: at("A", 264, Form::Double),
+        current: at("A", 264, TimeFormat::Double),
         least: None,
-        most: Some(at("A", 262, Form::Double)),
+        most: Some(at("A", 262, TimeFormat::Double)),
         step: TENTH,
     },
     Registers {
         family: "c",
-        current: at("AR", 27, Form::Bcd),
+        current: at("AR", 27, TimeFormat::Bcd),
         least: None,
-        most: Some(at("AR", 26, Form::Bcd)),
+        most: Some(at("AR", 26, TimeFormat::Bcd)),
         step: TENTH,
     },
 ];
@@ -106,13 +106,13 @@ pub fn families() -> impl Iterator<Item = &'static str> {
     ALL.iter().map(|one| one.family)
 }
 
-impl Form {
+impl TimeFormat {
     /// How many words it takes.
     #[must_use]
     pub fn words(self) -> u16 {
         match self {
-            Form::Parts | Form::Double => 2,
-            Form::Word | Form::Bcd => 1,
+            TimeFormat::Parts | TimeFormat::Double => 2,
+            TimeFormat::Word | TimeFormat::Bcd => 1,
         }
     }
 
@@ -121,12 +121,14 @@ impl Form {
     pub fn read(self, words: &[u16]) -> Option<Picos> {
         let tenths = |tenths: u32| Picos(u64::from(tenths) * TENTH.0);
         match (self, words) {
-            (Form::Parts, &[ms, us]) if us < 1000 => {
+            (TimeFormat::Parts, &[ms, us]) if us < 1000 => {
                 Some(Picos(u64::from(ms) * 1_000_000_000 + u64::from(us) * 1_000_000))
             }
-            (Form::Word, &[word]) => Some(tenths(word.into())),
-            (Form::Double, &[low, high]) => Some(tenths(u32::from(high) << 16 | u32::from(low))),
-            (Form::Bcd, &[word]) => {
+            (TimeFormat::Word, &[word]) => Some(tenths(word.into())),
+            (TimeFormat::Double, &[low, high]) => {
+                Some(tenths(u32::from(high) << 16 | u32::from(low)))
+            }
+            (TimeFormat::Bcd, &[word]) => {
                 let digits = [12, 8, 4, 0].map(|shift| u32::from(word >> shift & 0xF));
                 let all = digits.iter().all(|digit| *digit < 10);
                 all.then(|| tenths(digits.iter().fold(0, |sum, digit| 10 * sum + digit)))
@@ -141,15 +143,15 @@ impl Form {
         let low = |number: u64| u16::try_from(number).unwrap_or(u16::MAX);
         let tenths = time.0 / TENTH.0;
         match self {
-            Form::Parts => {
+            TimeFormat::Parts => {
                 vec![low(time.0 / 1_000_000_000), low(time.0 / 1_000_000 % 1000)]
             }
-            Form::Word => vec![low(tenths)],
-            Form::Double => {
+            TimeFormat::Word => vec![low(tenths)],
+            TimeFormat::Double => {
                 let tenths = u32::try_from(tenths).unwrap_or(u32::MAX);
                 vec![low(u64::from(tenths & 0xFFFF)), low(u64::from(tenths >> 16))]
             }
-            Form::Bcd => {
+            TimeFormat::Bcd => {
                 let tenths = tenths.min(9999);
                 let digit = |power: u64| low(tenths / power % 10);
                 vec![digit(1000) << 12 | digit(100) << 8 | digit(10) << 4 | digit(1)]
@@ -164,12 +166,12 @@ mod tests {
 
     #[test]
     fn scan_times_are_written_as_they_are_read() {
-        assert_eq!(Form::Parts.read(&[3, 400]), Some(Picos(3_400_000_000)));
-        assert_eq!(Form::Parts.read(&[3, 1000]), None);
-        assert_eq!(Form::Bcd.read(&[0x0123]), Some(Picos(12_300_000_000)));
-        assert_eq!(Form::Bcd.read(&[0x00A3]), None);
-        assert_eq!(Form::Double.read(&[1, 1]), Some(Picos(6_553_700_000_000)));
-        for form in [Form::Parts, Form::Word, Form::Double, Form::Bcd] {
+        assert_eq!(TimeFormat::Parts.read(&[3, 400]), Some(Picos(3_400_000_000)));
+        assert_eq!(TimeFormat::Parts.read(&[3, 1000]), None);
+        assert_eq!(TimeFormat::Bcd.read(&[0x0123]), Some(Picos(12_300_000_000)));
+        assert_eq!(TimeFormat::Bcd.read(&[0x00A3]), None);
+        assert_eq!(TimeFormat::Double.read(&[1, 1]), Some(Picos(6_553_700_000_000)));
+        for form in [TimeFormat::Parts, TimeFormat::Word, TimeFormat::Double, TimeFormat::Bcd] {
             for tenths in [0, 1, 34, 999, 1000, 9999] {
                 let time = Picos(tenths * TENTH.0);
                 let words = form.write(time);

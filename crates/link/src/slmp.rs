@@ -3,39 +3,39 @@
 //! Only the commands that read are supported: devices in units of words and of bits (0401), and the CPU's name
 //! (0101). docs/measuring.md names the sources.
 
-use super::device::{Area, Device, Kind};
+use super::device::{Area, AreaKind, Device};
 use super::fault::Wrong;
 use super::{Memory, Split};
 
-const fn area(name: &'static str, code: u8, kind: Kind, hexadecimal: bool) -> Area {
+const fn area(name: &'static str, code: u8, kind: AreaKind, hexadecimal: bool) -> Area {
     Area { name, code, kind, hexadecimal }
 }
 
 /// The areas with their codes in binary frames. ASCII frames contain the name; `*` follows a name of one letter.
 pub const AREAS: &[Area] = &[
-    area("SM", 0x91, Kind::Bit, false),
-    area("SD", 0xA9, Kind::Word, false),
-    area("X", 0x9C, Kind::Bit, true),
-    area("Y", 0x9D, Kind::Bit, true),
-    area("M", 0x90, Kind::Bit, false),
-    area("L", 0x92, Kind::Bit, false),
-    area("F", 0x93, Kind::Bit, false),
-    area("V", 0x94, Kind::Bit, false),
-    area("B", 0xA0, Kind::Bit, true),
-    area("D", 0xA8, Kind::Word, false),
-    area("W", 0xB4, Kind::Word, true),
-    area("TS", 0xC1, Kind::Bit, false),
-    area("TC", 0xC0, Kind::Bit, false),
-    area("TN", 0xC2, Kind::Word, false),
-    area("CS", 0xC4, Kind::Bit, false),
-    area("CC", 0xC3, Kind::Bit, false),
-    area("CN", 0xC5, Kind::Word, false),
-    area("SB", 0xA1, Kind::Bit, true),
-    area("SW", 0xB5, Kind::Word, true),
-    area("S", 0x98, Kind::Bit, false),
-    area("Z", 0xCC, Kind::Word, false),
-    area("R", 0xAF, Kind::Word, false),
-    area("ZR", 0xB0, Kind::Word, false),
+    area("SM", 0x91, AreaKind::Bit, false),
+    area("SD", 0xA9, AreaKind::Word, false),
+    area("X", 0x9C, AreaKind::Bit, true),
+    area("Y", 0x9D, AreaKind::Bit, true),
+    area("M", 0x90, AreaKind::Bit, false),
+    area("L", 0x92, AreaKind::Bit, false),
+    area("F", 0x93, AreaKind::Bit, false),
+    area("V", 0x94, AreaKind::Bit, false),
+    area("B", 0xA0, AreaKind::Bit, true),
+    area("D", 0xA8, AreaKind::Word, false),
+    area("W", 0xB4, AreaKind::Word, true),
+    area("TS", 0xC1, AreaKind::Bit, false),
+    area("TC", 0xC0, AreaKind::Bit, false),
+    area("TN", 0xC2, AreaKind::Word, false),
+    area("CS", 0xC4, AreaKind::Bit, false),
+    area("CC", 0xC3, AreaKind::Bit, false),
+    area("CN", 0xC5, AreaKind::Word, false),
+    area("SB", 0xA1, AreaKind::Bit, true),
+    area("SW", 0xB5, AreaKind::Word, true),
+    area("S", 0x98, AreaKind::Bit, false),
+    area("Z", 0xCC, AreaKind::Word, false),
+    area("R", 0xAF, AreaKind::Word, false),
+    area("ZR", 0xB0, AreaKind::Word, false),
 ];
 
 /// The most words that a request may ask for.
@@ -390,13 +390,13 @@ fn answered(mut data: Reader<'_>, memory: &mut dyn Memory) -> Result<Vec<u8>, u1
                     return Err(0xC051);
                 }
                 // Words of bit devices begin at a multiple of 16.
-                if device.area.kind == Kind::Bit && !device.index.is_multiple_of(16) {
+                if device.area.kind == AreaKind::Bit && !device.index.is_multiple_of(16) {
                     return Err(0xC05C);
                 }
                 let words = memory.words(device.area.name, device.index, count);
                 words.ok_or(0xC056u16)?.into_iter().for_each(|word| out.number(word, 2));
             } else {
-                if device.area.kind == Kind::Word {
+                if device.area.kind == AreaKind::Word {
                     return Err(0xC05C);
                 }
                 if !(1..=MAX_BITS).contains(&count) {

@@ -135,7 +135,7 @@ fn what_lies_over_a_power_cut_is_no_scan() {
     assert_eq!(found.times.iter().max(), longest);
     // Two scans that were cut off, and the last, which no edge ends.
     assert_eq!(found.times.len(), times.len() - 1);
-    assert!(found.warnings[0].message.starts_with("2 of 61 intervals are left out"));
+    assert!(found.warnings[0].message.starts_with("2 of 61 intervals are ignored"));
     // Any signal can be named.
     let text =
         "Time [us],scan,on\n0,0,1\n10,1,1\n15,0,1\n20,1,1\n25,0,0\n500,1,1\n505,0,1\n510,1,1\n";
@@ -162,5 +162,5 @@ fn a_file_that_ends_within_a_row_is_warned_of() {
 fn a_program_is_no_measurement() {
     let text = "LD X0\nOUT Y0\nMOV K1 D0\nEND\n";
     let (_, message) = times(text, &Selection::default()).expect_err("a program");
-    assert_eq!(message, "this is a program (melsec-list), no measurement");
+    assert_eq!(message, "this is a program (melsec-list), not a file of measurements");
 }

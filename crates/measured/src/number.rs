@@ -13,7 +13,7 @@ pub enum Decimal {
 
 /// What one cell shows about the decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shown {
+enum SeparatorEvidence {
     Nothing,
     Surely(Decimal),
     /// One separator followed by three digits, which can mean either: `8,448`.
@@ -67,16 +67,16 @@ impl Signs {
     /// Adds a cell.
     pub(super) fn cell(&mut self, line: u32, cell: &str) {
         match shown(cell.trim()) {
-            Shown::Nothing => self.others = true,
-            Shown::Surely(Decimal::Point) => {
+            SeparatorEvidence::Nothing => self.others = true,
+            SeparatorEvidence::Surely(Decimal::Point) => {
                 self.others = true;
                 self.point.get_or_insert_with(|| (line, cell.to_owned()));
             }
-            Shown::Surely(Decimal::Comma) => {
+            SeparatorEvidence::Surely(Decimal::Comma) => {
                 self.others = true;
                 self.comma.get_or_insert_with(|| (line, cell.to_owned()));
             }
-            Shown::Either(separator) => {
+            SeparatorEvidence::Either(separator) => {
                 let other = self.either.as_ref().is_some_and(|(_, _, first)| *first != separator);
                 self.others |= other;
                 if separator == ',' || self.either.is_none() {
@@ -123,30 +123,30 @@ fn is_grouped(digits: &str, separator: char) -> bool {
     (1..=3).contains(&first.len()) && groups.all(|group| group.len() == 3)
 }
 
-fn shown(cell: &str) -> Shown {
+fn shown(cell: &str) -> SeparatorEvidence {
     let (mantissa, exponent) = split_exponent(cell);
     let (_, digits) = split_sign(mantissa);
     let is_mark = |c: char| c == '.' || c == ',';
     if !digits.chars().all(|c| c.is_ascii_digit() || is_mark(c)) {
-        return Shown::Nothing;
+        return SeparatorEvidence::Nothing;
     }
     let of = |mark: char| if mark == '.' { Decimal::Point } else { Decimal::Comma };
     let other = |mark: char| if mark == '.' { Decimal::Comma } else { Decimal::Point };
     let marks: Vec<char> = digits.chars().filter(|&c| is_mark(c)).collect();
     match marks[..] {
-        [] => Shown::Nothing,
+        [] => SeparatorEvidence::Nothing,
         [mark] => {
             let (whole, fraction) = digits.split_once(mark).unwrap_or((digits, ""));
             let groups = (1..=3).contains(&whole.len()) && !whole.starts_with('0');
             if groups && fraction.len() == 3 && exponent.is_empty() {
-                Shown::Either(mark)
+                SeparatorEvidence::Either(mark)
             } else {
-                Shown::Surely(of(mark))
+                SeparatorEvidence::Surely(of(mark))
             }
         }
         // The last of several separators is the decimal one if it differs from those before.
-        [first, .., last] if first != last => Shown::Surely(of(last)),
-        [first, ..] => Shown::Surely(other(first)),
+        [first, .., last] if first != last => SeparatorEvidence::Surely(of(last)),
+        [first, ..] => SeparatorEvidence::Surely(other(first)),
     }
 }
 

@@ -197,7 +197,7 @@ fn files_without_scan_times_are_refused_with_what_to_do() {
     assert_eq!(message("; only a comment\n", &plain), "the file has no rows");
     assert_eq!(message("scan_us\n", &plain), "the file has no rows");
     assert_eq!(message("scan\n1\n", &plain), "the heading 'scan' has no unit");
-    assert_eq!(message("1\n2\n", &plain), "the column has no name that tells its unit");
+    assert_eq!(message("1\n2\n", &plain), "the column has no name, so its unit is unknown");
     let wrong = Selection { unit: ms, ..Selection::default() };
     assert_eq!(
         message("scan_us\n1\n", &wrong),

@@ -5,8 +5,8 @@ use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, Operand, Outcome, Read, Shape,
-    Target, Term,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput, Outcome, Read,
+    Shape, Target, Term,
 };
 use scanbound_ir::{
     AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordTarget, Write,
@@ -166,13 +166,13 @@ impl<F: FreeValues> State<'_, F> {
         (reads, doubt, done)
     }
 
-    fn operand(&mut self, operand: &Operand) -> Option<Vec<u16>> {
+    fn operand(&mut self, operand: &OperationInput) -> Option<Vec<u16>> {
         match operand {
-            Operand::Words(sources) => {
+            OperationInput::Words(sources) => {
                 Some(sources.iter().map(|&source| self.word(source)).collect())
             }
-            Operand::Number(number) => Some(self.number(number)),
-            Operand::Truth(logic) => {
+            OperationInput::Number(number) => Some(self.number(number)),
+            OperationInput::Truth(logic) => {
                 let condition = self.condition;
                 if reads_condition(logic)
                     && let Some(reads) = &mut self.reading
@@ -183,10 +183,10 @@ impl<F: FreeValues> State<'_, F> {
                 self.doubt = self.doubt.or(truth.doubt);
                 Some(vec![u16::from(truth.value)])
             }
-            Operand::Bits(sources) => {
+            OperationInput::Bits(sources) => {
                 Some(sources.iter().map(|&source| u16::from(self.bit(source))).collect())
             }
-            Operand::Run(address, shape, count) => {
+            OperationInput::Run(address, shape, count) => {
                 let from = self.address(address)?;
                 let most = match count {
                     Count::Exactly(count) | Count::Text(count) => *count,

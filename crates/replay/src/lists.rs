@@ -67,7 +67,7 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             };
             (0..usize::from(second_word()?)).map(group).collect::<Option<_>>()?
         }
-        Operation::Join(bits) => {
+        Operation::Combine(bits) => {
             let joined = |words: &[u16]| {
                 words.iter().rev().fold(0, |word, part| word << bits | (part & mask(bits)))
             };
@@ -233,7 +233,7 @@ mod tests {
         );
         assert_eq!(one(Operation::Split(4), &[&[0x4321], &[3]]), Some(vec![1, 2, 3]));
         assert_eq!(one(Operation::Split(8), &[&[0x4321], &[3]]), None);
-        assert_eq!(one(Operation::Join(8), &[&[0x21, 0x143, 5]]), Some(vec![0x4321, 5]));
+        assert_eq!(one(Operation::Combine(8), &[&[0x21, 0x143, 5]]), Some(vec![0x4321, 5]));
         assert_eq!(one(Operation::Repeat, &[&[5, 6], &[2]]), Some(vec![5, 6, 5, 6]));
         assert_eq!(one(Operation::Repeat, &[&[5], &[0]]), None);
         assert_eq!(one(Operation::PickBit, &[&[0, 4], &[18]]), Some(vec![1]));

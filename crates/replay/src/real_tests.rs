@@ -4,7 +4,7 @@ use super::control_tests::{bit, instruction, program, word};
 use super::*;
 use scanbound_base::time::Picos;
 use scanbound_ir::Cell;
-use scanbound_ir::meaning::{ChoiceKind, Meaning, Operand, Operation, Target};
+use scanbound_ir::meaning::{ChoiceKind, Meaning, Operation, OperationInput, Target};
 use scanbound_ir::{
     ChoiceId, Effect, Join, Logic, Region, Step, When, WordSource, WordTarget, Write,
 };
@@ -62,7 +62,7 @@ fn an_operation_that_writes_beyond_its_effects_is_told() {
     let mut p = program(vec![havoc]);
     let meaning = |cell| Meaning {
         operation: Operation::Copy,
-        inputs: vec![Operand::Words(vec![WordSource::Const(7)])],
+        inputs: vec![OperationInput::Words(vec![WordSource::Const(7)])],
         outputs: vec![Target::Words(vec![WordTarget::Cell(cell)])],
     };
     p.kinds.insert(ChoiceId(0), ChoiceKind::Exact(Box::new(meaning(word(0)))));

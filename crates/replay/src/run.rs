@@ -6,7 +6,7 @@ use super::memory::{Memory, ScanChanges};
 use super::outcome::RealRun;
 use super::timed::{TimedInputs, TimerMemory};
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::meaning::Operand;
+use scanbound_ir::meaning::OperationInput;
 use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{
     AreaId, AreaKind, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
@@ -334,7 +334,7 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
         });
         if let ChoiceKind::Exact(meaning) = kind {
             found |= meaning.inputs.iter().any(|input| match input {
-                Operand::Run(address, ..) => {
+                OperationInput::Run(address, ..) => {
                     address.ranges.iter().any(|one| areas.contains(&one.first.area))
                 }
                 _ => false,

@@ -3,7 +3,7 @@
 use super::*;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::meaning::{Meaning, Operand, Operation, Target};
+use scanbound_ir::meaning::{Meaning, Operation, OperationInput, Target};
 use scanbound_ir::{
     Area, AreaId, AreaKind, ChoiceId, Compare, Instruction, Join, Number, NumberFormat, Radix,
     Region, Relation, WordTarget, testing,
@@ -49,7 +49,7 @@ fn asks(word: u32, number: u16) -> Instruction {
 /// A program with one choice: a copy of this word.
 fn program(from: WordSource, to: Vec<Target>, instructions: Vec<Instruction>) -> Program {
     let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);
-    let inputs = vec![Operand::Words(vec![from])];
+    let inputs = vec![OperationInput::Words(vec![from])];
     let meaning = Meaning { operation: Operation::Copy, inputs, outputs: to };
     Program {
         areas: vec![area("M", AreaKind::Bit), area("D", AreaKind::Word)],

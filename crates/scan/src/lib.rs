@@ -192,7 +192,7 @@ impl Run<'_> {
             active,
             results: Results { stack: Some(Vec::new()), ..Results::default() },
             open_regions: Vec::new(),
-            landings: BTreeMap::new(),
+            pending_jumps: BTreeMap::new(),
             returned: Lit::FALSE,
         };
         self.span(&mut act, from, to)?;
@@ -203,12 +203,12 @@ impl Run<'_> {
     fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), ScanError> {
         let mut at = from;
         while at < to {
-            if let Some(landing) = act.landings.remove(&at) {
-                self.land(act, landing);
+            if let Some(pending) = act.pending_jumps.remove(&at) {
+                self.land(act, pending);
             }
             if act.active == Lit::FALSE {
                 // Nothing is reached before the next jump target.
-                match act.landings.range(at..to).next() {
+                match act.pending_jumps.range(at..to).next() {
                     Some((&next, _)) => at = next,
                     None => return Ok(()),
                 }
@@ -224,9 +224,9 @@ impl Run<'_> {
     }
 
     /// Merges a jump whose target is here with the control flow from above.
-    fn land(&mut self, act: &mut Activation, landing: PendingJump) {
+    fn land(&mut self, act: &mut Activation, pending: PendingJump) {
         let here = PendingJump { taken: act.active, results: std::mem::take(&mut act.results) };
-        let PendingJump { taken, results } = self.meet(here, landing);
+        let PendingJump { taken, results } = self.meet(here, pending);
         (act.active, act.results) = (taken, results);
     }
 
@@ -495,11 +495,11 @@ impl Run<'_> {
         if fired == Lit::FALSE {
             return;
         }
-        let mut landing = PendingJump { taken: fired, results: act.results.clone() };
-        if let Some(earlier) = act.landings.remove(&target) {
-            landing = self.meet(earlier, landing);
+        let mut pending = PendingJump { taken: fired, results: act.results.clone() };
+        if let Some(earlier) = act.pending_jumps.remove(&target) {
+            pending = self.meet(earlier, pending);
         }
-        act.landings.insert(target, landing);
+        act.pending_jumps.insert(target, pending);
     }
 
     /// Constrains the start value of one or two words to a signed range.

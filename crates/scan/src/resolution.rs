@@ -6,8 +6,8 @@ use super::run::Run;
 use super::word::{Word, Words};
 use scanbound_base::word_interval::{WordInterval, signed_ranges};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Term,
-    Unary,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operation, OperationInput, Shape, Target,
+    Term, Unary,
 };
 use scanbound_ir::{
     BitSource, BitTarget, Cell, ChoiceId, IndexedWrite, Length, Logic, Number, Region, Resolution,
@@ -274,16 +274,21 @@ impl<'p> Run<'p> {
     }
 
     /// The words of an operand, and the condition under which they are valid.
-    fn operand(&mut self, operand: &Operand, follows: bool, at: usize) -> Option<(Vec<Word>, Lit)> {
+    fn operand(
+        &mut self,
+        operand: &OperationInput,
+        follows: bool,
+        at: usize,
+    ) -> Option<(Vec<Word>, Lit)> {
         let words = match operand {
-            Operand::Words(sources) => {
+            OperationInput::Words(sources) => {
                 if sources.len() > MAX_WORDS || !sources.iter().all(|&one| self.is_stable_word(one))
                 {
                     return None;
                 }
                 sources.iter().map(|&source| self.word(source, at)).collect()
             }
-            Operand::Bits(sources) => {
+            OperationInput::Bits(sources) => {
                 if sources.len() > MAX_WORDS || !sources.iter().all(|&one| self.is_steady_bit(one))
                 {
                     return None;
@@ -297,10 +302,10 @@ impl<'p> Run<'p> {
                     })
                     .collect()
             }
-            Operand::Number(number) => {
+            OperationInput::Number(number) => {
                 self.is_steady_number(number).then(|| self.number(number, at))?
             }
-            Operand::Truth(logic) => {
+            OperationInput::Truth(logic) => {
                 if !self.program.volatile.is_empty() {
                     return None;
                 }
@@ -308,7 +313,7 @@ impl<'p> Run<'p> {
                 let truth = self.logic(logic, condition, at);
                 vec![self.bit_word(truth)]
             }
-            Operand::Run(address, shape, count) => {
+            OperationInput::Run(address, shape, count) => {
                 let count = match count {
                     Count::Exactly(count) => *count,
                     Count::Of { term, least, most } => match self.term(term, MAX_CASES, at)?[..] {

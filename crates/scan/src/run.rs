@@ -43,7 +43,7 @@ pub(super) struct Activation {
     /// The open master control regions; there may be thousands.
     pub(super) open_regions: Vec<OpenRegion>,
     /// Jumps that were taken and have not yet reached their target, by target.
-    pub(super) landings: BTreeMap<usize, PendingJump>,
+    pub(super) pending_jumps: BTreeMap<usize, PendingJump>,
     /// Whether a `Return` was executed.
     pub(super) returned: Lit,
 }

@@ -23,7 +23,7 @@ const MAX_SETS: usize = 20_000;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Knowledge {
     /// Sets of places and transitions whose relays are never all on; those of places first.
-    pub apart: Vec<Vec<Operand>>,
+    pub exclusive: Vec<Vec<Operand>>,
     /// Places and transitions whose relays never come on.
     pub never: Vec<Operand>,
     /// Whether all states of the code were explored.
@@ -65,27 +65,28 @@ pub fn knowledge(diagram: &Diagram) -> Knowledge {
     };
     let is_ever = |at: &usize| seen.together[*at].contains(*at);
     let ever: Vec<usize> = (0..width).filter(is_ever).collect();
-    let mut apart: BTreeSet<Vec<usize>> = BTreeSet::new();
+    let mut exclusive: BTreeSet<Vec<usize>> = BTreeSet::new();
     for (at, &one) in ever.iter().enumerate() {
         let others = ever[at + 1..].iter().filter(|&&other| !seen.together[one].contains(other));
-        apart.extend(others.map(|&other| vec![one, other]));
+        exclusive.extend(others.map(|&other| vec![one, other]));
     }
     // These sets also cover states that an incomplete search did not reach.
     for set in structure::at_most_one(diagram) {
         for (at, &one) in set.iter().enumerate() {
-            apart.extend(set[at + 1..].iter().map(|&other| vec![one.min(other), one.max(other)]));
+            exclusive
+                .extend(set[at + 1..].iter().map(|&other| vec![one.min(other), one.max(other)]));
         }
     }
     if complete && places <= MAX_PLACES {
-        apart.extend(seen.threes(&ever[..ever.partition_point(|&at| at < places)]));
+        exclusive.extend(seen.threes(&ever[..ever.partition_point(|&at| at < places)]));
     }
-    let mut apart: Vec<Vec<usize>> = apart.into_iter().collect();
-    apart.sort_by_key(|set| (set.iter().any(|&at| at >= places), set.len()));
-    apart.truncate(MAX_SETS);
+    let mut exclusive: Vec<Vec<usize>> = exclusive.into_iter().collect();
+    exclusive.sort_by_key(|set| (set.iter().any(|&at| at >= places), set.len()));
+    exclusive.truncate(MAX_SETS);
     let named = |set: Vec<usize>| set.into_iter().map(element).collect();
     let never = (0..width).filter(|at| !is_ever(at)).map(element);
     Knowledge {
-        apart: apart.into_iter().map(named).collect(),
+        exclusive: exclusive.into_iter().map(named).collect(),
         never: if complete { never.collect() } else { Vec::new() },
         complete,
     }
@@ -110,7 +111,7 @@ pub fn relays(diagram: &Diagram) -> Relays {
         let devices = addresses.iter().map(|address| spelling.device((*address)?)).collect();
         relays::Spelling { sign, devices }
     });
-    let sets = knowledge(diagram).apart.into_iter();
+    let sets = knowledge(diagram).exclusive.into_iter();
     Relays {
         file: diagram.file.clone(),
         elements: (0..transitions).map(transition).chain(places).collect(),
@@ -193,12 +194,16 @@ mod tests {
         let known = knowledge(&net);
         let place = |at| Operand::Place(at);
         assert!(known.complete);
-        assert!(known.apart.contains(&vec![place(0), place(1), place(2)]), "{:?}", known.apart);
-        assert!(!known.apart.contains(&vec![place(0), place(1)]));
+        assert!(
+            known.exclusive.contains(&vec![place(0), place(1), place(2)]),
+            "{:?}",
+            known.exclusive
+        );
+        assert!(!known.exclusive.contains(&vec![place(0), place(1)]));
         let ring = "box A marked\nbox B\nbox C\ntransition T : A -> B\ntransition U : B -> A\n\
                     transition V : C -> \n";
         let known = knowledge(&text::read("b.snet", ring).expect("a net"));
-        assert!(known.apart.contains(&vec![place(0), place(1)]));
+        assert!(known.exclusive.contains(&vec![place(0), place(1)]));
         assert_eq!(known.never, [place(2), Operand::Transition(2)]);
     }
 }

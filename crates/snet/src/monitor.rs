@@ -18,7 +18,7 @@ const GAP: u32 = 8;
 
 /// The state of a place.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Shown {
+pub struct PlaceReading {
     /// Its relay: of a box whether it is marked, of a timer its box (b), of a counter whether it has started (c); `None` without an
     /// address.
     pub relay: Option<bool>,
@@ -30,7 +30,7 @@ pub struct Shown {
     pub present: Option<u16>,
 }
 
-impl Shown {
+impl PlaceReading {
     /// The elapsed time or the count: set value minus current value.
     #[must_use]
     pub fn elapsed(self) -> Option<u16> {
@@ -54,7 +54,7 @@ pub struct Reading {
     /// Whether the CPU runs.
     pub cpu: State,
     /// By place.
-    pub places: Vec<Shown>,
+    pub places: Vec<PlaceReading>,
     /// By transition: whether its relay is on.
     pub transitions: Vec<Option<bool>>,
     /// By outer gate.
@@ -200,7 +200,7 @@ impl Plan {
             let word = words.get(&(area_name(address.area), u32::from(address.word)))?;
             Some(word >> address.bit & 1 == 1)
         };
-        let place = |(relay, coil): (&Option<Address>, &Option<(Coil, u32)>)| Shown {
+        let place = |(relay, coil): (&Option<Address>, &Option<(Coil, u32)>)| PlaceReading {
             relay: bit(relay),
             over: coil.and_then(|(_, number)| over.get(&number).copied()),
             setting: coil.and_then(|(_, number)| settings.get(&number).copied().flatten()),
@@ -260,7 +260,9 @@ mod tests {
 
     #[test]
     fn elapsed_is_the_set_value_less_the_present_one() {
-        let shown = |setting, present| Shown { setting, present, ..Shown::default() }.elapsed();
+        let shown = |setting, present| {
+            PlaceReading { setting, present, ..PlaceReading::default() }.elapsed()
+        };
         assert_eq!(shown(Some(25), Some(13)), Some(12));
         // The set value was changed between two answers: nothing is made up.
         assert_eq!(shown(Some(5), Some(13)), None);

@@ -339,14 +339,14 @@ impl Rules {
 
     /// Whether a transition's outer gates allow it to fire.
     #[must_use]
-    pub fn is_open(&self, transition: usize, outers: &[bool]) -> bool {
+    pub fn gates_allow(&self, transition: usize, outers: &[bool]) -> bool {
         self.rules[transition].gates.iter().all(|&(outer, inhibits)| outers[outer] != inhibits)
     }
 
     /// Whether a transition can fire: marks and all gates allow it, and no arbiter prefers another one.
     #[must_use]
     pub fn can_fire(&self, state: &[u64], transition: usize, outers: &[bool]) -> bool {
-        let goes = |at: usize| self.is_ready(state, at) && self.is_open(at, outers);
+        let goes = |at: usize| self.is_ready(state, at) && self.gates_allow(at, outers);
         goes(transition) && !self.rules[transition].before.iter().any(|&other| goes(other))
     }
 

@@ -11,12 +11,12 @@ impl Rules {
     #[must_use]
     pub fn fired(&self, state: &[u64], outers: &[bool]) -> Vec<usize> {
         let all = 0..self.transitions();
-        all.filter(|&at| self.is_ready(state, at) && self.is_open(at, outers)).collect()
+        all.filter(|&at| self.is_ready(state, at) && self.gates_allow(at, outers)).collect()
     }
 
     /// Those of the `ready` transitions (marks and inner gates allow them) that the outer gates allow too.
     pub(super) fn fired_of(&self, ready: &[usize], outers: &[bool]) -> Vec<usize> {
-        ready.iter().copied().filter(|&at| self.is_open(at, outers)).collect()
+        ready.iter().copied().filter(|&at| self.gates_allow(at, outers)).collect()
     }
 
     /// A firing order of these transitions, with arbiters ignored.
@@ -36,14 +36,14 @@ impl Rules {
             || one.gates.iter().any(opposite)
     }
 
-    /// Sets of transitions that must each fire before another one of the set, in a circle. `apart` tells which two never fire in
+    /// Sets of transitions that must each fire before another one of the set, in a circle. `exclusive` tells which two never fire in
     /// the same scan.
-    pub(super) fn circles(&self, apart: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    pub(super) fn circles(&self, exclusive: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
         for one in 0..self.transitions() {
             for other in (0..self.transitions()).filter(|&other| other != one) {
                 // A transition that changes what another reads must come after it.
-                if self.rules[one].hinders(&self.rules[other]) && !apart(one, other) {
+                if self.rules[one].hinders(&self.rules[other]) && !exclusive(one, other) {
                     graph.add_edge(other, one, ());
                 }
             }

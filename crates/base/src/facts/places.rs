@@ -16,7 +16,7 @@ pub enum Part {
 
 /// The text of a facts file and the byte ranges of its facts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Places {
+pub struct FactPositions {
     file: String,
     text: String,
     /// The byte offset at which each line begins.
@@ -25,12 +25,17 @@ pub struct Places {
     facts: BTreeMap<String, BTreeMap<String, [Range<usize>; 2]>>,
 }
 
-impl Places {
+impl FactPositions {
     /// Prepares the positions for a file whose facts are about to be read.
-    pub(super) fn new(file: &str, text: &str) -> Places {
+    pub(super) fn new(file: &str, text: &str) -> FactPositions {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let lines = [0].into_iter().chain(breaks.map(|(at, _)| at + 1)).collect();
-        Places { file: file.to_owned(), text: text.to_owned(), lines, facts: BTreeMap::new() }
+        FactPositions {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            lines,
+            facts: BTreeMap::new(),
+        }
     }
 
     /// Records the byte ranges of a fact's key and value.

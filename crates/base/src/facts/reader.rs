@@ -1,7 +1,7 @@
 //! Reads a facts file.
 
 use super::calls::{StatedCall, normalized};
-use super::places::Places;
+use super::places::FactPositions;
 use super::{ActionOrder, Facts, InterruptRate, StatedFactor};
 use crate::checksum::sha256;
 use crate::code::Code;
@@ -61,7 +61,7 @@ impl Facts {
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Facts, Vec<Diagnostic>> {
         let read_from = Some((name.to_owned(), sha256(text.as_bytes())));
-        let facts = Facts { read_from, places: Places::new(name, text), ..Facts::default() };
+        let facts = Facts { read_from, places: FactPositions::new(name, text), ..Facts::default() };
         let mut reader = Reader { name, facts, faults: Vec::new(), dropped: 0 };
         let (table, errors) = DeTable::parse_recoverable(text);
         for error in errors {
@@ -618,7 +618,8 @@ mod tests {
         );
         assert_eq!((facts.interrupt("i0"), facts.interrupt("I1")), (Some(2), None));
         let read_from = Some(("facts.toml".to_owned(), sha256(b"")));
-        let empty = Facts { read_from, places: Places::new("facts.toml", ""), ..Facts::default() };
+        let empty =
+            Facts { read_from, places: FactPositions::new("facts.toml", ""), ..Facts::default() };
         assert_eq!(Facts::parse("facts.toml", ""), Ok(empty));
     }
 

@@ -14,7 +14,7 @@ use scanbound_iec_tree::declarations::{Purpose, TempId};
 use scanbound_iec_tree::standard::Function;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root};
 use scanbound_iec_tree::types::Type as Typed;
-use scanbound_ir::meaning::{Count, Meaning, Operand as Input, Operation, Shape, Target};
+use scanbound_ir::meaning::{Count, Meaning, Operation, OperationInput as Input, Shape, Target};
 use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, WordSource, Write};
 
 /// What works out some values, from right to left where that is asked for.

@@ -8,7 +8,7 @@ use crate::operand::{Operand as Written, Place};
 use crate::source::RawInstruction;
 use scanbound_base::code::Code;
 use scanbound_front::builder::fired;
-use scanbound_ir::meaning::Operand;
+use scanbound_ir::meaning::OperationInput;
 use scanbound_ir::{
     AccessedDevices, BitSource, BitTarget, Cell, Effect, Logic, Number, Region, Step, TimingKey,
     Units, When, WordSource, WordTarget, Write,
@@ -172,7 +172,7 @@ impl Lowering<'_> {
         Some(match self.word_place(text, words)? {
             WordPlace::All(targets) => vec![fired(Write::Words(targets, number))],
             WordPlace::Somewhere(region) => {
-                let choice = self.indexed_write(text, Operand::Number(number), words);
+                let choice = self.indexed_write(text, OperationInput::Number(number), words);
                 vec![fired(Write::Havoc(region, choice))]
             }
             WordPlace::Nowhere => Vec::new(),

@@ -7,7 +7,7 @@ use crate::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};
 use crate::source::RawInstruction;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, Meaning, Operand, Operation, Shape, Target, Term,
+    Address, ChoiceKind, Count, Meaning, Operation, OperationInput, Shape, Target, Term,
 };
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
@@ -56,7 +56,7 @@ impl Lowering<'_> {
         unit: Picos,
     ) -> (ChoiceId, ChoiceId) {
         let before = self.stood_at(value);
-        let word = |source| Operand::Words(vec![source]);
+        let word = |source| OperationInput::Words(vec![source]);
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(ran.unwrap_or(value), setting, unit);
         self.out.set_expiry([over, number], Expiry { previous: Some(before), ..on_delay });
@@ -65,7 +65,7 @@ impl Lowering<'_> {
         let untracked = [Some(over).filter(|_| is_retentive), Some(number)];
         self.out.program.timekeeping.untracked.extend(untracked.into_iter().flatten());
         let inputs = vec![
-            Operand::Bits(vec![BitSource::Free(over)]),
+            OperationInput::Bits(vec![BitSource::Free(over)]),
             word(WordSource::Cell(before)),
             word(setting),
             word(WordSource::Free(number)),
@@ -80,8 +80,8 @@ impl Lowering<'_> {
         [contact, coil, value]: [Cell; 3],
         setting: WordSource,
     ) -> (ChoiceId, ChoiceId) {
-        let was = |cell| Operand::Bits(vec![BitSource::Cell(cell)]);
-        let word = |source| Operand::Words(vec![source]);
+        let was = |cell| OperationInput::Bits(vec![BitSource::Cell(cell)]);
+        let word = |source| OperationInput::Words(vec![source]);
         let now = self.define(Meaning {
             operation: Operation::Counted,
             inputs: vec![was(coil), was(contact), word(WordSource::Cell(value)), word(setting)],
@@ -93,7 +93,7 @@ impl Lowering<'_> {
             left: Number::Words(vec![WordSource::Free(now)]),
             right: Number::Words(vec![setting]),
         };
-        let through = Meaning::of(Operand::Truth(Logic::Compare(Box::new(compare))));
+        let through = Meaning::of(OperationInput::Truth(Logic::Compare(Box::new(compare))));
         (self.define(through), now)
     }
 
@@ -159,7 +159,7 @@ impl Lowering<'_> {
                 }
                 Some(bits) => (16 * n, Shape::Packed(bits.min(16) as u8)),
             };
-            let run = Operand::Run(self.indexed(device, offset)?, shape, Count::Exactly(1));
+            let run = OperationInput::Run(self.indexed(device, offset)?, shape, Count::Exactly(1));
             found.push(WordSource::Free(self.define(Meaning::of(run))));
         }
         Some(found)
@@ -172,12 +172,17 @@ impl Lowering<'_> {
             Some(bit) => Shape::WordBits(bit),
             None => Shape::Cells,
         };
-        let meaning = Meaning::of(Operand::Run(address, shape, Count::Exactly(1)));
+        let meaning = Meaning::of(OperationInput::Run(address, shape, Count::Exactly(1)));
         Some(Logic::Bit(BitSource::Free(self.define(meaning))))
     }
 
     /// The choice for a write to an indexed device, with the written value as its meaning if this is known.
-    pub(super) fn indexed_write(&mut self, text: &str, input: Operand, words: usize) -> ChoiceId {
+    pub(super) fn indexed_write(
+        &mut self,
+        text: &str,
+        input: OperationInput,
+        words: usize,
+    ) -> ChoiceId {
         let meaning = self.device(text).and_then(|device| {
             if self.family == Family::Fx && words > 1 {
                 return None;

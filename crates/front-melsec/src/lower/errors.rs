@@ -7,7 +7,7 @@ use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
-use scanbound_ir::meaning::{Meaning, Operand as Input, Operation, Unary};
+use scanbound_ir::meaning::{Meaning, Operation, OperationInput as Input, Unary};
 use scanbound_ir::{
     AreaId, Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
 };

@@ -8,8 +8,8 @@ use crate::memory::{DeviceType, Family};
 use crate::operand::Place;
 use crate::source::RawInstruction;
 use scanbound_ir::meaning::{
-    Address, Arithmetic, Count, IntegerFormat, Meaning, Operand, Operation, Shape, Target, Term,
-    Unary,
+    Address, Arithmetic, Count, IntegerFormat, Meaning, Operation, OperationInput, Shape, Target,
+    Term, Unary,
 };
 use scanbound_ir::{BitSource, BitTarget, Cell, Number, WordSource, WordTarget};
 
@@ -101,7 +101,7 @@ impl Lowering<'_> {
                 self.one(Operation::FromReal(words as u8), vec![value], to, words)
             }
             "SECOND" => {
-                let time = Operand::Words(self.cells(from, 3)?);
+                let time = OperationInput::Words(self.cells(from, 3)?);
                 self.one(Operation::ToSeconds, vec![time], to, 2)
             }
             "HOUR" if self.is_large() => {
@@ -150,7 +150,7 @@ impl Lowering<'_> {
             false if !self.is_large() || words == 2 => return None,
             false => Operation::Shift { left, signed: false },
         };
-        let constant = |value| Operand::Words(vec![WordSource::Const(value)]);
+        let constant = |value| OperationInput::Words(vec![WordSource::Const(value)]);
         let inputs = vec![self.value(text, words)?, constant(places as u16), constant(0)];
         let outputs = vec![self.target(text, words)?, Target::Nowhere];
         Some(Meaning { operation, inputs, outputs })
@@ -169,7 +169,7 @@ impl Lowering<'_> {
         let counted = Number::Add(words(WordSource::Cell(count)), words(WordSource::Const(1)));
         Some(Meaning {
             operation: Operation::Copy,
-            inputs: vec![value, Operand::Number(counted)],
+            inputs: vec![value, OperationInput::Number(counted)],
             outputs: vec![
                 Target::Run(behind, Shape::Cells),
                 Target::Words(vec![WordTarget::Cell(count)]),
@@ -231,7 +231,7 @@ impl Lowering<'_> {
                     ElementCount::By(_) if self.family == Family::Fx => return None,
                     ElementCount::By(word) => word,
                 };
-                let inputs = vec![value, Operand::Words(vec![times])];
+                let inputs = vec![value, OperationInput::Words(vec![times])];
                 Some(meaning(Operation::Repeat, inputs, to))
             }
             "BKBCD" | "BKBIN" => {
@@ -307,7 +307,7 @@ impl Lowering<'_> {
         let number = match self.device(from).map(|device| device.place) {
             Some(Place::At(DeviceType::Bit(area), index)) => {
                 let first = Cell { area, index };
-                Operand::Words(vec![WordSource::Bits { first, count: power as u8 }])
+                OperationInput::Words(vec![WordSource::Bits { first, count: power as u8 }])
             }
             _ => self.value(from, 1)?,
         };
@@ -329,7 +329,7 @@ impl Lowering<'_> {
             }
             _ => return None,
         };
-        let bits = Operand::Words(vec![WordSource::Const(power as u16)]);
+        let bits = OperationInput::Words(vec![WordSource::Const(power as u16)]);
         Some(meaning(Operation::Decode, vec![number, bits], output))
     }
 
@@ -343,11 +343,11 @@ impl Lowering<'_> {
     }
 
     /// 2^`power` bits, from an operand on.
-    fn bits(&mut self, text: &str, power: i64) -> Option<Operand> {
+    fn bits(&mut self, text: &str, power: i64) -> Option<OperationInput> {
         match self.device(text)?.place {
             Place::At(DeviceType::Bit(area), index) => {
                 let cells = (index..index + (1 << power)).map(|index| Cell { area, index });
-                Some(Operand::Bits(cells.map(BitSource::Cell).collect()))
+                Some(OperationInput::Bits(cells.map(BitSource::Cell).collect()))
             }
             Place::At(DeviceType::Word(_), _) if self.codes_in_words(power) => {
                 let cells = self.cells(text, (1usize << power).div_ceil(16))?;
@@ -355,7 +355,7 @@ impl Lowering<'_> {
                     WordSource::Cell(cell) => Some(BitSource::WordBit(cell, (n % 16) as u8)),
                     _ => None,
                 });
-                Some(Operand::Bits(bits.collect::<Option<_>>()?))
+                Some(OperationInput::Bits(bits.collect::<Option<_>>()?))
             }
             _ => None,
         }
@@ -369,8 +369,8 @@ impl Lowering<'_> {
         let bits = if by_digit { 4 } else { 8 };
         let wide = count.div_ceil(16 / bits);
         if matches!(name, "DIS" | "WTOB") {
-            let counted = Operand::Words(vec![WordSource::Const(count as u16)]);
-            let inputs = vec![Operand::Words(self.cells(from, wide)?), counted];
+            let counted = OperationInput::Words(vec![WordSource::Const(count as u16)]);
+            let inputs = vec![OperationInput::Words(self.cells(from, wide)?), counted];
             let output = Target::Words(self.places(to, count)?);
             return Some(meaning(Operation::Split(bits as u8), inputs, output));
         }
@@ -378,9 +378,9 @@ impl Lowering<'_> {
         if name == "BTOW" && count % 2 == 1 {
             return None;
         }
-        let inputs = vec![Operand::Words(self.cells(from, count)?)];
+        let inputs = vec![OperationInput::Words(self.cells(from, count)?)];
         let output = Target::Words(self.places(to, wide)?);
-        Some(meaning(Operation::Join(bits as u8), inputs, output))
+        Some(meaning(Operation::Combine(bits as u8), inputs, output))
     }
 
     fn real(&mut self, name: &str, a: &str, b: &str, to: &str) -> Option<Meaning> {
@@ -402,15 +402,15 @@ impl Lowering<'_> {
     fn one(
         &mut self,
         operation: Operation,
-        inputs: Vec<Operand>,
+        inputs: Vec<OperationInput>,
         to: &str,
         words: usize,
     ) -> Option<Meaning> {
         Some(meaning(operation, inputs, self.target(to, words)?))
     }
 
-    fn value(&mut self, text: &str, words: usize) -> Option<Operand> {
-        self.number(text, words).map(Operand::Number)
+    fn value(&mut self, text: &str, words: usize) -> Option<OperationInput> {
+        self.number(text, words).map(OperationInput::Number)
     }
 
     /// The words of a plain word device as sources, if all cells are known.
@@ -457,10 +457,10 @@ impl Lowering<'_> {
     }
 
     /// A block of `many` elements that is read.
-    fn run_of(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<Operand> {
+    fn run_of(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<OperationInput> {
         let address = match (many, self.device(text)?.place) {
             (ElementCount::Known(count), Place::At(..)) => {
-                return Some(Operand::Words(self.cells(text, (count * unit) as usize)?));
+                return Some(OperationInput::Words(self.cells(text, (count * unit) as usize)?));
             }
             _ => self.from(text, unit)?,
         };
@@ -476,7 +476,7 @@ impl Lowering<'_> {
                 Count::Of { term, least: unit, most: most * unit }
             }
         };
-        Some(Operand::Run(address, Shape::Cells, count))
+        Some(OperationInput::Run(address, Shape::Cells, count))
     }
 
     /// A block of `many` elements that is written.
@@ -504,7 +504,7 @@ impl Lowering<'_> {
     }
 }
 
-fn meaning(operation: Operation, inputs: Vec<Operand>, output: Target) -> Meaning {
+fn meaning(operation: Operation, inputs: Vec<OperationInput>, output: Target) -> Meaning {
     Meaning { operation, inputs, outputs: vec![output] }
 }
 
@@ -514,8 +514,8 @@ fn overlaps(meaning: &Meaning) -> bool {
         .inputs
         .iter()
         .filter_map(|input| match input {
-            Operand::Words(words) => Some(words),
-            Operand::Number(Number::Words(words)) => Some(words),
+            OperationInput::Words(words) => Some(words),
+            OperationInput::Number(Number::Words(words)) => Some(words),
             _ => None,
         })
         .flatten()
@@ -539,12 +539,12 @@ fn overlaps(meaning: &Meaning) -> bool {
         .collect();
     let is_block = matches!(
         meaning.operation,
-        Operation::EachWord(_) | Operation::Split(_) | Operation::Join(_) | Operation::Repeat
+        Operation::EachWord(_) | Operation::Split(_) | Operation::Combine(_) | Operation::Repeat
     );
     // These have several results; one may be stored in the block that is still searched.
     if let Operation::Extreme { .. } | Operation::Find { .. } = meaning.operation {
-        let may_hold = |input: &Operand, cell: &Cell| match input {
-            Operand::Run(address, ..) => address.ranges.iter().any(|stretch| {
+        let may_hold = |input: &OperationInput, cell: &Cell| match input {
+            OperationInput::Run(address, ..) => address.ranges.iter().any(|stretch| {
                 let is_before =
                     address.terms.is_empty() && i64::from(cell.index) < address.base + stretch.from;
                 stretch.first.area == cell.area && !is_before
@@ -556,7 +556,7 @@ fn overlaps(meaning: &Meaning) -> bool {
         });
     }
     let runs = |meaning: &Meaning| {
-        meaning.inputs.iter().any(|input| matches!(input, Operand::Run(..)))
+        meaning.inputs.iter().any(|input| matches!(input, OperationInput::Run(..)))
             || meaning.outputs.iter().any(|output| matches!(output, Target::Run(..)))
     };
     is_block

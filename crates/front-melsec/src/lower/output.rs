@@ -36,7 +36,7 @@ impl Lowering<'_> {
         let write = match self.bit_place(text)? {
             BitPlace::One(target) => Write::Bit(target, value),
             BitPlace::Somewhere(region) => {
-                let choice = self.indexed_write(text, meaning::Operand::Truth(value), 1);
+                let choice = self.indexed_write(text, meaning::OperationInput::Truth(value), 1);
                 Write::Havoc(region, choice)
             }
             BitPlace::Nowhere => return Some(Vec::new()),

@@ -96,7 +96,8 @@ fn end_codes_are_told_with_what_they_mean() {
 #[test]
 fn what_is_no_answer_is_told() {
     assert!(
-        told(b"HTTP/1.1 400 Bad Request", false).contains("begins as no frame of this protocol")
+        told(b"HTTP/1.1 400 Bad Request", false)
+            .contains("does not begin like a frame of this protocol")
     );
     let short = [0xD0, 0, 0, 0xFF, 0xFF, 3, 0, 4, 0, 0, 0, 3, 0];
     assert!(told(&short, false).contains("2 words were requested, but 1 were received"));

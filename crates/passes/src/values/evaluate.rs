@@ -7,7 +7,7 @@ use super::state::{State, Tracked};
 use super::value::Value;
 use scanbound_base::word_interval::WordInterval;
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operand, Operation, Unary,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Operation, OperationInput, Unary,
 };
 use scanbound_ir::{
     BitSource, ChoiceId, Compare, IndexedWrite, Length, Logic, Number, NumberFormat, Program,
@@ -280,16 +280,18 @@ impl Evaluation<'_> {
     }
 
     /// The words of an operand, if it is certainly valid.
-    fn operand(&self, operand: &Operand) -> Option<Vec<Value>> {
+    fn operand(&self, operand: &OperationInput) -> Option<Vec<Value>> {
         match operand {
-            Operand::Words(words) => Some(words.iter().map(|word| self.word(*word)).collect()),
-            Operand::Bits(bits) => Some(vec![Value::range(0, 1); bits.len()]),
-            Operand::Number(number) => Some(self.number(number)),
-            Operand::Truth(_) => Some(vec![Value::range(0, 1)]),
-            Operand::Run(address, _, Count::Exactly(1)) => {
+            OperationInput::Words(words) => {
+                Some(words.iter().map(|word| self.word(*word)).collect())
+            }
+            OperationInput::Bits(bits) => Some(vec![Value::range(0, 1); bits.len()]),
+            OperationInput::Number(number) => Some(self.number(number)),
+            OperationInput::Truth(_) => Some(vec![Value::range(0, 1)]),
+            OperationInput::Run(address, _, Count::Exactly(1)) => {
                 self.read(address).map(|word| vec![word])
             }
-            Operand::Run(..) => None,
+            OperationInput::Run(..) => None,
         }
     }
 

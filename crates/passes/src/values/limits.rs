@@ -3,7 +3,7 @@
 
 use super::slots::Slots;
 use super::value::{Growth, Value};
-use scanbound_ir::meaning::{ChoiceKind, Operand};
+use scanbound_ir::meaning::{ChoiceKind, OperationInput};
 use scanbound_ir::{Compare, Logic, Number, Program, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,11 +36,13 @@ impl WideningLimits {
                         };
                         for input in &meaning.inputs {
                             match input {
-                                Operand::Words(words) => {
+                                OperationInput::Words(words) => {
                                     words.iter().for_each(|word| found.word(*word))
                                 }
-                                Operand::Number(number) => found.number(number),
-                                Operand::Bits(_) | Operand::Truth(_) | Operand::Run(..) => {}
+                                OperationInput::Number(number) => found.number(number),
+                                OperationInput::Bits(_)
+                                | OperationInput::Truth(_)
+                                | OperationInput::Run(..) => {}
                             }
                         }
                     }

@@ -73,7 +73,7 @@ struct Activation {
     slots: BTreeMap<u32, Condition>,
     /// The open master control regions: level, and conjunction of the conditions of all regions so far.
     zones: Vec<(u32, Condition)>,
-    landings: BTreeMap<usize, PendingJump>,
+    pending_jumps: BTreeMap<usize, PendingJump>,
     returned: Option<State>,
 }
 
@@ -90,7 +90,7 @@ struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
     lost: FxHashSet<(usize, usize)>,
-    landings: BTreeMap<usize, PendingJump>,
+    pending_jumps: BTreeMap<usize, PendingJump>,
     /// The states at which the routine returned, the main routine ended, the scan was stopped, and the loop was left.
     ends: [Option<State>; 4],
 }
@@ -209,11 +209,11 @@ impl<'p> Run<'p> {
     fn span(&mut self, act: &mut Activation, from: usize, to: usize) -> Result<(), NotAnalysed> {
         let mut at = from;
         while at < to {
-            if let Some(landing) = act.landings.remove(&at) {
-                self.land(act, landing);
+            if let Some(pending) = act.pending_jumps.remove(&at) {
+                self.land(act, pending);
             }
             if act.state.is_none() {
-                match act.landings.range(at..to).next() {
+                match act.pending_jumps.range(at..to).next() {
                     Some((&next, _)) => at = next,
                     None => return Ok(()),
                 }
@@ -233,8 +233,8 @@ impl<'p> Run<'p> {
         Ok(())
     }
 
-    fn land(&mut self, act: &mut Activation, landing: PendingJump) {
-        let PendingJump { state, stack, lost, slots } = landing;
+    fn land(&mut self, act: &mut Activation, pending: PendingJump) {
+        let PendingJump { state, stack, lost, slots } = pending;
         let Some(here) = &mut act.state else {
             (act.state, act.stack, act.lost, act.slots) = (Some(state), stack, lost, slots);
             return;
@@ -260,23 +260,23 @@ impl<'p> Run<'p> {
     }
 
     fn leave(&mut self, act: &mut Activation, target: usize, state: State) {
-        let landing = Run::depart(act, state);
-        match act.landings.remove(&target) {
+        let pending = Run::depart(act, state);
+        match act.pending_jumps.remove(&target) {
             None => {
-                act.landings.insert(target, landing);
+                act.pending_jumps.insert(target, pending);
             }
             Some(other) => {
                 let mut met = Activation {
-                    state: Some(landing.state),
-                    stack: landing.stack,
-                    lost: landing.lost,
-                    slots: landing.slots,
+                    state: Some(pending.state),
+                    stack: pending.stack,
+                    lost: pending.lost,
+                    slots: pending.slots,
                     ..Activation::default()
                 };
                 self.land(&mut met, other);
                 let Activation { state, stack, lost, slots, .. } = met;
                 if let Some(state) = state {
-                    act.landings.insert(target, PendingJump { state, stack, lost, slots });
+                    act.pending_jumps.insert(target, PendingJump { state, stack, lost, slots });
                 }
             }
         }
@@ -660,7 +660,7 @@ impl<'p> Run<'p> {
             found: self.found.clone(),
             written: self.written.clone(),
             lost: self.lost.clone(),
-            landings: act.landings.clone(),
+            pending_jumps: act.pending_jumps.clone(),
             ends: [&act.returned, &self.ended, &self.stopped, exits].map(Clone::clone),
         }
     }
@@ -675,8 +675,9 @@ impl<'p> Run<'p> {
         left: State,
         before: Snapshot,
     ) -> Result<Option<State>, NotAnalysed> {
-        let Snapshot { found, written, lost, landings, ends } = before;
-        (self.found, self.written, self.lost, act.landings) = (found, written, lost, landings);
+        let Snapshot { found, written, lost, pending_jumps, ends } = before;
+        (self.found, self.written, self.lost, act.pending_jumps) =
+            (found, written, lost, pending_jumps);
         let [returned, ended, stopped, mut exits] = ends;
         (act.returned, self.ended, self.stopped) = (returned, ended, stopped);
         act.state = Some(left);

@@ -3,7 +3,7 @@
 
 use super::slots::Slots;
 use rustc_hash::{FxHashMap, FxHashSet};
-use scanbound_ir::meaning::{Address, ChoiceKind, Count, Meaning, Operand, Target, Term};
+use scanbound_ir::meaning::{Address, ChoiceKind, Count, Meaning, OperationInput, Target, Term};
 use scanbound_ir::{
     BitSource, Cell, ChoiceId, Join, Logic, Number, Program, Region, Source, Step, WordSource,
     WordTarget, Write, flow,
@@ -210,15 +210,15 @@ impl Slice<'_> {
             Some(ChoiceKind::Exact(meaning)) => {
                 for input in &meaning.inputs {
                     match input {
-                        Operand::Words(words) => self.words(words),
-                        Operand::Number(number) => self.number(number),
-                        Operand::Run(address, _, count) => {
+                        OperationInput::Words(words) => self.words(words),
+                        OperationInput::Number(number) => self.number(number),
+                        OperationInput::Run(address, _, count) => {
                             self.address(address);
                             if let Count::Of { term, .. } = count {
                                 self.term(term);
                             }
                         }
-                        Operand::Bits(_) | Operand::Truth(_) => {}
+                        OperationInput::Bits(_) | OperationInput::Truth(_) => {}
                     }
                 }
             }

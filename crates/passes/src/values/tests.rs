@@ -2,7 +2,7 @@
 //! read after a loop.
 
 use super::*;
-use scanbound_ir::meaning::Operand;
+use scanbound_ir::meaning::OperationInput;
 use scanbound_ir::{
     Area, AreaId, AreaKind, Compare, Counted, Effect, Instruction, Interrupt, Join, Logic, Number,
     NumberFormat, Radix, Relation, TimingKey, When, WordSource, WordTarget, testing,
@@ -275,7 +275,7 @@ fn a_loops_first_turn_says_nothing_of_the_others_results() {
 /// An interrupt may occur at any moment of the scan, not only at its end.
 #[test]
 fn what_an_interrupt_counts_it_may_count_before_the_scan_is_over() {
-    let copied = Meaning::of(Operand::Words(vec![WordSource::Cell(d(0))]));
+    let copied = Meaning::of(OperationInput::Words(vec![WordSource::Cell(d(0))]));
     let mut counted = count();
     if let Some(Units::Counted(units)) = counted.timing.as_mut().map(|key| &mut key.units) {
         units.words = vec![WordSource::Free(ChoiceId(0))];

@@ -5,7 +5,7 @@ use scanbound_base::column::{Unit, cell, line_of};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
 use scanbound_front::Faults;
-use scanbound_front_minasec::{Device, Kind};
+use scanbound_front_minasec::{Device, DeviceKind};
 
 /// The input or switch that changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,7 +163,7 @@ fn what(head: &str) -> Option<What> {
         "SLOW" => Some(What::Slow),
         "CNTCLR" => Some(What::ClearCount),
         _ => Device::from_name(head)
-            .filter(|device| device.kind() == Kind::Input)
+            .filter(|device| device.kind() == DeviceKind::Input)
             .map(|device| What::Input(device.address())),
     }
 }

@@ -4,7 +4,7 @@
 use super::stimulus::{Change, Stimulus, What};
 use super::*;
 use proptest::prelude::*;
-use scanbound_front_minasec::{Device, Kind, Opcode, WORDS, Word, assembly};
+use scanbound_front_minasec::{Device, DeviceKind, Opcode, WORDS, Word, assembly};
 use std::collections::BTreeMap;
 
 const TEST_PROGRAM: &str = include_str!("../../../../samples/minasec-u/test-program.asm");
@@ -215,24 +215,24 @@ fn one_word(word: Word, accumulator: bool, value: bool) {
     };
     // Bring the device to its value.
     match device_used.kind() {
-        Kind::Input => stimulus.changes.push(Change {
+        DeviceKind::Input => stimulus.changes.push(Change {
             at: Picos::ZERO,
             what: What::Input(device_used.address()),
             on: value,
         }),
-        Kind::Output | Kind::Relay => {
+        DeviceKind::Output | DeviceKind::Relay => {
             put(load(value));
             put(Word::new(Opcode::St, device_used));
         }
-        Kind::Timer => {
+        DeviceKind::Timer => {
             settings.clock.slow = true;
             put(load(value));
             put(Word::new(Opcode::St, device_used));
         }
-        Kind::Counter => settings.count = u8::from(value),
-        Kind::Clear => {}
+        DeviceKind::Counter => settings.count = u8::from(value),
+        DeviceKind::Clear => {}
     }
-    let reads = value && device_used.kind() != Kind::Clear;
+    let reads = value && device_used.kind() != DeviceKind::Clear;
     put(load(accumulator));
     put(word);
     // The accumulator is seen through a relay that the word does not use.
@@ -257,14 +257,18 @@ fn one_word(word: Word, accumulator: bool, value: bool) {
     };
     let Some(stored) = stored else { return };
     match device_used.kind() {
-        Kind::Input => assert_eq!(view.device(device_used), value, "{case}: inputs have no latch"),
-        Kind::Output | Kind::Relay => assert_eq!(view.device(device_used), stored, "{case}"),
-        Kind::Timer => {
+        DeviceKind::Input => {
+            assert_eq!(view.device(device_used), value, "{case}: inputs have no latch")
+        }
+        DeviceKind::Output | DeviceKind::Relay => {
+            assert_eq!(view.device(device_used), stored, "{case}")
+        }
+        DeviceKind::Timer => {
             assert_eq!(view.coils >> (device_used.address() - 28) & 1 == 1, stored, "{case}")
         }
         // With setting 1, a rising edge counts from 0 to 1, and no further.
-        Kind::Counter => assert_eq!(view.count, u8::from(value || stored), "{case}"),
-        Kind::Clear => assert_eq!(view.count, 0, "{case}"),
+        DeviceKind::Counter => assert_eq!(view.count, u8::from(value || stored), "{case}"),
+        DeviceKind::Clear => assert_eq!(view.count, 0, "{case}"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Writes an emulated run as CSV with one row for each scan.
 
 use super::machine::Scan;
-use scanbound_front_minasec::{Device, Kind};
+use scanbound_front_minasec::{Device, DeviceKind};
 use std::io::{self, Write};
 
 /// The column of scan times. Emulated times are never called measured.
@@ -54,5 +54,5 @@ impl<W: Write> Trace<W> {
 
 /// The devices that have a value.
 fn shown() -> impl Iterator<Item = Device> {
-    Device::all().filter(|device| device.kind() != Kind::Clear)
+    Device::all().filter(|device| device.kind() != DeviceKind::Clear)
 }

@@ -3,7 +3,7 @@
 use super::machine::{Machine, Observer, View};
 use super::stimulus::{Change, Stimulus, What};
 use scanbound_base::time::Picos;
-use scanbound_front_minasec::{Device, Kind};
+use scanbound_front_minasec::{Device, DeviceKind};
 use std::io::{self, Write};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, VarType, Writer};
 
@@ -54,7 +54,7 @@ impl<W: Write> Dump<W> {
         let outputs = eight("output_terminals", 'Y')?;
         out.add_module("devices")?;
         let mut devices = Vec::new();
-        for device in Device::all().filter(|device| device.kind() != Kind::Clear) {
+        for device in Device::all().filter(|device| device.kind() != DeviceKind::Clear) {
             devices.push((device, out.add_wire(1, &device.to_string())?));
         }
         out.upscope()?;

@@ -109,7 +109,7 @@ pub fn write(study: &Study<'_>, out: &mut dyn Write) -> io::Result<()> {
         code: Code {
             states: check.code.count,
             complete: check.code.complete,
-            follows: if !check.code.partings.is_empty() {
+            follows: if !check.code.divergences.is_empty() {
                 "no"
             } else if check.code.complete || check.code.undecided.is_empty() {
                 "yes"

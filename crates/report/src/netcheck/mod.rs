@@ -3,7 +3,7 @@
 pub mod json;
 pub mod text;
 
-use scanbound_snet::check::{Cause, Check, Dead, Parting, Start, Step, marking};
+use scanbound_snet::check::{Cause, Check, Dead, Divergence, Start, Step, marking};
 use scanbound_snet::rules::Rules;
 use scanbound_snet::{Diagram, Kind};
 
@@ -83,7 +83,7 @@ impl Study<'_> {
     fn found(&self) -> Vec<Found> {
         let mut all: Vec<Found> =
             self.check.markings.dead.iter().map(|one| self.dead(one)).collect();
-        all.extend(self.check.code.partings.iter().map(|one| self.parting(one)));
+        all.extend(self.check.code.divergences.iter().map(|one| self.divergence(one)));
         for cause in &self.check.code.undecided {
             let (kind, line, message, help) = self.cause(cause);
             let message = format!("not excluded, and not found either: {message}");
@@ -151,13 +151,13 @@ impl Study<'_> {
         }
     }
 
-    fn parting(&self, parting: &Parting) -> Found {
-        let (kind, line, message, help) = self.cause(&parting.cause);
-        let start = match parting.start {
+    fn divergence(&self, divergence: &Divergence) -> Found {
+        let (kind, line, message, help) = self.cause(&divergence.cause);
+        let start = match divergence.start {
             Start::Empty => "the code begins without marks",
             Start::Initial => "the code begins with the initial marks",
         };
-        Found { kind, is_error: true, line, message, help, run: self.run(start, &parting.run) }
+        Found { kind, is_error: true, line, message, help, run: self.run(start, &divergence.run) }
     }
 
     fn cause(&self, cause: &Cause) -> (&'static str, u32, String, &'static str) {

@@ -31,7 +31,7 @@ pub fn render(study: &Study<'_>) -> String {
         "  the code's rule: {} seen, {}; {}",
         counted(code.count, "state"),
         known(code.complete),
-        if !code.partings.is_empty() {
+        if !code.divergences.is_empty() {
             "code and net part"
         } else if code.complete {
             "the code follows the net in every scan"

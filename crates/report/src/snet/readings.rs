@@ -1,7 +1,7 @@
 //! What was read of a net from a PLC, as lines: of text, or of JSON.
 
 use scanbound_link::State;
-use scanbound_snet::monitor::{Reading, Shown};
+use scanbound_snet::monitor::{PlaceReading, Reading};
 use scanbound_snet::picture::seconds;
 use scanbound_snet::{Diagram, Kind};
 use schemars::JsonSchema;
@@ -50,7 +50,7 @@ fn millis(time: Duration) -> u64 {
 
 /// What a timer or counter does.
 #[must_use]
-pub fn state(shown: Shown) -> Option<&'static str> {
+pub fn state(shown: PlaceReading) -> Option<&'static str> {
     match (shown.over?, shown.is_running()?) {
         (true, _) => Some("over"),
         (false, true) => Some("running"),
@@ -83,7 +83,7 @@ fn values<'a>(diagram: &'a Diagram, reading: &Reading) -> Values<'a> {
             })
             .collect()
     };
-    let mark = |place: &scanbound_snet::Place, shown: &Shown| match place.kind {
+    let mark = |place: &scanbound_snet::Place, shown: &PlaceReading| match place.kind {
         Kind::Counter { .. } => shown.over,
         Kind::Box | Kind::Timer { .. } => shown.relay,
     };

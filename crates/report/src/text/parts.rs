@@ -91,7 +91,7 @@ fn programs(audit: &Audit) -> String {
 }
 
 /// A row as it is shown: the time and the share as text, what of the program, and more about it.
-pub(crate) struct Shown {
+pub(crate) struct PartRow {
     pub(crate) told: String,
     pub(crate) share: Share,
     pub(crate) what: String,
@@ -104,11 +104,11 @@ pub(crate) struct Shown {
 
 /// The parts with the most time, the others together, and what belongs to no part of the program: what is shown of their
 /// times adds up to what is shown of the bound. In short, what each scan costs is one row.
-pub(crate) fn shown(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<Shown> {
+pub(crate) fn shown(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<PartRow> {
     let rows = rows(audit, by, top, is_short);
     let times: Vec<Picos> = rows.iter().map(|row| row.time).collect();
     let told = Scale::of(audit.bound.upper).parts(&times);
-    let shown = |(row, told): (Row, String)| Shown {
+    let shown = |(row, told): (Row, String)| PartRow {
         told,
         share: Share::of(row.time, audit.bound.upper),
         what: row.what,

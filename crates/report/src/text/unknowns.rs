@@ -32,7 +32,7 @@ fn counts(audit: &Audit, extent: Extent) -> String {
             right(about(counts.cost)),
             left(place(audit, one.places[0].0)),
             left(instruction(one)),
-            left(format!("{} taken as up to {}, {each} each", one.word, counts.most)).styled(FAINT),
+            left(format!("{} assumed up to {}, {each} each", one.word, counts.most)).styled(FAINT),
         ]
     };
     let mut all: Vec<(&Unknown, &Counts)> = counted().collect();

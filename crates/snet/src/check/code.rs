@@ -36,7 +36,7 @@ pub enum Cause {
 
 /// A scan that the net cannot follow.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parting {
+pub struct Divergence {
     /// The reason.
     pub cause: Cause,
     /// The start state.
@@ -53,7 +53,7 @@ pub struct Code {
     /// Whether all states were explored (states after a difference are not).
     pub complete: bool,
     /// The differences between code and net, one for each cause.
-    pub partings: Vec<Parting>,
+    pub divergences: Vec<Divergence>,
     /// Possible causes that neither gates nor place invariants exclude, if not all states were explored.
     pub undecided: Vec<Cause>,
     /// Places whose initial marks the code does not set.
@@ -181,22 +181,22 @@ pub(super) fn explore(diagram: &Diagram, rules: &Rules, options: Options) -> Cod
         }
     });
     let begins = if options.initial_in_first_scan { Start::Initial } else { Start::Empty };
-    let parting = |(cause, (at, fired)): (Cause, (usize, Vec<usize>))| {
+    let divergence = |(cause, (at, fired)): (Cause, (usize, Vec<usize>))| {
         let (from, mut run) = run(&found, &table, at);
         run.push(Step::Scan(fired));
         let start = if from == 0 { begins } else { Start::Initial };
-        Parting { cause, start, run }
+        Divergence { cause, start, run }
     };
-    let mut partings: Vec<Parting> = parted.into_iter().map(parting).collect();
-    partings.sort_by_key(|one| one.run.len());
+    let mut divergences: Vec<Divergence> = parted.into_iter().map(divergence).collect();
+    divergences.sort_by_key(|one| one.run.len());
     let complete = complete && found.complete;
-    let undecided = if complete { Vec::new() } else { undecided(diagram, rules, &partings) };
+    let undecided = if complete { Vec::new() } else { undecided(diagram, rules, &divergences) };
     let is_dead = |at: usize| rules.gates_to_fire(&empty, at).is_none();
     let starts_dead = begins == Start::Empty && (0..rules.transitions()).all(is_dead);
     Code {
         count: found.len(),
         complete,
-        partings,
+        divergences,
         undecided,
         is_left_out: if begins == Start::Initial { Vec::new() } else { marked },
         starts_dead,
@@ -210,10 +210,10 @@ fn run(found: &Search, table: &[Step], at: usize) -> (usize, Vec<Step>) {
 }
 
 /// The possible causes that neither gates nor place invariants exclude.
-fn undecided(diagram: &Diagram, rules: &Rules, known: &[Parting]) -> Vec<Cause> {
+fn undecided(diagram: &Diagram, rules: &Rules, known: &[Divergence]) -> Vec<Cause> {
     let groups = at_most_one(diagram);
     let inputs = |at: usize| -> Vec<usize> { diagram.places_of(at, Direction::Into).collect() };
-    let apart = |one: usize, other: usize| {
+    let exclusive = |one: usize, other: usize| {
         rules.exclude_each_other(one, other)
             || inputs(one).iter().any(|&a| {
                 let both =
@@ -226,7 +226,7 @@ fn undecided(diagram: &Diagram, rules: &Rules, known: &[Parting]) -> Vec<Cause> 
         let of = |direction| -> Vec<usize> { diagram.transitions_of(place, direction).collect() };
         let (puts, takes, stops) = (of(Direction::OutOf), of(Direction::Into), of(Direction::Stop));
         let mut add = |cause: Cause, one, other| {
-            if !apart(one, other) {
+            if !exclusive(one, other) {
                 found.push(cause);
             }
         };
@@ -239,7 +239,7 @@ fn undecided(diagram: &Diagram, rules: &Rules, known: &[Parting]) -> Vec<Cause> 
         let counts = puts.iter().filter(|&&at| rules.is_counter(place) && is_source(at));
         found.extend(counts.map(|&at| Cause::CountedOnce(at, place)));
     }
-    found.extend(rules.circles(&apart).into_iter().map(Cause::Circle));
+    found.extend(rules.circles(&exclusive).into_iter().map(Cause::Circle));
     found.retain(|cause| known.iter().all(|one| one.cause != *cause));
     found
 }

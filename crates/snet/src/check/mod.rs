@@ -6,7 +6,7 @@ mod step;
 pub mod structure;
 
 pub(super) use code::sets;
-pub use code::{Cause, Code, Parting, Start};
+pub use code::{Cause, Code, Divergence, Start};
 pub use markings::{Dead, Held, Markings};
 pub use step::{Options, Step};
 
@@ -32,7 +32,7 @@ impl Check {
     pub fn is_sound(&self) -> bool {
         self.markings.dead.iter().all(|dead| dead.is_after_stop)
             && self.markings.never.is_empty()
-            && self.code.partings.is_empty()
+            && self.code.divergences.is_empty()
             && self.code.is_left_out.is_empty()
             && self.code.undecided.is_empty()
     }

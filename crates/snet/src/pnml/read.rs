@@ -48,7 +48,7 @@ pub fn read(file: &str, text: &str) -> Result<Diagram, Vec<Diagnostic>> {
 
 /// The element that an id stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Known {
+enum IdTarget {
     Place(usize),
     Outer(usize),
     Transition(usize),
@@ -60,7 +60,7 @@ struct Reader<'t, 'd> {
     file: &'t str,
     text: Text<'t>,
     diagram: Diagram,
-    nodes: BTreeMap<String, Known>,
+    nodes: BTreeMap<String, IdTarget>,
     /// Names in use, by page.
     taken: BTreeSet<(usize, String)>,
     faults: Vec<Diagnostic>,
@@ -141,7 +141,7 @@ impl<'d> Reader<'_, 'd> {
                 "referencePlace" | "referenceTransition" => {
                     match (one.attribute("id"), one.attribute("ref")) {
                         (Some(id), Some(to)) => {
-                            self.nodes.insert(id.to_owned(), Known::Reference(to.to_owned()));
+                            self.nodes.insert(id.to_owned(), IdTarget::Reference(to.to_owned()));
                         }
                         _ => self.fault(
                             one,
@@ -159,7 +159,7 @@ impl<'d> Reader<'_, 'd> {
         }
     }
 
-    fn note(&mut self, node: Node<'_, '_>, known: Known) {
+    fn note(&mut self, node: Node<'_, '_>, known: IdTarget) {
         let Some(id) = node.attribute("id") else {
             self.fault(node, "an element without an id", "give it a unique id");
             return;
@@ -212,7 +212,7 @@ impl<'d> Reader<'_, 'd> {
         let value = |name: &str| inner?.attribute(name)?.parse::<u16>().ok();
         let kind = match inner.map(|inner| inner.tag_name().name()) {
             Some("outer") => {
-                self.note(node, Known::Outer(self.diagram.outers.len()));
+                self.note(node, IdTarget::Outer(self.diagram.outers.len()));
                 self.diagram.outers.push(Outer { head });
                 return;
             }
@@ -239,20 +239,20 @@ impl<'d> Reader<'_, 'd> {
                 false
             }
         };
-        self.note(node, Known::Place(self.diagram.places.len()));
+        self.note(node, IdTarget::Place(self.diagram.places.len()));
         self.diagram.places.push(Place { head, kind, is_marked });
     }
 
     fn transition(&mut self, page: usize, node: Node<'_, '_>) {
         let stop = own(node, "stop");
         let head = self.head(page, node, stop.or_else(|| own(node, "transition")));
-        self.note(node, Known::Transition(self.diagram.transitions.len()));
+        self.note(node, IdTarget::Transition(self.diagram.transitions.len()));
         self.diagram.transitions.push(Transition { head, is_stop: stop.is_some() });
     }
 
     /// Restores the element order of files that this tool wrote page by page.
     fn order(&mut self) {
-        let numbers = |nodes: &BTreeMap<String, Known>, of: fn(&Known) -> Option<usize>| {
+        let numbers = |nodes: &BTreeMap<String, IdTarget>, of: fn(&IdTarget) -> Option<usize>| {
             let mut found: Vec<(usize, usize)> =
                 nodes.iter().filter_map(|(id, known)| Some((of(known)?, number(id)))).collect();
             found.sort_unstable();
@@ -261,10 +261,12 @@ impl<'d> Reader<'_, 'd> {
             order.sort_by_key(|&at| found.get(at).map(|(_, number)| *number));
             order
         };
-        let place = |known: &Known| if let Known::Place(at) = known { Some(*at) } else { None };
-        let outer = |known: &Known| if let Known::Outer(at) = known { Some(*at) } else { None };
+        let place =
+            |known: &IdTarget| if let IdTarget::Place(at) = known { Some(*at) } else { None };
+        let outer =
+            |known: &IdTarget| if let IdTarget::Outer(at) = known { Some(*at) } else { None };
         let transition =
-            |known: &Known| if let Known::Transition(at) = known { Some(*at) } else { None };
+            |known: &IdTarget| if let IdTarget::Transition(at) = known { Some(*at) } else { None };
         let (places, outers, transitions) = (
             numbers(&self.nodes, place),
             numbers(&self.nodes, outer),
@@ -281,10 +283,10 @@ impl<'d> Reader<'_, 'd> {
             |order: &[usize], old: usize| order.iter().position(|&one| one == old).unwrap_or(old);
         for known in self.nodes.values_mut() {
             match known {
-                Known::Place(at) => *at = to(&places, *at),
-                Known::Outer(at) => *at = to(&outers, *at),
-                Known::Transition(at) => *at = to(&transitions, *at),
-                Known::Reference(_) => {}
+                IdTarget::Place(at) => *at = to(&places, *at),
+                IdTarget::Outer(at) => *at = to(&outers, *at),
+                IdTarget::Transition(at) => *at = to(&transitions, *at),
+                IdTarget::Reference(_) => {}
             }
         }
         let diagram = &mut self.diagram;
@@ -295,11 +297,11 @@ impl<'d> Reader<'_, 'd> {
     }
 
     /// The element of an id, resolving references.
-    fn known(&self, id: &str) -> Option<Known> {
+    fn known(&self, id: &str) -> Option<IdTarget> {
         let mut id = id.to_owned();
         for _ in 0..100 {
             match self.nodes.get(&id)? {
-                Known::Reference(to) => id.clone_from(to),
+                IdTarget::Reference(to) => id.clone_from(to),
                 known => return Some(known.clone()),
             }
         }
@@ -327,13 +329,13 @@ impl<'d> Reader<'_, 'd> {
         let kind = kind.map(str::trim).or_else(|| node.attribute("type")).unwrap_or("normal");
         let line = self.text.line(node);
         let (direction, place, transition) = match found {
-            [Some(Known::Place(place)), Some(Known::Transition(to))] => {
+            [Some(IdTarget::Place(place)), Some(IdTarget::Transition(to))] => {
                 (Direction::Into, place, to)
             }
-            [Some(Known::Transition(from)), Some(Known::Place(place))] => {
+            [Some(IdTarget::Transition(from)), Some(IdTarget::Place(place))] => {
                 (Direction::OutOf, place, from)
             }
-            [Some(Known::Outer(outer)), Some(Known::Transition(transition))] => {
+            [Some(IdTarget::Outer(outer)), Some(IdTarget::Transition(transition))] => {
                 let (signal, is_inhibiting) = (Signal::Outer(outer), kind == "inhibitor");
                 self.diagram.gates.push(Gate { transition, signal, is_inhibiting, line });
                 return;
@@ -395,7 +397,7 @@ impl<'d> Reader<'_, 'd> {
         let mut transitions = Vec::new();
         for id in ids.split_whitespace() {
             match self.known(id) {
-                Some(Known::Transition(at)) => transitions.push(at),
+                Some(IdTarget::Transition(at)) => transitions.push(at),
                 _ => self.fault(
                     node,
                     format!("'{id}' is not a transition"),

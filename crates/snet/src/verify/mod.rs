@@ -59,16 +59,16 @@ pub fn verify(
         .collect();
     let net = scan(&wanted, &own, &diagram.file, &mut circuit).map_err(|fault| vec![fault])?;
     let found = scan(&lines, &own, file, &mut circuit).map_err(|fault| vec![fault])?;
-    let telling = Telling { circuit: &circuit, called: called(diagram) };
+    let describer = Describer { circuit: &circuit, called: called(diagram) };
     let mut differences = Vec::new();
     for (name, wanted) in &net.given {
-        differences.extend(telling.compared(name, found.given.get(name), wanted));
+        differences.extend(describer.compared(name, found.given.get(name), wanted));
     }
-    differences.extend(found.late.iter().map(|one| telling.late(one)));
+    differences.extend(found.late.iter().map(|one| describer.late(one)));
     // Outer gates are inputs, so the code must not write them.
     let written = outers.iter().filter_map(|name| Some((name, found.given.get(name)?)));
     differences.extend(written.map(|(name, given)| {
-        let message = format!("{} is written, but it is an input of the net", telling.name(name));
+        let message = format!("{} is written, but it is an input of the net", describer.name(name));
         given.differs(message, Vec::new())
     }));
     differences.sort_by_key(|one| one.line.unwrap_or(u32::MAX));
@@ -81,14 +81,14 @@ impl Given {
     }
 }
 
-/// Words differences with the net's names.
-struct Telling<'a> {
+/// Describes differences with the net's names.
+struct Describer<'a> {
     circuit: &'a Circuit,
     /// The name of each relay, timer and counter in the net.
     called: BTreeMap<String, String>,
 }
 
-impl Telling<'_> {
+impl Describer<'_> {
     fn name(&self, name: &str) -> String {
         let own = self.called.get(owner(name));
         own.map_or(name.to_owned(), |own| format!("{own} ({name})"))

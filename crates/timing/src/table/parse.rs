@@ -109,7 +109,7 @@ const TIME_HELP: &str =
     "write decimal microseconds with a point, such as 1.52, no finer than 0.000001";
 
 /// The kind of a row, by its name.
-enum Kind {
+enum RowKind {
     Times,
     Single,
     Factor,
@@ -118,25 +118,25 @@ enum Kind {
     Unknown,
 }
 
-fn kind(name: &str) -> Kind {
-    let Some(rest) = name.strip_prefix('@') else { return Kind::Times };
+fn kind(name: &str) -> RowKind {
+    let Some(rest) = name.strip_prefix('@') else { return RowKind::Times };
     let lower = name.to_ascii_lowercase();
     if CLASSES.contains(&&lower[1..]) || (rest.starts_with('+') && rest.len() > 1) {
-        Kind::Times
+        RowKind::Times
     } else if SINGLE.contains(&lower.as_str())
         || lower
             .split_once(':')
             .is_some_and(|(kind, name)| VARIED.contains(&kind) && !name.trim().is_empty())
     {
-        Kind::Single
+        RowKind::Single
     } else if lower == "@factor" {
-        Kind::Factor
+        RowKind::Factor
     } else if POINTS.contains(&lower.as_str()) {
-        Kind::Points
+        RowKind::Points
     } else if TEXT.contains(&lower.as_str()) {
-        Kind::Text
+        RowKind::Text
     } else {
-        Kind::Unknown
+        RowKind::Unknown
     }
 }
 
@@ -391,11 +391,13 @@ impl<'a> Reader<'a> {
             self.fault_at(fields, Code::TableDuplicate, name, message, help);
         }
         match kind {
-            Kind::Text => self.text(fields, &lower),
-            Kind::Factor => self.factor(fields),
-            Kind::Points => self.points(fields, &lower),
-            Kind::Single | Kind::Times => self.times(fields, name, matches!(kind, Kind::Single)),
-            Kind::Unknown => {
+            RowKind::Text => self.text(fields, &lower),
+            RowKind::Factor => self.factor(fields),
+            RowKind::Points => self.points(fields, &lower),
+            RowKind::Single | RowKind::Times => {
+                self.times(fields, name, matches!(kind, RowKind::Single))
+            }
+            RowKind::Unknown => {
                 let message = format!("'{name}' is not a known @ row");
                 let singles = SINGLE.join(" ");
                 let help = format!(
@@ -556,7 +558,7 @@ impl<'a> Reader<'a> {
 
     fn finish(mut self) -> Result<Parsed, Vec<Diagnostic>> {
         if self.unlisted > 0 {
-            let message = format!("and {} further faults, not listed", self.unlisted);
+            let message = format!("{} more errors are not listed", self.unlisted);
             let help = "correct the listed ones first";
             self.faults.push(Diagnostic::file(Code::TableFaults, self.file, message, help));
         }

@@ -149,7 +149,7 @@ impl Report<'_> {
         let mut left = counts.into_iter();
         for line in lines {
             let plain = normal(line);
-            let pattern = "{t:time} {*} taken as up to {n:most}, {t:each} each";
+            let pattern = "{t:time} {*} assumed up to {n:most}, {t:each} each";
             if let Some(found) = fits(pattern, &plain) {
                 let one = left.next().expect("a count");
                 let holds = near(&found["time"], ps(&one["ps"]))

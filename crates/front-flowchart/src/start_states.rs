@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The bits for the position of one routine.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Stands {
+pub(super) struct RoutinePositions {
     /// Whether the group runs; `None` for the main routine, which always runs.
     pub(super) runs: Option<Cell>,
     /// One bit for each position. If none is on, the main routine is at its head.
@@ -14,7 +14,7 @@ pub(super) struct Stands {
 
 /// A state in which a pass can begin.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Beginning {
+pub(super) struct StartState {
     /// The position bit of each routine; `None`: the group is stopped, or the main routine is at its head.
     pub(super) places: Vec<Option<Cell>>,
     /// The other bits that are on.
@@ -22,7 +22,11 @@ pub(super) struct Beginning {
 }
 
 /// Formulas that are true exactly in these states. They say nothing about bits outside of `cells` and `routines`.
-pub(super) fn invariants(routines: &[Stands], states: &[Beginning], cells: &[Cell]) -> Vec<Logic> {
+pub(super) fn invariants(
+    routines: &[RoutinePositions],
+    states: &[StartState],
+    cells: &[Cell],
+) -> Vec<Logic> {
     let mut all: Vec<Logic> =
         routines.iter().map(|routine| Logic::All(at_most_one(&routine.places))).collect();
     // A group that runs is at exactly one position.
@@ -33,7 +37,7 @@ pub(super) fn invariants(routines: &[Stands], states: &[Beginning], cells: &[Cel
             Logic::All(vec![runs.not(), stands.not()]),
         ]))
     }));
-    let states: Vec<&Beginning> = states.iter().collect();
+    let states: Vec<&StartState> = states.iter().collect();
     all.push(one_of(routines, 0, &states, cells));
     all
 }
@@ -55,14 +59,19 @@ fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
 }
 
 /// Whether the routines from `at` on, and the cells, are as in one of the states.
-fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell]) -> Logic {
+fn one_of(
+    routines: &[RoutinePositions],
+    at: usize,
+    states: &[&StartState],
+    cells: &[Cell],
+) -> Logic {
     let Some(routine) = routines.get(at) else { return on(states, cells) };
-    let mut by_place: BTreeMap<Option<Cell>, Vec<&Beginning>> = BTreeMap::new();
+    let mut by_place: BTreeMap<Option<Cell>, Vec<&StartState>> = BTreeMap::new();
     for &state in states {
         by_place.entry(state.places[at]).or_default().push(state);
     }
     // Positions with the same condition on the other routines are combined.
-    let mut told: Vec<(Logic, Vec<Logic>)> = Vec::new();
+    let mut disjuncts: Vec<(Logic, Vec<Logic>)> = Vec::new();
     for (place, states) in by_place {
         let stands = match (place, routine.runs) {
             (Some(cell), _) => Logic::cell(cell),
@@ -70,17 +79,18 @@ fn one_of(routines: &[Stands], at: usize, states: &[&Beginning], cells: &[Cell])
             (None, None) => any(&routine.places).not(),
         };
         let rest = one_of(routines, at + 1, &states, cells);
-        match told.last_mut().filter(|(last, _)| *last == rest) {
+        match disjuncts.last_mut().filter(|(last, _)| *last == rest) {
             Some((_, places)) => places.push(stands),
-            None => told.push((rest, vec![stands])),
+            None => disjuncts.push((rest, vec![stands])),
         }
     }
-    let told = told.into_iter().map(|(rest, places)| Logic::All(vec![Logic::Any(places), rest]));
-    Logic::Any(told.collect())
+    let disjuncts =
+        disjuncts.into_iter().map(|(rest, places)| Logic::All(vec![Logic::Any(places), rest]));
+    Logic::Any(disjuncts.collect())
 }
 
 /// Whether the cells have the values of one of the states.
-fn on(states: &[&Beginning], cells: &[Cell]) -> Logic {
+fn on(states: &[&StartState], cells: &[Cell]) -> Logic {
     let Some((&cell, rest)) = cells.split_first() else {
         return Logic::Const(!states.is_empty());
     };
