@@ -1,5 +1,5 @@
 //! A toy format of reports: what a new format takes is one file with a `FORMAT` such as this, and its line in
-//! `FORMATS`. All commands then write it; nothing else knows how many formats there are.
+//! `FORMATS`. `audit`, `check`, `compare` and `diff` then write it.
 
 use scanbound::audit::difference::Difference;
 use scanbound::audit::{Request, audit};
