@@ -64,7 +64,7 @@ impl WordInterval {
 
     /// The sums modulo 65,536 of a value of one interval and a value of the other.
     #[must_use]
-    pub fn add(self, other: WordInterval) -> WordInterval {
+    pub fn wrapping_add(self, other: WordInterval) -> WordInterval {
         let low = self.low.wrapping_add(other.low);
         match self.span.checked_add(other.span) {
             Some(span) if span < u16::MAX => WordInterval { low, span },
@@ -228,7 +228,7 @@ mod tests {
     fn sums_and_complements_hold_what_they_should_and_no_more() {
         let values: Vec<u16> = ENDS.iter().map(|&value| value as u16).collect();
         for (a, b) in rings().into_iter().flat_map(|a| rings().into_iter().map(move |b| (a, b))) {
-            let sum = a.add(b);
+            let sum = a.wrapping_add(b);
             let of =
                 |ring: WordInterval| values.iter().copied().filter(move |&v| has(ring, v.into()));
             for x in of(a) {
@@ -253,6 +253,6 @@ mod tests {
             WordInterval::of(0, 5).is_disjoint(WordInterval::of(6, 9))
                 && !WordInterval::of(0, 5).is_disjoint(WordInterval::of(5, 9))
         );
-        assert_eq!(WordInterval::of(1, 5).add(WordInterval::of(-1, 2)), WordInterval::of(0, 7));
+        assert_eq!(WordInterval::of(1, 5).wrapping_add(WordInterval::of(-1, 2)), WordInterval::of(0, 7));
     }
 }

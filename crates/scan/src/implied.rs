@@ -306,11 +306,11 @@ impl Implications {
                 WordInterval::of(low.into(), high.into())
             }
             Node::Plus(inner, addend) => {
-                self.span_where(looking, inner, depth + 1).add(WordInterval::constant(addend))
+                self.span_where(looking, inner, depth + 1).wrapping_add(WordInterval::constant(addend))
             }
             Node::Sum(a, b, Carry::NONE) => {
                 let a = self.span_where(looking, a, depth + 1);
-                a.add(self.span_where(looking, b, depth + 1))
+                a.wrapping_add(self.span_where(looking, b, depth + 1))
             }
             Node::Either(condition, then, other) => {
                 let mut both: Option<WordInterval> = None;
