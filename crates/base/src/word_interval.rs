@@ -253,6 +253,9 @@ mod tests {
             WordInterval::of(0, 5).is_disjoint(WordInterval::of(6, 9))
                 && !WordInterval::of(0, 5).is_disjoint(WordInterval::of(5, 9))
         );
-        assert_eq!(WordInterval::of(1, 5).wrapping_add(WordInterval::of(-1, 2)), WordInterval::of(0, 7));
+        assert_eq!(
+            WordInterval::of(1, 5).wrapping_add(WordInterval::of(-1, 2)),
+            WordInterval::of(0, 7)
+        );
     }
 }

@@ -305,9 +305,9 @@ impl Implications {
                 let (low, high) = self.range(variable);
                 WordInterval::of(low.into(), high.into())
             }
-            Node::Plus(inner, addend) => {
-                self.span_where(looking, inner, depth + 1).wrapping_add(WordInterval::constant(addend))
-            }
+            Node::Plus(inner, addend) => self
+                .span_where(looking, inner, depth + 1)
+                .wrapping_add(WordInterval::constant(addend)),
             Node::Sum(a, b, Carry::NONE) => {
                 let a = self.span_where(looking, a, depth + 1);
                 a.wrapping_add(self.span_where(looking, b, depth + 1))
