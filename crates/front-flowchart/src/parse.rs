@@ -354,7 +354,7 @@ impl Line<'_> {
         message: &str,
         help: &str,
     ) {
-        faults.within(code, self.line, self.written, &self.written[at], (message, help));
+        faults.error_at(code, self.line, self.written, &self.written[at], (message, help));
     }
 }
 

@@ -240,7 +240,7 @@ impl Reader<'_, '_> {
             }
         }
         for (code, one, message, help) in found {
-            self.faults.at(code, one.line, &one.text, message, help);
+            self.faults.error_in_line(code, one.line, &one.text, message, help);
         }
     }
 
@@ -259,7 +259,7 @@ impl Reader<'_, '_> {
                         "end it with GE or with a JMP",
                     ),
                 };
-                self.faults.at(Code::NoEnd, last.line, &last.text, message, help);
+                self.faults.error_in_line(Code::NoEnd, last.line, &last.text, message, help);
             }
         }
     }
@@ -268,6 +268,6 @@ impl Reader<'_, '_> {
         let [from, to] = [one.at.start as usize, one.at.end as usize];
         let begin = self.text[..from].rfind('\n').map_or(0, |at| at + 1);
         let line = self.text[begin..].lines().next().unwrap_or_default();
-        self.faults.within(code, one.line, line, &self.text[from..to], (message, help));
+        self.faults.error_at(code, one.line, line, &self.text[from..to], (message, help));
     }
 }

@@ -182,7 +182,7 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
     }
     body.close();
     if is_open(&text[start..], layout.delimiter) {
-        body.faults.at(
+        body.faults.error_in_line(
             Code::OpenQuote,
             lines.line,
             first_line(&text[start..]),
@@ -256,7 +256,7 @@ impl Body<'_, '_, '_> {
     fn row(&mut self, record: &StringRecord, columns: usize, line: u32, start: usize) {
         let cell = |column: usize| record.get(column).unwrap_or_default().trim();
         let fault = |faults: &mut Faults<'_>, code, message: &str, help| {
-            faults.at(code, line, first_line(&self.text[start..]), message, help);
+            faults.error_in_line(code, line, first_line(&self.text[start..]), message, help);
         };
         if record.len() < columns
             || record.iter().skip(columns).any(|extra| !extra.trim().is_empty())

@@ -106,14 +106,14 @@ fn read_line(
         Ok(found) => found,
         Err(open) => {
             let told = ("a string has no closing quotation mark", "close the string with \"");
-            return faults.within(Code::OpenString, number, line, open, told);
+            return faults.error_at(Code::OpenString, number, line, open, told);
         }
     };
     let step = take_step(&mut found);
     let mut rest = &found[..];
     if rest.is_empty() {
         if step.is_some() {
-            faults.at(
+            faults.error_in_line(
                 Code::BareStep,
                 number,
                 line,
@@ -136,7 +136,7 @@ fn read_line(
             "this line is not an instruction",
             "write a mnemonic and its operands, separated by blanks, such as LD X0; comments begin with ; or //",
         );
-        return faults.within(Code::NotAnInstruction, number, line, mnemonic, told);
+        return faults.error_at(Code::NotAnInstruction, number, line, mnemonic, told);
     }
     let places = WordPositions::of_slices(text, rest.iter().copied());
     let operands = operands.iter().map(|&operand| operand.to_owned()).collect();

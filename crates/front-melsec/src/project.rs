@@ -57,7 +57,7 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
         let instructions = csv::read(&text, &layout, faults);
         (layout.cpu, instructions)
     } else {
-        faults.at(
+        faults.error_in_line(
             Code::NoHeads,
             1,
             text.lines().next().unwrap_or_default(),

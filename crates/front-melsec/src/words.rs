@@ -96,7 +96,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     for line in text.as_bytes().split(|&byte| byte == b'\n' || byte == b'\r') {
         if line.len() > LONGEST {
             let number = text[..at].bytes().filter(|&b| b == b'\n').count() + 1;
-            faults.at(
+            faults.error_in_line(
                 Code::LongLine,
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],

@@ -82,7 +82,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
         match instruction(name, number, line, &words) {
             Err(fault) => faults.push(fault),
             Ok(_) if address >= WORDS => {
-                faults.at(
+                faults.error_in_line(
                     Code::TooLong,
                     number,
                     line,
@@ -96,7 +96,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             }
             Ok(word) => {
                 if let Some(first) = source.lines.insert(address as u8, number) {
-                    faults.at(
+                    faults.error_in_line(
                         Code::WordTwice,
                         number,
                         line,

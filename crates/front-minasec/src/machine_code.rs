@@ -104,7 +104,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             continue;
         }
         if ended {
-            faults.at(
+            faults.error_in_line(
                 Code::BehindTheEnd,
                 number,
                 line,
@@ -131,14 +131,14 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Ok(Record::EndOfFile) => ended = true,
             // Some tools write an upper address of 0 before a small image.
             Ok(Record::ExtendedLinearAddress(0) | Record::ExtendedSegmentAddress(0)) => {}
-            Ok(_) => faults.at(
+            Ok(_) => faults.error_in_line(
                 Code::HexRecord,
                 number,
                 line,
                 "this record has no meaning for a memory of 256 words",
                 "write data records (type 00) and an end-of-file record (type 01)",
             ),
-            Err(error) => faults.at(
+            Err(error) => faults.error_in_line(
                 Code::HexRecord,
                 number,
                 line,
@@ -150,7 +150,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     if let Some((number, line, address, empty)) = outside
         && !(empty && CHIPS.contains(&end))
     {
-        faults.at(
+        faults.error_in_line(
             Code::TooLong,
             number,
             line,
@@ -172,7 +172,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
 fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Faults<'_>) {
     let word = Word(byte);
     if word.stores_to_input() {
-        faults.at(
+        faults.error_in_line(
             Code::StoreToInput,
             line,
             &word.to_string(),
@@ -181,7 +181,7 @@ fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Fa
         );
     }
     if let Some(first) = source.lines.insert(address as u8, line) {
-        faults.at(
+        faults.error_in_line(
             Code::WordTwice,
             line,
             &word.to_string(),

@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
 
     fn broken(&mut self, text: &str, message: &str) {
         let line = u32::try_from(self.at.max(1)).unwrap_or(u32::MAX);
-        self.faults.at(
+        self.faults.error_in_line(
             Code::BrokenProject,
             line,
             text,

@@ -208,7 +208,7 @@ pub(super) fn read_line(
 }
 
 fn not_an_instruction(line: &str, number: u32, faults: &mut Faults<'_>) {
-    faults.at(
+    faults.error_in_line(
         Code::NotAnInstruction,
         number,
         line,

@@ -46,14 +46,26 @@ pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
             if number > 1 && !line.trim().is_empty() {
                 let message =
                     "this line is not a symbol (name, type and address, separated by tabs)";
-                faults.at(Code::NoSymbol, number, line, message, "export the symbol table again");
+                faults.error_in_line(
+                    Code::NoSymbol,
+                    number,
+                    line,
+                    message,
+                    "export the symbol table again",
+                );
             }
             continue;
         };
         let known = symbols.entry(name).or_insert_with(|| symbol.clone());
         if known.address != symbol.address {
             let message = format!("the symbol has another address elsewhere: {}", known.address);
-            faults.at(Code::SymbolTwice, number, line, &message, "export the symbol table again");
+            faults.error_in_line(
+                Code::SymbolTwice,
+                number,
+                line,
+                &message,
+                "export the symbol table again",
+            );
         }
     }
 }

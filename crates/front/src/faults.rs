@@ -54,7 +54,7 @@ impl<'a> Faults<'a> {
     }
 
     /// Adds an error for a whole line; `text` is shortened to fit.
-    pub fn at(&mut self, code: Code, line: u32, text: &str, message: &str, help: &str) {
+    pub fn error_in_line(&mut self, code: Code, line: u32, text: &str, message: &str, help: &str) {
         if self.errors.len() < LIMIT {
             self.errors.push(Diagnostic::line(code, self.file, line, shown(text), message, help));
         } else {
@@ -63,7 +63,7 @@ impl<'a> Faults<'a> {
     }
 
     /// Adds an error whose caret is at `part`, which must be a slice of `line`.
-    pub fn within(
+    pub fn error_at(
         &mut self,
         code: Code,
         number: u32,
@@ -143,7 +143,7 @@ mod tests {
     fn beyond_the_limit_faults_are_counted() {
         let mut faults = Faults::new("a.csv");
         for line in 1..=60 {
-            faults.at(Code::NoTime, line, "text", "wrong", "mend it");
+            faults.error_in_line(Code::NoTime, line, "text", "wrong", "mend it");
         }
         faults.push(Diagnostic::file(Code::NameOrder, "a.csv", "odd", "look").warning());
         let all = faults.into_diagnostics();

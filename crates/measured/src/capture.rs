@@ -33,7 +33,7 @@ pub fn read(
             Ok(FileKind::Program(dialect)) => {
                 let message =
                     format!("this is a program ({}), not a file of measurements", dialect.name);
-                let help = "the last file that is named holds the measurements";
+                let help = "the last file on the command line must be the measurements";
                 vec![Diagnostic::file(Code::Capture, name, message, help)]
             }
             _ => faults,

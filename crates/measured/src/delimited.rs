@@ -138,7 +138,7 @@ impl<'a> Table<'a> {
             let message = format!("this row has {} cells, the heading has {columns}", row.len());
             let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
             let mut faults = Faults::new(self.name);
-            faults.at(Code::Capture, line, &joined(&row), &message, help);
+            faults.error_in_line(Code::Capture, line, &joined(&row), &message, help);
             Err(faults.into_diagnostics())
         })
     }
@@ -211,7 +211,7 @@ impl<'a> Table<'a> {
                 read => {
                     let what = if read.is_some() { "not a scan time" } else { "not a number" };
                     let help = "each row holds a decimal number, larger than 0";
-                    faults.at(
+                    faults.error_in_line(
                         Code::Capture,
                         line,
                         &joined(&row),
@@ -293,7 +293,7 @@ impl<'a> Table<'a> {
                     let message =
                         format!("'{cell}' is not a date and time of the same form as before");
                     let help = "each row holds a time stamp such as 2026-11-21T17:42:31.250";
-                    faults.at(Code::Capture, line, &joined(&row), &message, help);
+                    faults.error_in_line(Code::Capture, line, &joined(&row), &message, help);
                 }
             }
         }
@@ -403,7 +403,7 @@ impl<'a> Table<'a> {
                         "a digital signal must be 0 or 1; for an analog one give the switching level: --threshold 2.5 or 0.8..2.0"
                     }
                 };
-                faults.at(Code::Capture, line, &text(), &message, help);
+                faults.error_in_line(Code::Capture, line, &text(), &message, help);
                 continue;
             };
             match clock.at(sample as u64, &row, decimal) {
@@ -417,7 +417,7 @@ impl<'a> Table<'a> {
                 }
                 Some(_) => {
                     let help = "the samples come in order of time: export the capture again";
-                    faults.at(
+                    faults.error_in_line(
                         Code::Capture,
                         line,
                         &text(),
@@ -436,7 +436,7 @@ impl<'a> Table<'a> {
                             "each row begins with the time as a decimal number, or as a time stamp such as 2026-11-21T17:42:31.250",
                         ),
                     };
-                    faults.at(Code::Capture, line, &text(), message, help);
+                    faults.error_in_line(Code::Capture, line, &text(), message, help);
                 }
             }
         }

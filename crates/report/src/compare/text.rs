@@ -200,7 +200,7 @@ pub(crate) fn notes(found: &Comparison) -> Vec<String> {
     }
     if found.missed > 0 {
         notes.push(format!(
-            "{} look as if a pulse had been missed: about a whole number of usual scans ({})",
+            "{} may have missed a pulse: about a whole number of usual scans ({})",
             count(found.missed, "interval"),
             found.figures.median
         ));

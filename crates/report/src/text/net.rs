@@ -13,7 +13,7 @@ const MAX_NAMED: usize = 6;
 pub(super) fn section(audit: &Audit, extent: Extent) -> String {
     let Some(found) = &audit.net else { return String::new() };
     let mut lines = vec![match found.marked.is_empty() {
-        true => "no box on which the longest scan hangs is marked when it starts".to_owned(),
+        true => "no box that the longest scan depends on is marked when it starts".to_owned(),
         false => format!("marked when the longest scan starts: {}", found.marked.join(", ")),
     }];
     let (places, others): (Vec<&Set>, Vec<&Set>) =
