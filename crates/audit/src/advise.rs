@@ -255,7 +255,7 @@ struct On {
 }
 
 impl On {
-    fn told(&self) -> String {
+    fn description(&self) -> String {
         if self.comment.is_empty() {
             self.name.clone()
         } else {
@@ -311,8 +311,8 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
                 line: format!("sets = {:?}", facts.exclusive),
                 what: format!(
                     "{} and {} are both on in the longest scan, and each enables different instructions: state this if an interlock or the plant prevents that they are on together",
-                    one.told(),
-                    other.told()
+                    one.description(),
+                    other.description()
                 ),
                 places,
             },

@@ -74,7 +74,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let Ok(program) = (stages.read)(&Request { facts: &bare, ..*request }) else {
         return Vec::new();
     };
-    let mut told = Vec::new();
+    let mut faults = Vec::new();
     for (key, &(low, high)) in &facts.counts {
         // A word may be the count at several places.
         let places = found(&program, key).unwrap_or_default();
@@ -87,7 +87,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
                 let message = count_told(&program, at, low, high);
                 let help = "state a count that can occur there, or remove the statement";
                 let fact = ["counts", key.as_str()];
-                told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
+                faults.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
             }
         }
     }
@@ -97,17 +97,17 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
             let message = format!("no scan starts with a value from {low} to {high} in {key}");
             let help = "state a range that can occur when a scan starts, or remove the statement";
             let fact = ["ranges", key.as_str()];
-            told.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
+            faults.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
         }
     }
-    if told.is_empty() { together(stages, request, end) } else { told }
+    if faults.is_empty() { together(stages, request, end) } else { faults }
 }
 
 /// Each fact without which some scan satisfies the others.
 fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnostic> {
     let facts = request.facts;
     let is_one = |fewer: &Facts| Instant::now() < end && is_kept(stages, request, fewer);
-    let told = |table: &'static str, key: &str, (low, high): (i64, i64)| {
+    let fault = |table: &'static str, key: &str, (low, high): (i64, i64)| {
         let message =
             format!("no scan satisfies {key} = {low} to {high} together with the other facts");
         let help = "look for another fact about the same word, and correct one of the two";
@@ -117,12 +117,12 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
     for (key, &range) in &facts.counts {
         let mut fewer = facts.clone();
         fewer.counts.remove(key);
-        all.extend(is_one(&fewer).then(|| told("counts", key, range)));
+        all.extend(is_one(&fewer).then(|| fault("counts", key, range)));
     }
     for (key, &range) in &facts.ranges {
         let mut fewer = facts.clone();
         fewer.ranges.remove(key);
-        all.extend(is_one(&fewer).then(|| told("ranges", key, range)));
+        all.extend(is_one(&fewer).then(|| fault("ranges", key, range)));
     }
     all
 }

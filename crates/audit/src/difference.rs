@@ -106,7 +106,7 @@ impl Difference {
             matched.add(old, new);
         }
         let (changes, unchanged) = matched.finish();
-        let told: i128 = changes.iter().map(Change::delta).sum();
+        let total: i128 = changes.iter().map(Change::delta).sum();
         let whole = i128::from(new.bound.upper.0) - i128::from(old.bound.upper.0);
         let doubtful =
             |audit: &Audit| !audit.all_doubts().is_empty() || !audit.unbounded.is_empty();
@@ -117,7 +117,7 @@ impl Difference {
             new: new.bound.upper,
             changes,
             unchanged,
-            besides: whole - told,
+            besides: whole - total,
             is_doubtful: doubtful(old) || doubtful(new),
             is_endless: !new.unbounded.is_empty(),
             allowed,
@@ -333,10 +333,10 @@ mod tests {
         matched.add(&old, &new);
         let (changes, unchanged) = matched.finish();
         assert_eq!(unchanged, 1);
-        let told: Vec<(&str, i128)> =
+        let found: Vec<(&str, i128)> =
             changes.iter().map(|one| (one.kind.name(), one.delta())).collect();
         assert_eq!(
-            told,
+            found,
             [("added", 90), ("removed", -70), ("changed", 10), ("same", 1), ("moved", 0)]
         );
     }

@@ -91,8 +91,8 @@ impl Doubt {
         });
         let endless =
             endless.iter().map(|one| Doubt::Endless { line: one.to.line, certain: one.certain });
-        let told = open.iter().take(MAX_LISTED);
-        let told = told.map(|one| Doubt::PerhapsEndless { line: one.to.line });
+        let listed = open.iter().take(MAX_LISTED);
+        let listed = listed.map(|one| Doubt::PerhapsEndless { line: one.to.line });
         let more = open.len().checked_sub(MAX_LISTED).filter(|&more| more > 0);
         let bodiless = program.without_body.first().map(|(_, first)| Doubt::Bodiless {
             names: program.without_body.iter().map(|(name, _)| name.clone()).collect(),
@@ -103,7 +103,7 @@ impl Doubt {
             .chain(networks)
             .chain(bodiless)
             .chain(endless)
-            .chain(told)
+            .chain(listed)
             .chain(more.map(Doubt::MorePerhapsEndless))
             .chain(outlasts.map(Doubt::OutlastsTimer))
             .collect()

@@ -17,12 +17,12 @@ pub struct Drawn {
     /// The rung.
     pub rung: Rung,
     /// The notes on each of its elements.
-    pub told: Vec<Told>,
+    pub notes: Vec<Notes>,
 }
 
 /// The notes on an instruction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Told {
+pub struct Notes {
     /// Its devices and their comments.
     pub comments: Vec<String>,
     /// What its executions do.
@@ -58,7 +58,7 @@ impl Drawn {
     /// The sum over all of its instructions.
     #[must_use]
     pub fn uses(&self) -> Uses {
-        self.told.iter().fold(Uses::default(), |all, Told { uses, .. }| Uses {
+        self.notes.iter().fold(Uses::default(), |all, Notes { uses, .. }| Uses {
             timed: all.timed + uses.timed,
             reached: all.reached + uses.reached,
             runs: all.runs + uses.runs,

@@ -129,17 +129,17 @@ fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
         if !holds_here(program, &taken, one.instruction) {
             continue;
         }
-        let told = one.what.to_string();
+        let text = one.what.to_string();
         match (&one.what, &program.instructions[one.instruction].step) {
             (Approximated::WholeSummary(_), _) => {
-                found.extend((0..program.instructions.len()).map(|at| (at, told.clone())));
+                found.extend((0..program.instructions.len()).map(|at| (at, text.clone())));
             }
             (_, Step::Summary(summary)) => {
-                found.extend(summary.charges.iter().map(|(at, _)| (*at, told.clone())));
+                found.extend(summary.charges.iter().map(|(at, _)| (*at, text.clone())));
             }
             _ => {}
         }
-        found.push((one.instruction, told));
+        found.push((one.instruction, text));
     }
     for (at, instruction) in program.instructions.iter().enumerate() {
         let own = choices(instruction).into_iter().filter(|choice| taken.contains(choice));

@@ -132,7 +132,8 @@ fn shown(
         let price = price_of(table, key, &Tags::new()).ok();
         let rows = price.iter().flat_map(|price| price.row.split(" + "));
         let rows = rows.filter_map(|row| table.row(row).cloned()).collect();
-        let told = program.approximations.iter().filter(|told| parts.contains(&told.instruction));
+        let found =
+            program.approximations.iter().filter(|found| parts.contains(&found.instruction));
         Some(FormUse {
             line: one.line.clone(),
             rows,
@@ -140,7 +141,7 @@ fn shown(
             class: key.class,
             price,
             follow: parts.iter().map(|&at| follow(&program, &program.instructions[at])).max()?,
-            approximations: told.map(|told| told.what.to_string()).collect(),
+            approximations: found.map(|found| found.what.to_string()).collect(),
         })
     })
 }

@@ -62,7 +62,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     };
     let limits = Limits { deadline: Some(end), ..Limits::default() };
     let shown = unreachable_charges(&model, &group((0..violations.len()).collect()), &limits);
-    let told = |at: usize| tell(program, &violations[at]);
+    let describe = |at: usize| tell(program, &violations[at]);
     let (kept, counted): (Vec<usize>, Vec<usize>) = (0..violations.len())
         .partition(|&at| matches!(violations[at], Violation::Word(_) | Violation::All(_)));
     let mut left = Vec::new();
@@ -76,12 +76,12 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
             ];
             head.extend(given.iter().map(|one| format!("  {one}")));
             head.extend(stated(program));
-            let text = export::never(&model, &group(shown.clone()), &head, &told);
+            let text = export::never(&model, &group(shown.clone()), &head, &describe);
             files.push((name, text));
             index.push(format!("{name}: expected answer unsat. {says}"));
-            index.extend(shown.into_iter().map(|at| format!("  {}", told(at))));
+            index.extend(shown.into_iter().map(|at| format!("  {}", describe(at))));
         }
-        left.extend(open.into_iter().map(|at| format!("  {}", told(at))));
+        left.extend(open.into_iter().map(|at| format!("  {}", describe(at))));
     };
     file(
         KEPT,

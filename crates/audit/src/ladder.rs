@@ -1,6 +1,6 @@
 //! A project's rungs for drawing, with what each of their instructions does in the longest scan.
 
-pub use super::drawn::{Drawn, Ladder, Told, Uses};
+pub use super::drawn::{Drawn, Ladder, Notes, Uses};
 use super::pipeline::Concluded;
 use super::{Audit, comments_in};
 use scanbound_base::location::Location;
@@ -16,7 +16,7 @@ impl Ladder {
         let audit = &concluded.audit;
         let mut uses = uses(audit);
         let drawn = |rung: Rung| {
-            let told = rung.elements.iter().map(|element| Told {
+            let notes = rung.elements.iter().map(|element| Notes {
                 comments: comments_in(program, &program.instructions[element.parts.start]),
                 uses: uses
                     .remove(&(element.at, element.text.clone()))
@@ -27,7 +27,7 @@ impl Ladder {
                     })
                     .unwrap_or_default(),
             });
-            Drawn { told: told.collect(), rung }
+            Drawn { notes: notes.collect(), rung }
         };
         Ladder { rungs: rungs(program).into_iter().map(drawn).collect() }
     }

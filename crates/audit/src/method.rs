@@ -174,15 +174,15 @@ pub fn opinions(
 ) -> Result<Vec<Opinion>, Failure> {
     let deadline = budget.deadline();
     let limits = Limits { deadline, cancelled: request.cancelled, ..Limits::default() };
-    let told: Vec<Result<Opinion, String>> = groups
+    let opinions: Vec<Result<Opinion, String>> = groups
         .par_iter()
         .zip(maxima)
         .map(|(group, maximum)| second_opinion(model, group, maximum, &limits))
         .collect();
-    let numbered = told.into_iter().enumerate();
+    let numbered = opinions.into_iter().enumerate();
     let opinions = numbered
-        .map(|(index, told)| {
-            told.map_err(|why| Failure::Internal(format!("group {}: {why}", index + 1)))
+        .map(|(index, opinion)| {
+            opinion.map_err(|why| Failure::Internal(format!("group {}: {why}", index + 1)))
         })
         .collect::<Result<Vec<Opinion>, Failure>>()?;
     let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn letters_go_on_behind_z() {
-        let told = [0, 25, 26, 51, 52, 701, 702].map(letters);
-        assert_eq!(told, ["a", "z", "aa", "az", "ba", "zz", "aaa"]);
+        let opinions = [0, 25, 26, 51, 52, 701, 702].map(letters);
+        assert_eq!(opinions, ["a", "z", "aa", "az", "ba", "zz", "aaa"]);
     }
 }

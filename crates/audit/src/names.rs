@@ -20,14 +20,14 @@ pub struct Names<'a> {
 pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> {
     let comments = &program.comments;
     let mut seen = BTreeSet::new();
-    let told = instruction.operands.iter().filter_map(|operand| {
+    let place_text = instruction.operands.iter().filter_map(|operand| {
         let own = [operand.device, Device { bit: None, ..operand.device }];
         let (device, comment) =
             own.into_iter().find_map(|device| Some((device, comments.get(&device)?)))?;
         let written = operand.source_text(&instruction.text);
         seen.insert(device).then(|| format!("{written} {comment}"))
     });
-    told.collect()
+    place_text.collect()
 }
 
 impl<'a> Names<'a> {
@@ -63,8 +63,8 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// As `Program::told`, but cached: there are many executions and few files.
-    fn told(&self, at: Location) -> String {
+    /// As `Program::location_text`, but cached: there are many executions and few files.
+    fn place_text(&self, at: Location) -> String {
         match self.files.get(at.file as usize) {
             Some(file) => format!("{file}:{}", at.line),
             None => self.program.location_text(at),
@@ -74,7 +74,7 @@ impl<'a> Names<'a> {
     fn cell(&self, cell: Cell) -> String {
         let Some(&index) = self.memories.get(&cell) else { return self.program.cell_name(cell) };
         let at = &self.program.instructions[index];
-        format!("last state of `{}` in {}", at.text, self.told(at.place))
+        format!("last state of `{}` in {}", at.text, self.place_text(at.place))
     }
 
     fn iteration(&self, frame: Frame) -> Option<String> {
@@ -129,13 +129,13 @@ impl<'a> Names<'a> {
         let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
         let at = &self.program.instructions[frame.at];
         match (&at.step, interrupt) {
-            (Step::Call { .. }, _) => format!("{} in {}", at.text, self.told(at.place)),
+            (Step::Call { .. }, _) => format!("{} in {}", at.text, self.place_text(at.place)),
             (Step::ForBegin { .. }, _) => {
-                let place = self.told(at.place);
+                let place = self.place_text(at.place);
                 format!("{} in {place}, iteration {}", at.text, frame.iteration + 1)
             }
             (_, Some(interrupt)) => format!("{}, run {}", interrupt.name, frame.iteration + 1),
-            _ => format!("{} in {}", at.text, self.told(at.place)),
+            _ => format!("{} in {}", at.text, self.place_text(at.place)),
         }
     }
 }
@@ -169,14 +169,14 @@ mod tests {
         let facts = Facts::default();
         let program = project.decode(&Options::new(&facts)).expect("a program");
         let names = Names::new(&program);
-        let told = |text: &str| {
+        let place_text = |text: &str| {
             let of = program.instructions.iter().find(|one| &*one.text == text);
             names.comments_in(of.expect("an instruction")).join(", ")
         };
-        assert_eq!(told("LD X00A"), "X00A start");
-        assert_eq!(told("MOV K4X0A D100Z2"), "K4X0A start, D100Z2 step");
-        assert_eq!(told("MOV ZR5 D100"), "ZR5 recipe, D100 step");
-        assert_eq!(told("OUT T1 K5"), "T1 delay");
-        assert_eq!(told("OUT D7.F"), "D7.F flags");
+        assert_eq!(place_text("LD X00A"), "X00A start");
+        assert_eq!(place_text("MOV K4X0A D100Z2"), "K4X0A start, D100Z2 step");
+        assert_eq!(place_text("MOV ZR5 D100"), "ZR5 recipe, D100 step");
+        assert_eq!(place_text("OUT T1 K5"), "T1 delay");
+        assert_eq!(place_text("OUT D7.F"), "D7.F flags");
     }
 }

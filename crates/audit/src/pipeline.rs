@@ -167,8 +167,8 @@ impl Prepared {
         }
         let settings =
             scanbound_passes::Settings { trust: request.trusted(), budget: Some(&budget) };
-        let told = |name| (request.progress)(Progress::Stage(name));
-        request.passes.run(&mut understood.program, &settings, told)?;
+        let report_stage = |name| (request.progress)(Progress::Stage(name));
+        request.passes.run(&mut understood.program, &settings, report_stage)?;
         let cuts = budget.early_stops();
         Ok(Prepared { start, understood, cuts })
     }

@@ -90,7 +90,7 @@ pub fn run(
             if let Some((last, start)) = run.last {
                 found.replace(last, start);
             }
-            return told(program, overhead, run.scans);
+            return scans_for_report(program, overhead, run.scans);
         }
     }
     let error = errors.into_iter().flatten().next();
@@ -132,15 +132,15 @@ fn plans(program: &Program) -> Vec<Plan> {
 }
 
 /// The scans for the report. Scans in which the run only waits are left out.
-fn told(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
+fn scans_for_report(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
     let waits = |at: usize| scans.get(at + 1).is_some_and(|next| next.waited);
     let shown = scans.iter().enumerate().filter(|&(at, scan)| !(scan.waited && waits(at)));
-    let told = |(_, scan): (usize, &Made)| RunScan {
+    let scans_for_report = |(_, scan): (usize, &Made)| RunScan {
         number: scan.number,
         inputs: on(program, &scan.inputs),
         took: overhead + scan.took,
     };
-    shown.map(told).collect()
+    shown.map(scans_for_report).collect()
 }
 
 /// The names of the inputs that are on, or not 0, with their values.

@@ -268,7 +268,7 @@ fn along(
     program: &Program,
     times: &[Times],
     on: &[Cell],
-    mut told: impl FnMut(usize, Picos) -> bool,
+    mut visit: impl FnMut(usize, Picos) -> bool,
 ) {
     let walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
     let mut known = Conditions { on: on.to_vec(), ..Conditions::new(Some(true), true) };
@@ -278,7 +278,7 @@ fn along(
         let fires = known.fires(&instruction.step);
         passed = passed.saturating_add(walk.cost(at, fires));
         let so_far = Picos(u64::try_from(passed).unwrap_or(u64::MAX / 2));
-        let goes_on = fires != Some(true) || told(at, so_far);
+        let goes_on = fires != Some(true) || visit(at, so_far);
         if !goes_on || !known.follow(&instruction.step, fires) {
             break;
         }

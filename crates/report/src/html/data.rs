@@ -1,7 +1,7 @@
 //! The ladder as the page's script reads it: lists without names, since there are tens of thousands of them.
 
 use scanbound_audit::Audit;
-use scanbound_audit::ladder::{Drawn, Told};
+use scanbound_audit::ladder::{Drawn, Notes};
 use scanbound_ir::ladder::{Drawing, Element, Path, Symbol};
 use serde_json::{Value, json};
 
@@ -13,20 +13,20 @@ pub(super) fn ladder(audit: &Audit) -> Vec<Value> {
 fn rung(drawn: &Drawn) -> Value {
     let rung = &drawn.rung;
     let elements: Vec<Value> =
-        rung.elements.iter().zip(&drawn.told).map(|(one, told)| element(one, told)).collect();
+        rung.elements.iter().zip(&drawn.notes).map(|(one, notes)| element(one, notes)).collect();
     let paths: Vec<Value> = rung.paths.iter().map(path).collect();
     json!([rung.number, rung.file, rung.elements.first().map(|one| one.at.line), elements, paths])
 }
 
 /// Symbol, text, label, line, comments, executions that have a time, those reached, those that run, part in the bound, most.
-fn element(one: &Element, told: &Told) -> Value {
-    let uses = told.uses;
+fn element(one: &Element, notes: &Notes) -> Value {
+    let uses = notes.uses;
     json!([
         symbol(one.symbol),
         &*one.text,
         one.label(),
         one.at.line,
-        told.comments,
+        notes.comments,
         uses.timed,
         uses.reached,
         uses.runs,
