@@ -182,7 +182,7 @@ fn what_the_families_have_is_known() {
         &Facts::default(),
     )
     .expect_err("not modelled");
-    assert!(told.contains("adds index registers to every device"), "{told}");
+    assert!(told.contains("adds index registers to all devices"), "{told}");
 }
 
 #[test]

@@ -273,5 +273,5 @@ fn relays_that_are_stated_to_be_the_programs_own_are_trusted_with_counts_too() {
     let Err(Failure::Input(faults)) = follow(&asked(&inputs, &table, &wrong, Trust::All)) else {
         panic!("Q7 is no device")
     };
-    assert!(faults[0].message.starts_with("'Q7' under [internal] is no device"));
+    assert!(faults[0].message.starts_with("'Q7' under [internal] is not a device"));
 }

@@ -532,7 +532,7 @@ fn what_has_no_form_without_macro_steps_is_refused() {
     let asks = "<actions><action name=\"look\"><body><ST><p>v := M.a.X;</p></ST></body></action></actions>";
     let text = around(&two).replace("<actions></actions>", asks);
     let (_, told, code) = sfc(&text, "a.xml", &["--explicit", "-o", "-"]);
-    assert!(told.contains("main: action look asks for steps of macro steps"), "{told}");
+    assert!(told.contains("main: action look reads steps"), "{told}");
     assert_eq!(code, Some(2));
 }
 

@@ -35,7 +35,7 @@ fn facts_writes_over_no_file() {
     let facts = ["facts", "a.il", "--cpu", "Q26UDV", "-o", "plant.toml"];
     let (code, why) = told(&facts, directory.path());
     assert_eq!(code, Some(2), "{why}");
-    assert!(why.contains("plant.toml is there already") && why.contains("stdout"), "{why}");
+    assert!(why.contains("plant.toml exists") && why.contains("stdout"), "{why}");
     let kept = std::fs::read_to_string(directory.path().join("plant.toml")).expect("still there");
     assert_eq!(kept, "[io]\ninputs = 64\n");
     std::fs::remove_file(directory.path().join("plant.toml")).expect("removed");
@@ -148,7 +148,7 @@ fn a_misspelt_cpu_or_word_is_offered_as_it_was_meant() {
     let shown = scanbound(&stated("b.il", "ranges.toml"), directory.path());
     let shown =
         String::from_utf8_lossy(&shown.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(shown.contains("does not name: did you mean D37442?"), "{shown}");
+    assert!(shown.contains("does not use: did you mean D37442?"), "{shown}");
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn what_belongs_to_scanbound_is_told_where_it_is_given_as_a_program() {
         ("plant.toml", "this is a facts file", "--facts"),
         ("offered.toml", "this is a facts file", "--facts"),
         ("project.toml", "this is a project file", "no program is named"),
-        ("a.json", "this is a report of scanbound", "the program's files"),
+        ("a.json", "this is a report of scanbound", "the program files"),
     ] {
         for more in [&[][..], &["a.il"]] {
             let how = [&["audit", "--cpu", "Q26UDV", file], more].concat();

@@ -410,9 +410,9 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
 fn counts_are_stated_of_places_that_count() {
     let loops = "NOP; FOR D50; LD X1; Op1; NEXT; FOR K9; LD X1; Op1; NEXT; END";
     for (facts, told) in [
-        ("\"a.txt:3\" = 5", "no word counts iterations or units at a.txt:3"),
+        ("\"a.txt:3\" = 5", "no count of iterations or units is read from a word at a.txt:3"),
         // A constant.
-        ("\"a.txt:6\" = 5", "no word counts iterations or units at a.txt:6"),
+        ("\"a.txt:6\" = 5", "no count of iterations or units is read from a word at a.txt:6"),
         ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
         ("\"a.txt\" = 5", "no count is read from a word 'a.txt'"),
         ("\"a.txt:x\" = 5", "'a.txt:x' is not the place of an instruction"),
