@@ -110,7 +110,7 @@ fn rests_on(concluded: &Concluded) -> (Vec<String>, String) {
             names.push(file.name);
         }
     }
-    let lines = index.lines().filter(|line| line.starts_with(' ') || line.contains("Not shown"));
+    let lines = index.lines().filter(|line| line.starts_with(' ') || line.contains("No file for these"));
     (names, lines.map(|line| format!("{}\n", line.trim())).collect())
 }
 
@@ -160,14 +160,14 @@ fn what_the_scans_formula_does_not_show_is_told() {
     let search = "FOR D50; LD X0; Op1; NEXT; LD SM400; SER D0 D100 D50 K30; MOV K3 D60; FMOV D0 D200 D60; END";
     let (names, index) = rests_on(&concluded(Trust::Counts, "", search));
     assert_eq!(names, ["invariants-power-up.smt2", "counts.smt2"]);
-    let (shown, open) = index.split_once("Not shown").expect("something is not shown");
+    let (shown, open) = index.split_once("No file for these").expect("something is not shown");
     assert!(shown.contains("D200 D60") && open.contains("D50 is 0 to 30"), "{index}");
     // A loop that is summed up is not followed.
     let summed = "LD SM400; WAND K7 D0 D50; FOR K3000; NOPS; LD X0; FMOV K0 D100 D50; NEXT; END";
     let summed = summed.replace("NOPS", &["NOP"; 150].join("; "));
     let (names, index) = rests_on(&concluded(Trust::None, "", &summed));
     assert_eq!(names, [""; 0]);
-    let (_, open) = index.split_once("Not shown").expect("something is not shown");
+    let (_, open) = index.split_once("No file for these").expect("something is not shown");
     assert!(open.contains("FMOV K0 D100 D50 does not exceed its limit"), "{index}");
 }
 
