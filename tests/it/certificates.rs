@@ -110,7 +110,8 @@ fn rests_on(concluded: &Concluded) -> (Vec<String>, String) {
             names.push(file.name);
         }
     }
-    let lines = index.lines().filter(|line| line.starts_with(' ') || line.contains("No file for these"));
+    let lines =
+        index.lines().filter(|line| line.starts_with(' ') || line.contains("No file for these"));
     (names, lines.map(|line| format!("{}\n", line.trim())).collect())
 }
 
