@@ -134,7 +134,7 @@ fn any(all: impl IntoIterator<Item = Logic>) -> Option<Logic> {
 }
 
 fn compare(relation: Relation, format: NumberFormat, left: &Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, format: format, left: left.clone(), right }))
+    Logic::Compare(Box::new(Compare { relation, format, left: left.clone(), right }))
 }
 
 /// A constant of this many words.

@@ -6,7 +6,7 @@
 //! gives its value:
 //!
 //! - [`ChoiceKind::External`]: an external value; it may be anything. Inputs that are read directly, data from modules
-//! and networks, how far timers have run, the moment of an interrupt.
+//!   and networks, how far timers have run, the moment of an interrupt.
 //! - [`ChoiceKind::Exact`]: an operation computes the value, or what is written, from operands.
 //! - no entry in `Program::kinds`: the value is unknown. A real run stops where its path or cost depends on such a
 //!   value.
