@@ -479,13 +479,13 @@ impl Generator<'_, '_> {
         if self.taste.reals && self.tape.percent(30) {
             let format = NumberFormat::Real(self.fresh());
             let (left, right) = (self.real(), self.real());
-            return Logic::Compare(Box::new(Compare { relation, format: format, left, right }));
+            return Logic::Compare(Box::new(Compare { relation, format, left, right }));
         }
         let format = self.tape.pick(&[NumberFormat::Signed, NumberFormat::Unsigned]);
         let words = 1 + usize::from(self.tape.percent(30));
         let left = self.number(words, 1);
         let right = self.number(words, 1);
-        Logic::Compare(Box::new(Compare { relation, format: format, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
     }
 
     fn real(&mut self) -> Number {

@@ -262,7 +262,7 @@ fn what_is_read_again_where_less_is_known_is_worked_out_again() {
     let is = |cell, value| {
         let (left, right) = (words(WordSource::Cell(word(cell))), words(WordSource::Const(value)));
         let (relation, format) = (Relation::Equal, NumberFormat::Signed);
-        Logic::Compare(Box::new(Compare { relation, format: format, left, right }))
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
     };
     let start = |value| Step::Logic { join: Join::Start, value };
     let write = |when, to, source| Effect {
