@@ -2,6 +2,7 @@
 
 use super::assembler::Assembler;
 use super::open::{beyond, opened};
+use super::time_range::is_edge;
 use super::types::Kind;
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
@@ -147,22 +148,27 @@ impl Assembler {
             let (relation, format, left) = (Relation::Less, NumberFormat::Signed, left.clone());
             Logic::Compare(Box::new(Compare { relation, format, left, right }))
         };
-        let (words, below) = match operator {
+        let zero = || constant(0, 2);
+        // Where one of them is below 0 or beyond, so may the result be, however its 32 bits come out.
+        let mut differs: Vec<Logic> = [&left, &right].map(|one| below(one, zero())).into();
+        differs.extend([&left, &right].map(is_edge));
+        let words = match operator {
             Operator::Subtract => {
-                let below = self.keep_bit(below(&left, right.clone()));
-                (self.copied(Number::Sub(Box::new(left), Box::new(right)), 2), below)
+                differs.push(below(&left, right.clone()));
+                self.copied(Number::Sub(Box::new(left), Box::new(right)), 2)
             }
             _ => {
-                let words = self.copied(Number::Add(Box::new(left), Box::new(right)), 2);
-                let below = below(&Number::Words(words.clone()), constant(0, 2));
-                (words, self.keep_bit(below))
+                let sum = self.copied(Number::Add(Box::new(left), Box::new(right)), 2);
+                differs.push(below(&Number::Words(sum.clone()), zero()));
+                sum
             }
         };
+        let differs = self.keep_bit(Logic::Any(differs));
         if let Some(&WordSource::Cell(first)) = words.first() {
             let choice = self.builder.choice();
             self.program().statements.undefined_by_language.insert(choice);
             let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
-            let at = self.write_if(below, vec![any], None);
+            let at = self.write_if(differs, vec![any], None);
             let why =
                 "a time below 0 or beyond 24 days, of which controllers differ: it may be any time";
             self.program().approximate(at, why);

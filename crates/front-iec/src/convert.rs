@@ -2,6 +2,7 @@
 
 use super::assembler::Assembler;
 use super::mixed::below_zero;
+use super::time_range::{is_edge, may_be_edge};
 use super::types::{DINT, Kind, Ty, elementary, holding};
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::fault::Fault;
@@ -41,7 +42,14 @@ impl Assembler {
     /// A number of one kind as one of another.
     pub(super) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
         self.charge_conversion(from, to);
-        self.converted_for_nothing(number, from, to)
+        if from == to || !may_be_edge(from, &number) {
+            return self.converted_for_nothing(number, from, to);
+        }
+        let time = Number::Words(self.copied(number, from.words()));
+        let found = self.converted_for_nothing(time.clone(), from, to);
+        let found = self.copied(found, to.words());
+        self.open_where(is_edge(&time), &found);
+        Number::Words(found)
     }
 
     fn converted_for_nothing(&mut self, number: Number, from: Kind, to: Kind) -> Number {

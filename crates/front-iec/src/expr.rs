@@ -635,8 +635,13 @@ impl Assembler {
             kind if kind.is_signed() => NumberFormat::Signed,
             _ => NumberFormat::Unsigned,
         };
+        let (mut left, mut right) = (left, right);
+        let edge = match kind {
+            Kind::Time => self.edge_of_comparison(&mut left, &mut right),
+            _ => None,
+        };
         let compare = Logic::Compare(Box::new(Compare { relation, format, left, right }));
-        let beyond: Vec<Logic> = open.into_iter().chain(also).collect();
+        let beyond: Vec<Logic> = open.into_iter().chain(also).chain(edge).collect();
         Ok(Value::Bit(match beyond.is_empty() {
             true => compare,
             false => self.open_bit(compare, Logic::Any(beyond)),

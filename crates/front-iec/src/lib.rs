@@ -48,6 +48,7 @@ mod stand_in;
 mod statement;
 mod step_time;
 mod tally;
+mod time_range;
 mod timer;
 mod turns;
 mod types;

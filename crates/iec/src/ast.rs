@@ -200,6 +200,24 @@ pub enum Expr {
 }
 
 impl Expr {
+    /// Whether it calls a function or a method, in an index as well.
+    #[must_use]
+    pub fn has_call(&self) -> bool {
+        let in_path = |path: &Path| {
+            path.rest.iter().any(|part| match part {
+                Part::Index(indices) => indices.iter().any(Expr::has_call),
+                _ => false,
+            })
+        };
+        match self {
+            Expr::Literal(_) => false,
+            Expr::Variable(path) => in_path(path),
+            Expr::Not(inner) | Expr::Negate(inner) => inner.has_call(),
+            Expr::Binary(_, left, right) => left.has_call() || right.has_call(),
+            Expr::Call(..) => true,
+        }
+    }
+
     /// A truth value.
     #[must_use]
     pub fn bool(value: bool) -> Expr {

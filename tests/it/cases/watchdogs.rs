@@ -170,6 +170,12 @@ fn blocks_from_below_may_set_the_constant_scan_time() {
     let user = ["--time", "SwOp0=1us"];
     assert_eq!(code(&format!("{on}SwOp0 D8030\n"), &user), Some(3));
     assert_eq!(code(&format!("{on}WSFL D0 D7990 K60 K1\n"), &["--time", "WSFL=1us"]), Some(3));
+    // DECO writes 2^n relays.
+    let decode =
+        |operands: &str| code(&format!("LD X0\nDECO D0 {operands}\n"), &["--time", "DECO=1us"]);
+    assert_eq!(decode("M8032 K3"), Some(3));
+    assert_eq!(decode("M8024 K4"), Some(3));
+    assert_eq!(decode("M8031 K3"), Some(0), "M8038 is the last");
 }
 
 #[test]

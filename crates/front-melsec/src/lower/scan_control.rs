@@ -131,6 +131,13 @@ impl Lowering<'_> {
             Category::User | Category::Unknown { .. } => return LONGEST_BLOCK,
             _ => return 1,
         };
+        if unpulsed(&item.name) == "DECO" {
+            let exponent = match item.operands.last() {
+                Some(Ok(Operand::Constant(exponent))) => u32::try_from(*exponent).unwrap_or(8),
+                _ => 8,
+            };
+            return 1 << exponent.min(8);
+        }
         match found.entry.meaning {
             Operation::Copy
             | Operation::Fill
