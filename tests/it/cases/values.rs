@@ -23,6 +23,35 @@ fn program(variables: &str, body: &str) -> String {
 }
 
 #[test]
+fn times_beyond_24_days_are_in_any_order() {
+    let upper = |body: &str, condition: &str| {
+        let variables = "VAR a AT %IX0.0 : BOOL; w AT %IW2 : INT; x, y : TIME; t : TON; END_VAR";
+        let body = format!("{body} IF {condition} THEN Op4(); END_IF;");
+        bounds(&program(variables, &body), "").1
+    };
+    let edge = "T#24d20h31m23s647ms";
+    let above = format!("y > {edge}");
+    for (body, condition) in [
+        ("x := T#20d; y := x + x;", above.as_str()),
+        ("y := T#40d;", &above),
+        ("t(IN := a, PT := T#40d); y := t.ET;", &above),
+        ("x := T#1h * w; y := x;", &above),
+        ("y := T#20d; y := y + y; x := T#24d20h31m23s647ms;", "y > x"),
+        ("x := T#24d20h31m23s647ms; y := x + T#1ms;", "y > x"),
+        ("x := T#20d; x := x + x; y := x + T#1d;", "x > T#24d20h31m23s646ms AND y > x"),
+        ("x := T#20d; x := x + x; y := x - T#1ms;", &above),
+        ("x := T#0s - T#20d; y := x + x;", "y < T#0s - T#24d20h31m23s648ms"),
+        ("x := T#0s - T#20d; y := x + x;", "NOT (y < T#0s - T#24d20h31m23s648ms)"),
+        ("x := T#20d; x := x - (T#0s - T#20d); y := x;", &above),
+    ] {
+        assert_eq!(upper(body, condition), 4, "{body} {condition}");
+    }
+    assert_eq!(upper("x := T#5s; y := x + x;", "y <> T#10s"), 0);
+    assert_eq!(upper("x := T#5s; y := x - T#2s;", "y > x"), 0);
+    assert_eq!(upper("t(IN := a, PT := T#5s); y := t.ET;", "y > T#5s"), 0);
+}
+
+#[test]
 fn constants_hold_their_values_in_every_scan() {
     let types = "TYPE e : (off, on := 5, last); n : INT := 4; s : STRUCT a : INT := 2; b : e; c : ARRAY[0..1] OF INT; END_STRUCT; END_TYPE ";
     for (declared, never) in [
