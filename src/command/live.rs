@@ -446,15 +446,19 @@ impl Watching<'_> {
     fn notice(&mut self, notice: &Notice, time: Picos, how: How) {
         self.clear();
         let when = match how {
-            How::Read => "a scan",
-            How::Grown => "a scan between two readings",
+            How::Read => "",
+            How::Grown => ", between two readings,",
         };
         let bound = self.watch.bound().unwrap_or_default();
         say(&match notice {
             Notice::Near(share) => {
-                format!("{when} of {time} came within 5 % of the bound of {bound} ({share})\n")
+                format!(
+                    "a scan of {time}{when} came within 5 % of the bound of {bound} ({share})\n"
+                )
             }
-            Notice::Above => complaint(&format!("{when} of {time} is above the bound of {bound}")),
+            Notice::Above => {
+                complaint(&format!("a scan of {time}{when} is above the bound of {bound}"))
+            }
         });
     }
 

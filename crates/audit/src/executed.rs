@@ -80,7 +80,10 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
             )
         }
         Some(Stopped { at: stop, reason: StopReason::TooLong, .. }) => {
-            format!("the simulation was stopped at {} because the scan is too long", at(*stop))
+            format!(
+                "the simulation was stopped at {} because the scan executes more instructions than the simulation's limit",
+                at(*stop)
+            )
         }
         _ => {
             let why = "the model uses values for which no scan was found";

@@ -201,7 +201,8 @@ impl Memory {
         self.known().get(usize::from(area.0)).map_or(BANK, |known| known.size)
     }
 
-    /// The address of a predefined symbol; empty if the family does not have it.
+    /// The address of a predefined symbol: an empty text if this family does not have the symbol; `None` if the name is
+    /// not that of a predefined symbol.
     pub(super) fn symbol(self, name: &str) -> Option<&'static str> {
         let found = SYMBOLS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name))?;
         Some(if self.family == Family::Cs { found.1 } else { found.2 })

@@ -31,7 +31,7 @@ pub(super) struct OpenRegion {
     pub(super) condition: Lit,
     /// The conjunction of the conditions of this region and of all regions opened before it.
     pub(super) all: Lit,
-    /// The highest level of these regions.
+    /// The highest level of this region and of all regions opened before it.
     pub(super) highest: u32,
 }
 

@@ -52,7 +52,7 @@ impl<'a> Pages<'a> {
         Ok(Some(self.key(key.code, control)))
     }
 
-    /// The meaning of a key.
+    /// Handles a key: moves the picture or turns the page, and returns what else the key means; `Other` if nothing.
     pub fn key(&mut self, code: KeyCode, control: bool) -> Pressed {
         let step = |from: i32, by: i32, most: i32| (from + by).clamp(0, most.max(0));
         let size = self.sheets.get(self.page).map_or(Spot { x: 0, y: 0 }, |sheet| sheet.size);

@@ -76,7 +76,7 @@ mod tests {
             told,
             [
                 (2, "the facts about P1 must be in braces"),
-                (3, "the time of P2 is not stated"),
+                (3, "the longest execution time of P2 is not stated"),
                 (4, "the time of P3 must be a time of at most 10 s, in quotes with its unit"),
                 (5, "'write' is not a fact about a routine"),
                 (6, "writes of P5 must be a list of devices"),

@@ -154,7 +154,7 @@ impl Reader<'_> {
         }
         let Some(time) = time else {
             if !entries.iter().any(|(key, _)| key.get_ref() == "time") {
-                let message = format!("the time of {name} is not stated");
+                let message = format!("the longest execution time of {name} is not stated");
                 self.fault(Some(value.span()), message, HELP);
             }
             return;

@@ -153,8 +153,8 @@ impl<'a> Lowering<'a> {
         });
     }
 
-    /// Lowers a program that need not run in every scan: at its start, it may jump to its end. No source line says this, so
-    /// reports show a description of the jump.
+    /// Emits the jump by which a program that need not run in every scan may skip to its end. No source line says this,
+    /// so reports show a description of the jump.
     fn lower_skip(&mut self, end: usize) {
         let file = self.current.file;
         let place = Location { file: file as u32, line: 1, step: None };

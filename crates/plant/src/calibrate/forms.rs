@@ -346,7 +346,9 @@ fn why_not(class: &str) -> &'static str {
         "timer" | "counter" | "pulse" | "contact" => "its time depends on earlier scans",
         "stack" => "it occurs only where rungs branch",
         "module" => "it accesses a module: name buffer memory with --spare U4\\G100",
-        "dedicated" | "clock" | "special" => "it communicates outside the CPU, or takes many scans",
+        "dedicated" | "clock" | "special" => {
+            "instructions of its class may communicate, set the clock, drive outputs or take many scans"
+        }
         _ => "no safe sample line is known for it",
     }
 }

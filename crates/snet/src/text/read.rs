@@ -372,7 +372,7 @@ impl Reader<'_> {
             }
         }
         if !is_behind && !is_stop && !words.is_empty() {
-            let message = format!("the arrow of {name} is missing");
+            let message = format!("the `->` of {name} is missing");
             let help =
                 "write the input places, ->, and the output places: transition T01 : B01 -> B02";
             self.fault(statement, name, message, help);

@@ -78,7 +78,7 @@ fn what_is_no_net_is_told_with_its_line() {
         ("box B\nstop T\narc B -> T", 3, "only arcs with *"),
         ("box B\nstop T : *-> B", 2, "only removes marks"),
         ("outer E\ntransition T : E ->", 2, "an outer gate has no arcs"),
-        ("box B\ntransition T : B", 2, "the arrow of T is missing"),
+        ("box B\ntransition T : B", 2, "the `->` of T is missing"),
         ("box B\ntransition T : B -> if not", 2, "a gate is missing"),
         ("box B\ntransition T : B -> if U\ntransition U : -> B", 2, "the gate U is a transition"),
         ("box B\ntransition T : C ->", 2, "no element C"),

@@ -83,7 +83,8 @@ impl Slices {
     }
 }
 
-/// The exclusion relation, by index.
+/// Which literals exclude each other, and the weight that each still has. Indices are those of the soft literals,
+/// followed by those of the slices.
 struct Table {
     weights: Vec<u64>,
     excluded: Vec<Vec<u64>>,
