@@ -33,7 +33,7 @@ fn refreshes(audit: &Audit, side: &str) -> Vec<(u64, String)> {
 }
 
 #[test]
-fn refresh_is_charged_for_the_longest_base_unless_the_base_is_stated() {
+fn refresh_is_charged_for_the_slowest_base_unless_the_base_is_stated() {
     let own = table("@base,qnudv\n@factor,1,,,,stated,\n");
     let io = "[io]\ninputs = 40\noutputs = 16\n";
     let unstated = audited(PROGRAM, &own, io);

@@ -162,9 +162,6 @@ fn walk(
         });
         for effect in &instruction.effects {
             if let Write::Havoc(_, choice) = &effect.write {
-                // It is unknown what an unknown operation reads.
-                let is_worked_out = !program.kinds.contains_key(choice);
-                own.extend(is_worked_out.then_some(Region::Everything));
                 own.extend(of_choice(program, *choice));
             }
         }
@@ -220,11 +217,12 @@ fn walk(
     }
 }
 
-/// What a choice is computed from: nothing if it comes from outside, anything if it is the result of an operation.
+/// What a choice is computed from: nothing if it comes from outside; anything if it is the result of an operation, or if
+/// it is not known where it comes from.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
-        None | Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,
-        Some(_) => Some(Region::Everything),
+        Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,
+        None | Some(_) => Some(Region::Everything),
     }
 }
 

@@ -26,7 +26,7 @@ const MAX_ROUNDS: usize = 400;
 const LARGEST_FIRST: usize = 100_000;
 /// A model with more gates takes as long as a good part of the bound's search. With such models, rounds go on only as
 /// long as each makes the run longer by one part in `WORTH`.
-const DEAR: usize = 300_000;
+const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
 const WORTH: u64 = 100;
 /// The most decisions of a solver per group and round: a long scan is wanted, not a proof that no longer one exists.
 const MAX_DECISIONS: u64 = 200_000;
@@ -194,7 +194,8 @@ impl Search<'_> {
             let mut one = self.real(&start)?;
             let news = found.note(self.program, &mut one);
             let total = one.replay.total;
-            goes_on = *gates - before <= DEAR || !is_hardly_longer(&one, &found.best);
+            goes_on = *gates - before <= MAX_GATES_FOR_SMALL_GAINS
+                || !is_hardly_longer(&one, &found.best);
             // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);

@@ -40,7 +40,7 @@ pub enum Reason {
         more: Option<u64>,
     },
     /// The slowest base unit was assumed.
-    DearestBase(UnstatedBase),
+    SlowestBase(UnstatedBase),
     /// A scan exceeds the limit, but no run from power-up to it was found.
     NotReached {
         /// The time of that scan.
@@ -184,7 +184,7 @@ impl fmt::Display for Reason {
                     None => Ok(()),
                 }
             }
-            Reason::DearestBase(UnstatedBase { side, least, saves }) => write!(
+            Reason::SlowestBase(UnstatedBase { side, least, saves }) => write!(
                 f,
                 "{side} refresh is charged for the slowest base unit, because the base units are not stated; on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
             ),

@@ -11,11 +11,12 @@ use std::collections::BTreeSet;
 const MAX_RESTARTS: usize = 16;
 
 /// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what passes
-/// outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does.
+/// outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does, or where
+/// the result is not below `useful`.
 pub fn upper(
     program: &Program,
     model: &ScanModel,
-    around: Picos,
+    (around, useful): (Picos, Picos),
     limits: &Limits<'_>,
 ) -> Option<Picos> {
     let entries: BTreeSet<usize> = program.interrupts.iter().map(|one| one.entry).collect();
@@ -36,6 +37,9 @@ pub fn upper(
     let mut longest = Picos::ZERO;
     for from in std::iter::once(None).chain(places.iter().copied().map(Some)) {
         longest = longest.max(behind(model, &charges, (from, restarts), around, limits)?);
+        if longest >= useful {
+            return None;
+        }
     }
     Some(longest)
 }

@@ -326,7 +326,7 @@ impl Check {
         } else if !audit.unbounded.is_empty() {
             Verdict::Undecided(reasons(&audit.doubts))
         } else if self.upper > limit {
-            let bases = audit.bases.iter().cloned().map(Reason::DearestBase);
+            let bases = audit.bases.iter().cloned().map(Reason::SlowestBase);
             let found = [self.open(audit), bases.collect(), reasons(&audit.doubts)];
             Verdict::Undecided(found.concat())
         } else if doubts.is_empty() {

@@ -108,9 +108,11 @@ impl ScanControlAnalysis<'_> {
         // The model is asked where the structure of the program does not prove enough.
         let upper = stretch::upper(self.program, &times, around).map(|upper| {
             let is_enough = least.or(default).is_none_or(|least| upper <= least);
-            let model = self.model.filter(|_| !is_enough);
-            let closer =
-                model.and_then(|model| restarted::upper(self.program, model, around, limits));
+            // Against a watchdog of unknown time nothing is proved.
+            let model = self.model.filter(|_| !is_enough && least != Some(Picos::ZERO));
+            let useful = upper.checked_sub(interrupts).unwrap_or_default();
+            let closer = model
+                .and_then(|model| restarted::upper(self.program, model, (around, useful), limits));
             closer.map_or(upper, |closer| upper.min(closer + interrupts))
         });
         Watchdog {

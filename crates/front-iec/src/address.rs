@@ -69,6 +69,8 @@ impl Located {
         let one = self.place.tag.cell().zip(other.place.tag.cell());
         match one
             .filter(|_| self.address == other.address && self.place.tag.of == other.place.tag.of)
+            // Controllers differ in the bits of a time.
+            .filter(|_| is_time(&self.place.ty) == is_time(&other.place.ty))
         {
             None => Passes::Any(other.place.tag.regions()),
             Some((from, to)) => match self.place.tag.of.size() {
@@ -84,6 +86,10 @@ impl Located {
             },
         }
     }
+}
+
+fn is_time(of: &Ty) -> bool {
+    matches!(of, Ty::Number(Kind::Time))
 }
 
 /// What a variable takes on.

@@ -43,8 +43,8 @@ impl Assembler {
         if kind == Kind::Time && matches!(operator, Operator::Add | Operator::Subtract) {
             return Ok(Value::Number(kind, self.time_worked_out(operator, left, right)));
         }
-        if kind == Kind::Time && matches!(operator, O::Multiply | O::Divide | O::Modulo) {
-            let why = "a part of a time may be finer than 1 ms, a multiple longer than 24 days: it may be any time";
+        if kind == Kind::Time {
+            let why = "a part of a time may be finer than 1 ms, a multiple longer than 24 days, and controllers differ in its bits: it may be any time";
             return Ok(Value::Number(kind, self.any_number(kind, why)));
         }
         if matches!(kind, Kind::Opaque(_)) {
@@ -141,7 +141,12 @@ impl Assembler {
 
     /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 24 days: with times that have
     /// no sign it is a very long one.
-    fn time_worked_out(&mut self, operator: Operator, left: Number, right: Number) -> Number {
+    pub(super) fn time_worked_out(
+        &mut self,
+        operator: Operator,
+        left: Number,
+        right: Number,
+    ) -> Number {
         let both = [left, right].map(|one| Number::Words(self.words(one, 2)));
         let [left, right] = both;
         let below = |left: &Number, right: Number| {

@@ -214,6 +214,11 @@ impl Emit<'_> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
+        if matches!(operator, Operator::AndThen | Operator::OrElse) {
+            let one = self.open_value(at, left, line)?;
+            let first = self.as_bit(one, line)?;
+            return self.may_skip(at, operator, first, right, line);
+        }
         if matches!(operator, Operator::And | Operator::Or) {
             return self.in_either_order(at, &[left, right], line, &mut |emit, turned| {
                 let (first, second) = if turned { (right, left) } else { (left, right) };
@@ -252,8 +257,8 @@ impl Emit<'_> {
         })
     }
 
-    /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
-    /// the second.
+    /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
+    /// OR_ELSE, which take a jump for it; perhaps for AND and OR whose second operand calls something, as compilers differ.
     fn may_skip(
         &mut self,
         at: &Context,
@@ -262,12 +267,16 @@ impl Emit<'_> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
-        let is_and = operator == Operator::And;
+        let is_and = operator.eager() == Operator::And;
         let settles = if is_and { first.clone().not() } else { first.clone() };
         let cell = self.bit_between();
         self.write(vec![Write::Bit(BitTarget::Cell(cell), first)]);
-        let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
-        let skip = self.jump(Logic::All(vec![settles, skips]), None);
+        let skip = if operator == operator.eager() {
+            let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
+            self.jump(Logic::All(vec![settles, skips]), None)
+        } else {
+            self.jump(settles, Some(Assembler::key(&["JMP"], "jump")))
+        };
         let two = self.value(at, right, line)?;
         let both = self.combined(operator, Value::Bit(Logic::cell(cell)), two, line)?;
         let both = self.as_bit(both, line)?;
@@ -489,6 +498,7 @@ impl Assembler {
         line: u32,
     ) -> Result<Value, Fault> {
         use Operator as O;
+        let operator = operator.eager();
         let relation = match operator {
             O::Equal => Some(Relation::Equal),
             O::NotEqual => Some(Relation::NotEqual),
@@ -565,10 +575,17 @@ impl Assembler {
                 Ok(Value::Bit(self.any_bit(ADDRESSES)))
             }
             (Value::Number(one, _), Value::Number(two, _))
-                if relation.is_some() && (one == Kind::Time) != (two == Kind::Time) =>
+                if (one == Kind::Time) != (two == Kind::Time)
+                    && (relation.is_some()
+                        || matches!(operator, O::Add | O::Subtract)
+                            && ![one, two].iter().any(|kind| matches!(kind, Kind::Opaque(_)))) =>
             {
-                self.cost(&[row(operator, Some(Kind::Time))], "compare");
-                Ok(Value::Bit(self.any_bit(ANY_UNIT)))
+                let names = [row(operator, Some(Kind::Time)), row(operator, None)];
+                self.cost(&names, class_of(operator, Kind::Time));
+                Ok(match relation {
+                    Some(_) => Value::Bit(self.any_bit(ANY_UNIT)),
+                    None => Value::Number(Kind::Time, self.any_number(Kind::Time, ANY_UNIT)),
+                })
             }
             (Value::Number(one_kind, one), Value::Number(two_kind, two)) => {
                 if let Some(kind) = mixed(one_kind, two_kind) {
@@ -714,9 +731,9 @@ pub(super) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
     use Operator as O;
     let is_real = matches!(kind, Some(Kind::Real | Kind::Opaque(_)));
     match (operator, is_real) {
-        (O::Or, _) => "OR",
+        (O::Or | O::OrElse, _) => "OR",
         (O::Xor, _) => "XOR",
-        (O::And, _) => "AND",
+        (O::And | O::AndThen, _) => "AND",
         (O::Equal, _) => "EQ",
         (O::NotEqual, _) => "NE",
         (O::Less, _) => "LT",

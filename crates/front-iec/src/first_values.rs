@@ -6,7 +6,7 @@ use super::types::{Kind, Ty, elementary, holding, lineage};
 use super::value::{real, within};
 use scanbound_front::builder::always;
 use scanbound_iec::ast::{Argument, Expr, Literal};
-use scanbound_iec::parse::{CONSTRUCTED, LISTED};
+use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
 use scanbound_iec_tree::constants::{Constants, Scope};
 use scanbound_ir::{
@@ -168,8 +168,16 @@ impl Firsts<'_> {
         let count = counts.try_fold(1_usize, |all, count| all.checked_mul(count?))?;
         // Lists within the list, for several dimensions, are not told apart from values of elements.
         let is_nested = |one: &Argument| given(Some(&one.value), LISTED).is_some();
+        // `N(7)` repeats a value as often as the constant says, which is not worked out here.
+        let is_call = |one: &Argument| match &one.value {
+            Expr::Call(path, _) => {
+                !path.as_name().is_some_and(|name| [CONSTRUCTED, LISTED, UNREAD].contains(&name))
+            }
+            _ => false,
+        };
         if count > MAX_ELEMENTS
             || values.len() > count
+            || values.iter().any(is_call)
             || (dimensions.len() > 1 && values.iter().any(is_nested))
         {
             return None;
@@ -180,6 +188,9 @@ impl Firsts<'_> {
             let scope = if initial.is_some() { declared.scope } else { &[] };
             let one = Declared { of: inner, initial, scope };
             self.firsts(&element(&numbers)?, one, &mut found);
+            if found.len() > MAX_ELEMENTS {
+                return None;
+            }
             // The last index runs fastest.
             for (number, (low, high)) in numbers.iter_mut().zip(dimensions).rev() {
                 *number += 1;

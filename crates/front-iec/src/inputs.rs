@@ -304,7 +304,8 @@ fn parts(one: &Located, number: usize, found: &mut Vec<Shared>) {
     let size = |ty: &Ty| match ty {
         Ty::Bit => Some(1),
         Ty::Number(Kind::Whole { bits, .. }) => Some(u64::from(*bits)),
-        Ty::Number(Kind::Real | Kind::Time) => Some(32),
+        // Controllers differ in the bits of a time.
+        Ty::Number(Kind::Real) => Some(32),
         _ => None,
     };
     let first = taken.map(|(from, _)| from);

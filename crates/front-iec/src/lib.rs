@@ -208,7 +208,7 @@ impl Front for Iec {
                     continue;
                 }
             };
-            options.begins_with_more |= text.contains("call_after_");
+            options.begins_with_more |= text.to_ascii_lowercase().contains("call_after_");
             options.actions_first |= text.contains("3s-software.com");
             match scanbound_iec::read_as(&input.name, &text, reading.comments) {
                 Ok(more) => {

@@ -747,7 +747,7 @@ pub(super) fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
 /// The parts of a condition that are joined so.
 fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
     match one {
-        Expr::Binary(operator, left, right) if *operator == by => {
+        Expr::Binary(operator, left, right) if operator.eager() == by => {
             joined(left, by, parts);
             joined(right, by, parts);
         }

@@ -39,6 +39,8 @@ pub(super) fn complement(value: Value) -> Value {
         Value::Bit(logic) => Value::Bit(logic.not()),
         // Of 0 and 1 it is not told whether a bit or a number is meant.
         Value::Constant(0 | 1) | Value::Any | Value::Open(..) | Value::Address(..) => Value::Any,
+        // Controllers differ in the bits of a time.
+        Value::Number(Kind::Time, _) => Value::Any,
         Value::Constant(value) => Value::Constant(!value),
         Value::Number(kind, number) => {
             let ones = constant(-1, kind.words());

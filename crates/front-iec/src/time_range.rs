@@ -11,8 +11,8 @@ use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
 const EDGES: [i64; 2] = [i32::MIN as i64, i32::MAX as i64];
 
 impl Assembler {
-    /// Where two times that are compared may be in another order than their values: both stand for all beyond the same
-    /// edge. `None`: nowhere. The numbers are kept, to be read twice.
+    /// When a comparison of two times may come out either way: if both are at the same edge, where each stands for any
+    /// time beyond. `None`: never. The numbers are copied, since they are read twice.
     pub(super) fn edge_of_comparison(
         &mut self,
         left: &mut Number,
@@ -37,7 +37,7 @@ pub(super) fn is_edge(time: &Number) -> Logic {
     Logic::Any(EDGES.map(|edge| equals(time, edge)).to_vec())
 }
 
-/// Whether a number of this kind is a time whose value is not a constant within the edges.
+/// Whether a number of this kind is a TIME that is no constant, or one at an edge.
 pub(super) fn may_be_edge(kind: Kind, number: &Number) -> bool {
     kind == Kind::Time && fixed(number).is_none_or(|value| EDGES.contains(&value))
 }

@@ -2,6 +2,7 @@
 
 use super::assembler::{Assembler, OpenEnd};
 use super::memory::{all, any, set};
+use super::time_range::is_edge;
 use super::value::constant;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
@@ -121,7 +122,10 @@ impl Assembler {
         elapsed: Cell,
     ) {
         let (time, _) = self.later_than(elapsed);
+        // A preset at the edge of times may be any longer one.
+        let is_longer = is_edge(&double(preset)).not();
         let over = compared(Relation::GreaterOrEqual, double(time), double(preset));
+        let over = all([over, is_longer]);
         let below = Number::Sub(Box::new(double(preset)), Box::new(constant(1, 2)));
         self.write_if(over, vec![put(time, below)], None);
         let none = compared(Relation::LessOrEqual, double(preset), constant(0, 2));

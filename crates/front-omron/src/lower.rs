@@ -426,7 +426,8 @@ impl<'a> Lowering<'a> {
             "jump" | "jump-if" | "jump-zero" => self.jump(at, item, interlocked),
             "break" => {
                 let fires = self.builder.fires(item.raw.edge);
-                let mut key = self.builder.key(item, true);
+                // It has the time of what it passes over only where it leaves the loop.
+                let mut key = self.builder.key(item, false);
                 let flags = data::flags(self.builder, item).into_iter().map(always).collect();
                 if let Some(&next) = self.structure.targets.get(&at) {
                     key.units = Units::Exactly((next - at) as u64);
@@ -572,7 +573,9 @@ impl<'a> Lowering<'a> {
             ("jump-if", true) => Logic::Any(vec![jumps, self.builder.free_bit()]),
             (_, true) => Logic::All(vec![jumps, self.builder.free_bit()]),
         };
-        let mut key = self.builder.key(item, true);
+        // CJP jumps where its condition is true, as the columns of tables say; JMP where it is false.
+        let is_by_condition = item.meaning() == "jump-if" && !interlocked;
+        let mut key = self.builder.key(item, !is_by_condition);
         let Some(&target) = self.structure.targets.get(&at) else { return };
         let zero = self.builder.memory.family == Family::C && item.number(Family::C) == Some(0);
         if zero || item.meaning() == "jump-zero" {

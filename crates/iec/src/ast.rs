@@ -59,6 +59,10 @@ pub enum Operator {
     Xor,
     /// `AND`, `&`
     And,
+    /// `AND_THEN`: the right operand is executed only if the left one is true.
+    AndThen,
+    /// `OR_ELSE`: the right operand is executed only if the left one is false.
+    OrElse,
     /// `=`
     Equal,
     /// `<>`
@@ -93,6 +97,8 @@ impl Operator {
             Operator::Or => "OR",
             Operator::Xor => "XOR",
             Operator::And => "AND",
+            Operator::AndThen => "AND_THEN",
+            Operator::OrElse => "OR_ELSE",
             Operator::Equal => "=",
             Operator::NotEqual => "<>",
             Operator::Less => "<",
@@ -124,6 +130,16 @@ impl Operator {
         }
     }
 
+    /// The operator with the same result that executes both operands.
+    #[must_use]
+    pub fn eager(self) -> Operator {
+        match self {
+            Operator::AndThen => Operator::And,
+            Operator::OrElse => Operator::Or,
+            other => other,
+        }
+    }
+
     /// Whether it joins truth values or bits, of which it does not matter how they are grouped.
     #[must_use]
     pub fn is_of_bits(self) -> bool {
@@ -134,9 +150,9 @@ impl Operator {
     #[must_use]
     pub fn binding(self) -> u8 {
         match self {
-            Operator::Or => 1,
+            Operator::Or | Operator::OrElse => 1,
             Operator::Xor => 2,
-            Operator::And => 3,
+            Operator::And | Operator::AndThen => 3,
             Operator::Equal | Operator::NotEqual => 4,
             Operator::Less
             | Operator::LessOrEqual
@@ -200,24 +216,6 @@ pub enum Expr {
 }
 
 impl Expr {
-    /// Whether it calls a function or a method, in an index as well.
-    #[must_use]
-    pub fn has_call(&self) -> bool {
-        let in_path = |path: &Path| {
-            path.rest.iter().any(|part| match part {
-                Part::Index(indices) => indices.iter().any(Expr::has_call),
-                _ => false,
-            })
-        };
-        match self {
-            Expr::Literal(_) => false,
-            Expr::Variable(path) => in_path(path),
-            Expr::Not(inner) | Expr::Negate(inner) => inner.has_call(),
-            Expr::Binary(_, left, right) => left.has_call() || right.has_call(),
-            Expr::Call(..) => true,
-        }
-    }
-
     /// A truth value.
     #[must_use]
     pub fn bool(value: bool) -> Expr {

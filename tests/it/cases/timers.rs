@@ -245,13 +245,13 @@ fn repeat_begins_where_the_statement_behind_it_left_its_counter() {
     assert_ne!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
 }
 
-/// A table by which MOV takes 50 us, and all else next to nothing.
+/// A table by which MOV takes 50 us, jumps differ by their condition, and all else takes next to nothing.
 const CJ: &str = "audit --cpu CJ2M --format json --table cj.csv";
 
 /// The JSON report on a list for CJ2M.
 fn cj(name: &str, list: &str, more: &str) -> Value {
     let table = "instruction,on_us,off_us\nMOV,50,1\n@contact,0.1,\n@coil,0.1,\n@pulse,0.1,\n@timer,0.1,\n\
-                 @counter,0.1,\n@shift,0.1,\nEND,1,\n";
+                 @counter,0.1,\n@shift,0.1,\n@jump,0.1,\n@loop,0.1,\nCJP,100,10\nBREAK,40,10\nEND,1,\n";
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-timers");
     std::fs::create_dir_all(&directory).expect("a directory");
     std::fs::write(directory.join("cj.csv"), table).expect("a file");
@@ -259,6 +259,26 @@ fn cj(name: &str, list: &str, more: &str) -> Value {
     let run = on_list(name, list, &format!("{arguments} {more}"));
     assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
     run.json()
+}
+
+#[test]
+fn jumps_with_a_condition_take_the_time_of_that_condition() {
+    for (name, list, bound) in [
+        // It jumps: LD, CJP, JME, END.
+        (
+            "cjp.il",
+            "LD 0.00\nCJP(510) #1\nLD 0.01\nMOV(021) D0 D1\nJME(005) #1\nEND(001)\n",
+            101_200,
+        ),
+        // It does not leave the loop: FOR, LD, BREAK, LD, MOV, NEXT, END.
+        (
+            "break.il",
+            "FOR(512) &1\nLD 0.00\nBREAK(514)\nLD 0.01\nMOV(021) D0 D1\nNEXT(513)\nEND(001)\n",
+            61_400,
+        ),
+    ] {
+        assert_eq!(bounds(&cj(name, list, "")), (bound, bound, true), "{name}");
+    }
 }
 
 #[test]

@@ -43,12 +43,44 @@ fn times_beyond_24_days_are_in_any_order() {
         ("x := T#0s - T#20d; y := x + x;", "y < T#0s - T#24d20h31m23s648ms"),
         ("x := T#0s - T#20d; y := x + x;", "NOT (y < T#0s - T#24d20h31m23s648ms)"),
         ("x := T#20d; x := x - (T#0s - T#20d); y := x;", &above),
+        ("t(IN := a, PT := T#40d);", "t.ET > T#24d20h31m23s646ms AND NOT t.Q"),
+        (
+            "x := T#0s - T#20d; x := x + x; y := ABS(x);",
+            "x < T#0s - T#24d20h31m23s647ms AND y > T#0s",
+        ),
     ] {
         assert_eq!(upper(body, condition), 4, "{body} {condition}");
     }
+    // What shares the bits of a time is refused, as controllers differ in these.
+    let shared = program(
+        "VAR d AT %MD0 : DWORD; s AT %MD0 : TIME; END_VAR",
+        "d := 16#F0000000; IF s > T#1d THEN Op4(); END_IF;",
+    );
+    assert_eq!(run_of(&[&shared, BLOCKS], "audit", "").code, Some(2));
     assert_eq!(upper("x := T#5s; y := x + x;", "y <> T#10s"), 0);
     assert_eq!(upper("x := T#5s; y := x - T#2s;", "y > x"), 0);
     assert_eq!(upper("t(IN := a, PT := T#5s); y := t.ET;", "y > T#5s"), 0);
+}
+
+#[test]
+fn operands_that_are_always_skipped_cost_nothing_then() {
+    let audited =
+        |body: &str| bounds(&program("VAR n : BOOL; a AT %IX0.0 : BOOL; END_VAR", body), "");
+    // The call takes 1 us, and is made only where `a` decides nothing.
+    assert_eq!(audited("n := a AND_THEN One(1) = 1; IF NOT a THEN Op4(); END_IF;"), (4, 4, true));
+    assert_eq!(audited("n := a OR_ELSE One(1) = 1; IF a THEN Op4(); END_IF;"), (4, 4, true));
+    assert_eq!(audited("IF One(0) = 1 AND_THEN One(1) = 1 THEN ; END_IF;"), (1, 1, true));
+    assert_eq!(audited("n := FALSE; IF n AND_THEN One(1) = 1 THEN ; END_IF;"), (0, 0, true));
+}
+
+#[test]
+fn types_that_give_values_to_instances_do_so() {
+    let block = "FUNCTION_BLOCK B VAR_INPUT k : INT; END_VAR VAR i : INT; END_VAR FOR i := 1 TO k DO Op4(); END_FOR; k := k; END_FUNCTION_BLOCK TYPE T : ARRAY[0..1] OF B := [(k := 50), (k := 60)]; END_TYPE ";
+    for trust in ["counts", "all"] {
+        let text = format!("{block}{}", program("VAR all : T; END_VAR", "all[0]();"));
+        let run = run_of(&[&text, BLOCKS], "check", &format!("--limit 1us --trust {trust}"));
+        assert_ne!(run.code, Some(0), "{trust}: {}", run.stdout);
+    }
 }
 
 #[test]
@@ -66,7 +98,10 @@ fn constants_hold_their_values_in_every_scan() {
         ("k : n;", "k <> 4"),
         ("k : INT(2..9) := 3;", "k <> 3"),
         ("a : ARRAY[1..3] OF INT := [1, 2];", "a[1] <> 1 OR a[2] <> 2 OR a[3] <> 0"),
-        ("a : ARRAY[1..3] OF INT := [2(7), 8];", "a[1] <> 7 OR a[2] <> 7 OR a[3] <> 8"),
+        (
+            "m : INT := 2; a : ARRAY[1..3] OF INT := [2(7), 8];",
+            "a[1] <> 7 OR a[2] <> 7 OR a[3] <> 8",
+        ),
         ("a : ARRAY[0..1, 0..1] OF INT := [1, 2, 3];", "a[0,1] <> 2 OR a[1,0] <> 3 OR a[1,1] <> 0"),
         ("v : s;", "v.a <> 2 OR v.b <> off"),
         ("v : s := (b := on, c := [7]);", "v.a <> 2 OR v.b <> on OR v.c[0] <> 7 OR v.c[1] <> 0"),

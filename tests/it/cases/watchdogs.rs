@@ -170,6 +170,12 @@ fn blocks_from_below_may_set_the_constant_scan_time() {
     let user = ["--time", "SwOp0=1us"];
     assert_eq!(code(&format!("{on}SwOp0 D8030\n"), &user), Some(3));
     assert_eq!(code(&format!("{on}WSFL D0 D7990 K60 K1\n"), &["--time", "WSFL=1us"]), Some(3));
+    // A block of double words is twice as long as its count.
+    let known = format!("{on}MOV K20 D8039\n");
+    let double =
+        |from: &str| code(&format!("{known}DFMOV K5 {from} K20\n"), &["--time", "DFMOV=1us"]);
+    assert_eq!(double("D8010"), Some(3));
+    assert_eq!(double("D7990"), Some(0));
     // DECO writes 2^n relays.
     let decode =
         |operands: &str| code(&format!("LD X0\nDECO D0 {operands}\n"), &["--time", "DECO=1us"]);
@@ -198,6 +204,8 @@ fn loops_and_indices_count_as_reading_anything_before_a_response() {
     assert_eq!(scans(index), 3);
     let plain = "LD SM400\nMOV D0 K4Y0\nLD X0\nMOV K1 D5\nEND\n";
     assert_eq!(scans(plain), 2);
+    // What a comparison of texts reads is not followed.
+    assert_eq!(scans("LD$= D10 D20\nOUT Y0\nLD X0\nMOV K1 D10\nEND\n"), 3);
 }
 
 /// Programs for an FX3U, before a loop of 300 ms, and what becomes of its watchdog.
@@ -558,16 +566,24 @@ fn interrupts_at_intervals_are_counted_as_often_as_they_are_due() {
     let list = std::fs::read_to_string(
         super::case("fixed-scan-interrupt").join("fixed-scan-interrupt.il"),
     );
-    let held = format!("DI\n{}", list.expect("the case"));
-    let files = [("p.il", held.as_str()), ("facts.toml", POINTS)];
-    let of = |count: &str| {
-        let arguments = format!(
-            "audit p.il --cpu Q26UDV --facts facts.toml --format json --interrupts I28={count}"
-        );
-        run("held", &files, &arguments).json()["scan"]["upper_ps"].as_u64().expect("a bound")
-    };
-    let due = of("4ms").div_ceil(4_000_000_000);
-    assert_eq!(of("4ms"), of(&(due + 1).to_string()));
+    let list = list.expect("the case");
+    for (name, begin, held) in [
+        ("di", "DI\n", 1),
+        // Interrupts are enabled from the beginning of the first scan, or late.
+        ("ei", "EI\n", 0),
+        ("late-ei", "LD X0\nCJ P0\nEI\nP0\n", 1),
+    ] {
+        let text = format!("{begin}{list}");
+        let files = [("p.il", text.as_str()), ("facts.toml", POINTS)];
+        let of = |count: &str| {
+            let arguments = format!(
+                "audit p.il --cpu Q26UDV --facts facts.toml --format json --interrupts I28={count}"
+            );
+            run(name, &files, &arguments).json()["scan"]["upper_ps"].as_u64().expect("a bound")
+        };
+        let due = of("4ms").div_ceil(4_000_000_000);
+        assert_eq!(of("4ms"), of(&(due + held).to_string()), "{name}");
+    }
     let arguments =
         "audit fixed-scan-interrupt.il --cpu Q26UDV --interrupts I28=4ms --time BMOV=5ms";
     let run = scanbound("fixed-scan-interrupt", arguments);

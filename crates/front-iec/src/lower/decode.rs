@@ -1,4 +1,4 @@
-//! From a project to a program on the new road: tasks, instances of programs, routines.
+//! From a project to a program by the typed tree: tasks, instances of programs, routines.
 
 use super::super::address::Located;
 use super::super::assembler::Assembler;
@@ -238,6 +238,9 @@ impl Lower<'_> {
             let step = &mut self.assembler().builder.program.instructions[call].step;
             if let Step::Call { target: own, .. } = step {
                 *own = target;
+            }
+            if self.is_late() {
+                self.routines.open.clear();
             }
             if self.builder.next() > LARGEST {
                 let told = "the project has more instructions than any CPU holds";

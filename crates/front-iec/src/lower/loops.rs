@@ -616,7 +616,7 @@ fn ends_in_first_turn(body: &[Statement]) -> bool {
 /// The parts of a condition that are joined so.
 fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
     match &one.kind {
-        ExprKind::Binary(operator, left, right) if *operator == by => {
+        ExprKind::Binary(operator, left, right) if operator.eager() == by => {
             joined(left, by, parts);
             joined(right, by, parts);
         }

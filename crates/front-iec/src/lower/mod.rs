@@ -1,4 +1,4 @@
-//! The new road: from the typed tree to the program, in one walk. It compares no names.
+//! From the typed tree to the program, in one walk. It compares no names.
 
 mod aliases;
 mod calls;

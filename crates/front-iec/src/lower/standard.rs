@@ -301,8 +301,10 @@ impl Assembler {
             left: number.clone(),
             right: zero(),
         }));
-        let flipped = Number::Sub(Box::new(zero()), Box::new(number.clone()));
-        let flipped = wrapped(kind, flipped);
+        let flipped = match kind {
+            Kind::Time => self.time_worked_out(Operator::Subtract, zero(), number.clone()),
+            _ => wrapped(kind, Number::Sub(Box::new(zero()), Box::new(number.clone()))),
+        };
         // The least number has no positive one of its type.
         let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
         let beyond = beyond.filter(|_| kind.is_signed());

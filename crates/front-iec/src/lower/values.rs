@@ -372,6 +372,11 @@ impl<'t> Lower<'t> {
         right: &Expr,
         line: u32,
     ) -> Result<Value, Fault> {
+        if matches!(operator, Operator::AndThen | Operator::OrElse) {
+            let one = self.open_value(at, left)?;
+            let first = self.as_bit(one, line)?;
+            return self.may_skip(at, operator, first, right);
+        }
         if matches!(operator, Operator::And | Operator::Or) {
             let mut found = self.both_ways(at, &[left, right], line, &mut |own, turned| {
                 let (first, second) = if turned { (right, left) } else { (left, right) };
@@ -412,8 +417,8 @@ impl<'t> Lower<'t> {
         })
     }
 
-    /// The second operand of AND or OR calls something. Where the first one settles the result, some compilers do not work out
-    /// the second.
+    /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
+    /// OR_ELSE, which take a jump for it; perhaps for AND and OR whose second operand calls something, as compilers differ.
     fn may_skip(
         &mut self,
         at: &Context,
@@ -422,12 +427,16 @@ impl<'t> Lower<'t> {
         right: &Expr,
     ) -> Result<Value, Fault> {
         let line = right.line;
-        let is_and = operator == Operator::And;
+        let is_and = operator.eager() == Operator::And;
         let settles = if is_and { first.clone().not() } else { first.clone() };
         let cell = self.bit_between();
         self.write(vec![Write::Bit(BitTarget::Cell(cell), first)]);
-        let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
-        let skip = self.jump(Logic::All(vec![settles, skips]), None);
+        let skip = if operator == operator.eager() {
+            let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
+            self.jump(Logic::All(vec![settles, skips]), None)
+        } else {
+            self.jump(settles, Some(Assembler::key(&["JMP"], "jump")))
+        };
         let two = self.value(at, right)?;
         let both = self.combined(operator, Value::Bit(Logic::cell(cell)), two, line)?;
         let both = self.as_bit(both, line)?;

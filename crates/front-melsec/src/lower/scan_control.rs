@@ -6,7 +6,7 @@ use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::{Category, Item};
 use scanbound_base::time::Picos;
-use scanbound_ir::{ScanControl, Setting, Switch};
+use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
 /// The time base of D8000 and D8039, in picoseconds.
 const MS: u64 = 1_000_000_000;
@@ -31,6 +31,25 @@ pub(super) fn of_family(family: Family) -> ScanControl {
 impl Lowering<'_> {
     /// Records what the instructions from index `first` on, lowered from one item, do to the scan control.
     pub(super) fn note_scan_control(&mut self, item: &Item<'_>, first: usize) {
+        // CPUs start with interrupts disabled: where EI may come late, requests of earlier scans wait for it, too.
+        let may_leave = |step: &Step| {
+            matches!(
+                step,
+                Step::Jump { .. }
+                    | Step::Stop { .. }
+                    | Step::Call { .. }
+                    | Step::MasterControlBegin { .. }
+                    | Step::ForBegin { .. }
+            )
+        };
+        let is_late = |one: &Instruction| may_leave(&one.step);
+        let earlier = &self.out.program.instructions[..first];
+        let waits = match &*item.name {
+            "DI" | "IMASK" | "SIMASK" => true,
+            "EI" => earlier.iter().any(is_late),
+            _ => false,
+        };
+        self.out.program.scan_control.holds_interrupts |= waits;
         let priced =
             self.out.program.instructions[first..].iter().rposition(|one| one.timing.is_some());
         let Some(at) = priced.map(|offset| first + offset) else { return };
@@ -38,8 +57,6 @@ impl Lowering<'_> {
             self.out.program.scan_control.restarts.insert(at);
             return;
         }
-        self.out.program.scan_control.holds_interrupts |=
-            matches!(&*item.name, "DI" | "IMASK" | "SIMASK");
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return;
         }
@@ -170,7 +187,12 @@ impl Lowering<'_> {
                     {
                         LONGEST_BLOCK
                     }
-                    _ => constants.max().unwrap_or(4).clamp(4, LONGEST_BLOCK),
+                    // The count of a block of double words is that of its double words.
+                    _ => {
+                        let words = if item.name.starts_with('D') { 2 } else { 1 };
+                        (words * constants.max().unwrap_or(4).min(LONGEST_BLOCK))
+                            .clamp(4, LONGEST_BLOCK)
+                    }
                 }
             }
             _ => 4,

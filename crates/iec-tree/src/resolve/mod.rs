@@ -20,10 +20,10 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
 use std::collections::BTreeMap;
 
-/// What the new road does not know yet.
-pub const NOT_YET: &str = "not in the new road";
+/// What the typed tree cannot represent yet.
+pub const NOT_YET: &str = "not in the typed tree";
 
-/// The fault of what the new road does not know yet.
+/// The fault of what the typed tree cannot represent yet.
 #[must_use]
 pub fn not_yet(line: u32, what: &str) -> Fault {
     Fault::new(line, format!("{NOT_YET}: {what}")).code(FaultCode::NotModelled)
@@ -50,16 +50,17 @@ pub fn tree(project: &Project) -> Tree {
 /// Whether a declaration gives values to the variables of an instance of the project's blocks.
 #[must_use]
 pub fn gives_parts(project: &Project) -> bool {
-    let gives = |one: &Declared| {
-        !matches!(one.initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, &one.of)
+    let gives_to = |initial: &Option<ast::Expr>, of: &TypeRef| {
+        !matches!(initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, of)
     };
+    let gives = |one: &Declared| gives_to(&one.initial, &one.of);
     let parts = project.types.iter().filter_map(|one| match &one.of {
         TypeRef::Struct(parts) => Some(parts),
         _ => None,
     });
     let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
     let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-    all.any(gives)
+    all.any(gives) || project.types.iter().any(|one| gives_to(&one.initial, &one.of))
 }
 
 /// Whether variables of a type are, or hold, instances of the project's blocks.

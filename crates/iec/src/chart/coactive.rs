@@ -30,7 +30,7 @@ pub enum Other {
 pub enum How {
     /// Their steps stand in different branches of a parallel.
     Parallel,
-    /// They hang on the same step.
+    /// They belong to the same step.
     SameStep,
     /// The action is stored: by these steps, until one of those is active.
     Stored {

@@ -176,6 +176,7 @@ fn overflow() -> String {
 
 fn binary(operator: Operator, left: Value, right: Value) -> Result<Value, String> {
     use Operator as O;
+    let operator = operator.eager();
     if let (Value::Bool(left), Value::Bool(right)) = (left, right) {
         return Ok(Value::Bool(match operator {
             O::Or => left || right,
@@ -210,7 +211,7 @@ fn binary(operator: Operator, left: Value, right: Value) -> Result<Value, String
         O::Or => Ok(Value::Int(left | right)),
         O::And => Ok(Value::Int(left & right)),
         O::Xor => Ok(Value::Int(left ^ right)),
-        O::Power => Err("powers are not carried out here".to_owned()),
+        O::Power | O::AndThen | O::OrElse => Err("powers are not carried out here".to_owned()),
     }
 }
 

@@ -322,7 +322,7 @@ impl Chart {
             same(part, "X").then(|| self.flagged(&show::path(&step))).flatten()
         };
         match condition {
-            Expr::Binary(Operator::And, left, right) => {
+            Expr::Binary(Operator::And | Operator::AndThen, left, right) => {
                 self.flags(left, one);
                 self.flags(right, one);
             }

@@ -76,7 +76,7 @@ impl<'a> Run<'a> {
         &self.active
     }
 
-    /// What the next scans hang on, but for inputs, values and the times of steps.
+    /// What the next scans depend on, except inputs, values and the times of steps.
     #[must_use]
     pub fn state(&self) -> (Vec<bool>, Vec<Control>) {
         (self.active.clone(), self.controls.clone())

@@ -182,6 +182,7 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
     cursor.next();
     let close = if is_parts { ")" } else { "]" };
     let mut found = Vec::new();
+    let mut listed = 0_usize;
     while !cursor.take_sign(close) {
         let mut name = None;
         if is_parts {
@@ -190,7 +191,8 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
         }
         let times = if is_parts { 1 } else { repeated(cursor) };
         let value = cursor.deeper(initial).ok()?;
-        if times != 1 && !cursor.take_sign(")") || found.len() + times > MAX_LISTED {
+        listed = listed.saturating_add(values_in(&value).saturating_mul(times));
+        if times != 1 && !cursor.take_sign(")") || listed > MAX_LISTED {
             return None;
         }
         let one = Argument { name, is_output: false, value };
@@ -204,7 +206,15 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
 }
 
 /// More values than this are not listed one by one.
-const MAX_LISTED: usize = 20_000;
+pub(crate) const MAX_LISTED: usize = 20_000;
+
+/// How many values an initial value lists, itself included.
+pub(crate) fn values_in(value: &Expr) -> usize {
+    match value {
+        Expr::Call(_, given) => 1 + given.iter().map(|one| values_in(&one.value)).sum::<usize>(),
+        _ => 1,
+    }
+}
 
 /// How often the value that comes next is repeated: `3(` is taken where it is more than once.
 fn repeated(cursor: &mut Cursor) -> usize {

@@ -29,9 +29,11 @@ fn operator(cursor: &mut Cursor) -> Option<Operator> {
             _ => return None,
         },
         Token::Word(word) => match word.to_ascii_uppercase().as_str() {
-            "OR" | "OR_ELSE" => Operator::Or,
+            "OR" => Operator::Or,
+            "OR_ELSE" => Operator::OrElse,
             "XOR" => Operator::Xor,
-            "AND" | "AND_THEN" => Operator::And,
+            "AND" => Operator::And,
+            "AND_THEN" => Operator::AndThen,
             "MOD" => Operator::Modulo,
             _ => return None,
         },
@@ -52,16 +54,8 @@ fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
     while let Some(by) = operator(cursor).filter(|one| one.binding() > least) {
         let mut all = vec![left];
         while operator(cursor) == Some(by) {
-            let skips = cursor.is_one_of(&["AND_THEN", "OR_ELSE"]);
             cursor.next();
-            let operand = cursor.deeper(|cursor| binary(cursor, by.binding()))?;
-            // AND and OR may run what such an operand calls although the result is decided: these never do.
-            if skips && operand.has_call() {
-                let told = "AND_THEN and OR_ELSE with a call behind them are not supported";
-                let help = "call it in an IF of its own: IF a THEN x := f(1); END_IF;";
-                return Err(Fault::new(line, told).help(help));
-            }
-            all.push(operand);
+            all.push(cursor.deeper(|cursor| binary(cursor, by.binding()))?);
         }
         if all.len() >= MANY && all.iter().all(can_be_grouped) && by.is_of_bits() {
             left = by_halves(by, all);

@@ -78,9 +78,6 @@ pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
     }
 }
 
-/// More elements of an array are not listed one by one.
-const MAX_LISTED: usize = 20_000;
-
 /// What a value says; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
@@ -91,13 +88,17 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     let kind = value.tag_name().name();
     if kind == "arrayValue" {
         let mut given = Vec::new();
+        let mut listed = 0_usize;
         for one in children(value, "value") {
             let times =
                 one.attribute("repetitionValue").map_or(Ok(1), |times| times.trim().parse());
-            let Some(times) = times.ok().filter(|times| given.len() + times <= MAX_LISTED) else {
+            let one = named((None, one));
+            let times = times.unwrap_or(usize::MAX);
+            listed = listed.saturating_add(parse::values_in(&one.value).saturating_mul(times));
+            if listed > parse::MAX_LISTED {
                 return some();
-            };
-            given.extend(std::iter::repeat_n(named((None, one)), times));
+            }
+            given.extend(std::iter::repeat_n(one, times));
         }
         return Expr::Call(Path::name(parse::LISTED), given);
     }

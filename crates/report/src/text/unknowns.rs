@@ -1,4 +1,4 @@
-//! What nobody stated and the bound hangs on, and what stating it is worth.
+//! What the bound depends on and nobody stated, and how much stating it lowers the bound.
 
 use super::style::FAINT;
 use super::words::{heading, item, more, place};

@@ -257,7 +257,7 @@ impl<'a, 'i> Graph<'a, 'i> {
             .iter()
             .find(|(id, node)| is_called(**node, "block") && !self.done.contains(*id));
         if let Some((_, &node)) = left {
-            let message = format!("{}: the condition does not hang on it", called(node));
+            let message = format!("{}: the condition does not depend on it", called(node));
             return Err(self.text.fault(node, message));
         }
         Ok(if is(end, "negated") || is(end, "negatedIn") { value.not() } else { value })
