@@ -1,9 +1,14 @@
 //! Which files of a crate use which others, read off their text, and the circles among these.
 //!
 //! A file uses another where it names an item that the other defines, however the name came about: imports and
-//! re-exports are followed. Declaring a module, re-exporting and importing a module alone are no uses.
+//! re-exports are followed. Declaring a module, re-exporting, importing a module alone and calling a method are no uses.
 
+use petgraph::algo::tarjan_scc;
+use petgraph::graphmap::DiGraphMap;
+use proc_macro2::{Ident, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, UseTree, Visibility};
 
 type Path = Vec<String>;
 
@@ -13,7 +18,7 @@ struct Module {
     file: String,
     /// What its imports call by which name, those that the code uses first.
     imports: BTreeMap<String, Path>,
-    /// Imports of everything.
+    /// Imports of everything, and whether they are re-exports.
     globs: Vec<(Path, bool)>,
     /// Names of imports that are no re-exports.
     private: BTreeSet<String>,
@@ -21,6 +26,8 @@ struct Module {
     paths: BTreeSet<Path>,
     /// What it defines.
     items: BTreeSet<String>,
+    /// The modules within it.
+    inner: Vec<(String, Module)>,
 }
 
 /// The modules of a crate by their paths.
@@ -34,16 +41,26 @@ enum Target {
 impl Crate {
     /// Reads a crate from its files: each by its path below the directory of the root file, and its text.
     pub fn new<'a>(files: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
-        let mut modules = BTreeMap::new();
+        let mut modules = Self(BTreeMap::new());
         for (file, text) in files {
             let mut path: Path =
                 file.trim_end_matches(".rs").split('/').map(String::from).collect();
             if path.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
                 path.pop();
             }
-            read(file, path, &tokens(text), &mut modules);
+            let parsed = syn::parse_file(text).unwrap_or_else(|why| panic!("{file}: {why}"));
+            let mut module = Module { file: file.to_owned(), ..Module::default() };
+            module.visit_file(&parsed);
+            modules.insert(path, module);
         }
-        Self(modules)
+        modules
+    }
+
+    fn insert(&mut self, path: Path, mut module: Module) {
+        for (name, inner) in std::mem::take(&mut module.inner) {
+            self.insert([path.clone(), vec![name]].concat(), inner);
+        }
+        self.0.insert(path, module);
     }
 
     fn resolve(&self, from: &Path, path: &[String], depth: usize) -> Option<Target> {
@@ -91,9 +108,9 @@ impl Crate {
         Some(Target::Module(at))
     }
 
-    /// The files that each file uses.
-    pub fn uses(&self) -> BTreeMap<String, BTreeSet<String>> {
-        let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    /// The pairs of files of which the first uses the second.
+    fn uses(&self) -> BTreeSet<(&str, String)> {
+        let mut uses = BTreeSet::new();
         for (at, module) in &self.0 {
             let private = module.private.iter().map(|name| vec![name.clone()]);
             let named = private.chain(module.paths.iter().cloned());
@@ -108,228 +125,161 @@ impl Crate {
                 },
             );
             let others = items.chain(globs).filter(|other| *other != module.file);
-            uses.entry(module.file.clone()).or_default().extend(others);
+            uses.extend(others.map(|other| (module.file.as_str(), other)));
         }
         uses
     }
-}
 
-/// One circle of each set of files that use each other, a shortest one, by the first of its files.
-pub fn circles(uses: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
-    let way = |from: &str| -> Option<Vec<String>> {
-        let mut ways = vec![vec![from.to_owned()]];
-        let mut seen = BTreeSet::new();
-        for next in 0.. {
-            let way = ways.get(next)?.clone();
-            for other in uses.get(way.last()?).into_iter().flatten() {
-                if other == from {
-                    return Some(way);
-                }
-                if seen.insert(other.clone()) {
-                    ways.push([way.clone(), vec![other.clone()]].concat());
-                }
-            }
-        }
-        None
-    };
-    let mut found: Vec<Vec<String>> = Vec::new();
-    for file in uses.keys() {
-        if let Some(circle) = way(file)
-            && !found.iter().any(|one| one.iter().any(|known| circle.contains(known)))
-        {
-            found.push(circle);
-        }
+    /// The sets of files that use each other in circles (the strongly connected components of more than one file).
+    pub fn circles(&self) -> BTreeSet<Vec<String>> {
+        let uses = self.uses();
+        let graph: DiGraphMap<&str, ()> =
+            uses.iter().map(|(file, other)| (*file, other.as_str())).collect();
+        let circles = tarjan_scc(&graph).into_iter().filter(|files| files.len() > 1);
+        circles
+            .map(|mut files| {
+                files.sort_unstable();
+                files.into_iter().map(str::to_owned).collect()
+            })
+            .collect()
     }
-    found
 }
 
-/// Reads a module's tokens, and those of the modules within it.
-fn read(file: &str, path: Path, tokens: &[String], into: &mut BTreeMap<Path, Module>) {
-    let mut module = Module { file: file.to_owned(), ..Module::default() };
-    let mut at = 0;
-    let is = |at: usize, text: &str| tokens.get(at).is_some_and(|token| token == text);
-    while at < tokens.len() {
-        let token = tokens[at].as_str();
-        let name = tokens.get(at + 1).cloned().unwrap_or_default();
-        match token {
-            "mod" if is(at + 2, "{") => {
-                let mut depth = 0;
-                let length = tokens[at + 2..].iter().take_while(|token| {
-                    depth += i32::from(*token == "{") - i32::from(*token == "}");
-                    depth > 0
-                });
-                let end = at + 2 + length.count();
-                if name != "tests" {
-                    let inner = [path.clone(), vec![name]].concat();
-                    read(file, inner, &tokens[at + 3..end], into);
-                }
-                at = end;
-            }
-            "mod" => at += 1,
-            "use" => {
-                let end = at + tokens[at..].iter().take_while(|token| *token != ";").count();
-                let public = at > 0 && (is(at - 1, "pub") || is(at - 1, ")"));
-                tree(&tokens[at + 1..end], &Path::new(), &mut |path, alias| match alias {
-                    Some(alias) => {
-                        if !public {
-                            module.private.insert(alias.clone());
-                        }
-                        module.imports.insert(alias, path);
-                    }
-                    None => module.globs.push((path, public)),
-                });
-                at = end;
-            }
-            _ if is_word(token) => {
-                if [
-                    "fn",
-                    "struct",
-                    "enum",
-                    "trait",
-                    "const",
-                    "static",
-                    "type",
-                    "union",
-                    "macro_rules",
-                ]
-                .contains(&token)
-                {
-                    let name = if name == "!" { tokens.get(at + 2).cloned() } else { Some(name) };
-                    module.items.extend(name);
-                } else {
-                    let member = at > 0 && is(at - 1, ".");
-                    let mut words = vec![token.to_owned()];
-                    while is(at + 1, "::") && tokens.get(at + 2).is_some_and(|token| is_word(token))
-                    {
-                        at += 2;
-                        words.push(tokens[at].clone());
-                    }
-                    if !member {
-                        module.paths.insert(words);
-                    }
-                }
-            }
-            _ => {}
-        }
-        at += 1;
-    }
-    into.insert(path, module);
-}
-
-/// Each path of an import with the name that it gets; no name for `*`.
-fn tree(tokens: &[String], before: &Path, into: &mut dyn FnMut(Path, Option<String>)) {
-    let mut path = before.clone();
-    let mut at = 0;
-    while at < tokens.len() {
-        match tokens[at].as_str() {
-            "{" => {
-                let (mut depth, mut start) = (0, at + 1);
-                for (end, token) in tokens.iter().enumerate().skip(at) {
-                    depth += i32::from(token == "{") - i32::from(token == "}");
-                    if depth == 0 || (depth == 1 && token == ",") {
-                        if start < end {
-                            tree(&tokens[start..end], &path, into);
-                        }
-                        start = end + 1;
-                    }
-                    if depth == 0 {
-                        break;
-                    }
-                }
-                return;
-            }
-            "*" => return into(path, None),
-            "as" => return into(path, tokens.get(at + 1).cloned()),
-            "self" if !path.is_empty() => {}
-            "::" => {}
-            word => path.push(word.to_owned()),
-        }
-        at += 1;
-    }
-    let name = path.last().cloned();
-    into(path, name);
-}
-
-fn is_word(token: &str) -> bool {
-    token.starts_with(|c: char| c.is_alphabetic() || c == '_')
-}
-
-/// The words and signs of a text, without comments, strings and characters.
-fn tokens(text: &str) -> Vec<String> {
-    let part = |c: char| c.is_alphanumeric() || c == '_';
-    let mut tokens: Vec<String> = Vec::new();
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let length = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |at| at + 2)
-        } else if let Some((opening, hashes)) = raw_string(rest) {
-            let close = format!("\"{}", "#".repeat(hashes));
-            rest[opening..].find(&close).map_or(rest.len(), |at| opening + at + close.len())
-        } else if c == '"' {
-            let mut escaped = false;
-            let ends = |&(_, c): &(usize, char)| {
-                let ends = c == '"' && !escaped;
-                escaped = c == '\\' && !escaped;
-                ends
-            };
-            rest.char_indices().skip(1).find(ends).map_or(rest.len(), |(at, _)| at + 1)
-        } else if c == '\'' {
-            // A character, else a lifetime.
-            let mut chars = rest.char_indices().skip(1);
-            let (_, first) = chars.next().unwrap_or_default();
-            if first == '\\' {
-                chars.next();
-                chars.find(|(_, c)| *c == '\'').map_or(rest.len(), |(at, _)| at + 1)
-            } else {
-                chars.next().filter(|(_, c)| *c == '\'').map_or(1, |(at, _)| at + 1)
-            }
-        } else if part(c) {
-            let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
-            tokens.push(rest[..length].to_owned());
-            length
-        } else if rest.starts_with("::") {
-            tokens.push("::".to_owned());
-            2
-        } else {
-            if !c.is_whitespace() {
-                tokens.push(c.to_string());
-            }
-            c.len_utf8()
+impl<'ast> Visit<'ast> for Module {
+    fn visit_item(&mut self, item: &'ast Item) {
+        let (attributes, name) = head(item);
+        let is_test = |one: &Attribute| {
+            one.path().is_ident("cfg") && one.parse_args::<Ident>().is_ok_and(|word| word == "test")
         };
-        rest = &rest[length..];
+        if attributes.iter().any(is_test) {
+            return;
+        }
+        match item {
+            Item::Mod(module) => {
+                let mut inner = Module { file: self.file.clone(), ..Module::default() };
+                for item in module.content.iter().flat_map(|(_, items)| items) {
+                    inner.visit_item(item);
+                }
+                if module.content.is_some() {
+                    self.inner.push((module.ident.to_string(), inner));
+                }
+            }
+            Item::Use(import) => {
+                let is_public = !matches!(import.vis, Visibility::Inherited);
+                self.import(&import.tree, Path::new(), is_public);
+            }
+            _ => {
+                self.items.extend(name.map(Ident::to_string));
+                visit::visit_item(self, item);
+            }
+        }
     }
-    tokens
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        self.paths.insert(path.segments.iter().map(|word| word.ident.to_string()).collect());
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, call: &'ast syn::Macro) {
+        self.visit_path(&call.path);
+        self.paths_in(call.tokens.clone());
+    }
 }
 
-/// The length of a raw string's opening, and its number signs.
-fn raw_string(text: &str) -> Option<(usize, usize)> {
-    let rest = text.strip_prefix("br").or_else(|| text.strip_prefix('r'))?;
-    let hashes = rest.len() - rest.trim_start_matches('#').len();
-    rest[hashes..].starts_with('"').then(|| (text.len() - rest.len() + hashes + 1, hashes))
+impl Module {
+    /// Notes what an import calls by which name.
+    fn import(&mut self, tree: &UseTree, mut path: Path, is_public: bool) {
+        let (last, name) = match tree {
+            UseTree::Path(step) => {
+                path.push(step.ident.to_string());
+                return self.import(&step.tree, path, is_public);
+            }
+            UseTree::Group(group) => {
+                return group
+                    .items
+                    .iter()
+                    .for_each(|tree| self.import(tree, path.clone(), is_public));
+            }
+            UseTree::Glob(_) => return self.globs.push((path, is_public)),
+            UseTree::Name(name) => (&name.ident, &name.ident),
+            UseTree::Rename(name) => (&name.ident, &name.rename),
+        };
+        if last != "self" {
+            path.push(last.to_string());
+        }
+        let name = if name == "self" { path.last().cloned() } else { Some(name.to_string()) };
+        let Some(name) = name else { return };
+        if !is_public {
+            self.private.insert(name.clone());
+        }
+        self.imports.insert(name, path);
+    }
+
+    /// Notes the paths among the tokens of a macro.
+    fn paths_in(&mut self, tokens: TokenStream) {
+        let (mut path, mut colons) = (Path::new(), 0);
+        for token in tokens {
+            match token {
+                TokenTree::Punct(sign) if sign.as_char() == ':' => colons += 1,
+                TokenTree::Ident(word) => {
+                    if colons != 2 {
+                        self.paths.insert(std::mem::take(&mut path));
+                    }
+                    path.push(word.to_string());
+                    colons = 0;
+                }
+                other => {
+                    self.paths.insert(std::mem::take(&mut path));
+                    if let TokenTree::Group(group) = other {
+                        self.paths_in(group.stream());
+                    }
+                }
+            }
+        }
+        self.paths.insert(path);
+    }
+}
+
+/// The attributes of an item, and the name that it defines.
+fn head(item: &Item) -> (&[Attribute], Option<&Ident>) {
+    match item {
+        Item::Const(item) => (&item.attrs, Some(&item.ident)),
+        Item::Enum(item) => (&item.attrs, Some(&item.ident)),
+        Item::Fn(item) => (&item.attrs, Some(&item.sig.ident)),
+        Item::Impl(item) => (&item.attrs, None),
+        Item::Macro(item) => (&item.attrs, item.ident.as_ref()),
+        Item::Mod(item) => (&item.attrs, None),
+        Item::Static(item) => (&item.attrs, Some(&item.ident)),
+        Item::Struct(item) => (&item.attrs, Some(&item.ident)),
+        Item::Trait(item) => (&item.attrs, Some(&item.ident)),
+        Item::Type(item) => (&item.attrs, Some(&item.ident)),
+        Item::Union(item) => (&item.attrs, Some(&item.ident)),
+        Item::Use(item) => (&item.attrs, None),
+        _ => (&[], None),
+    }
 }
 
 #[test]
 fn circles_are_seen_through_imports_and_re_exports() {
-    let circles = |files: &[(&str, &str)]| circles(&Crate::new(files.iter().copied()).uses());
+    let circles = |files: &[(&str, &str)]| Crate::new(files.iter().copied()).circles();
     let lib = ("lib.rs", "mod a; mod b; pub use a::A; pub use b::*;");
     let a = ("a.rs", "use crate::B; pub struct A; fn f(_: &'static str) -> B { B('\\'') }");
-    assert_eq!(circles(&[lib, a, ("b.rs", "pub struct B(pub char);")]), [[""; 0]; 0]);
-    let circle = [["a.rs", "b.rs"].map(str::to_owned).to_vec()];
+    assert_eq!(circles(&[lib, a, ("b.rs", "pub struct B(pub char);")]), BTreeSet::new());
+    let circle = BTreeSet::from([["a.rs", "b.rs"].map(str::to_owned).to_vec()]);
     for b in [
         "pub struct B(pub char); fn f(_: super::A) {}",
         "use crate::a; pub struct B(pub char); const A: a::A = a::A;",
         "pub use crate::a::{self, A as C}; pub struct B(C);",
         "pub struct B; mod c { use super::super::A; }",
+        "pub struct B; fn f() { assert!(matches!(B, super::a::A)) }",
     ] {
         assert_eq!(circles(&[lib, a, ("b.rs", b)]), circle, "{b}");
     }
     for b in [
         "pub struct B; // super::A\n #[cfg(test)] mod tests { use crate::A; }",
-        "pub use crate::a::A as C; pub struct B(&'static str = \"super::A\");",
+        "pub use crate::a::A as C; pub const B: &str = \"super::A\";",
         "use crate::a; pub struct B; /* a::A */",
     ] {
-        assert_eq!(circles(&[lib, a, ("b.rs", b)]), [[""; 0]; 0], "{b}");
+        assert_eq!(circles(&[lib, a, ("b.rs", b)]), BTreeSet::new(), "{b}");
     }
 }

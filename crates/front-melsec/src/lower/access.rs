@@ -1,6 +1,6 @@
 //! Reads and writes of operands: cells, bits of words, digit designations, and unknown cells of an area.
 
-use super::Lowering;
+use super::state::Lowering;
 use crate::memory::{DeviceType, FUNCTION_WORDS, Family, area, has_own_clock, kind};
 use crate::operand::{Device, HOW_TO_WRITE, Operand, Place};
 use scanbound_base::code::Code;

@@ -1,8 +1,8 @@
 //! For the price of an instruction: the types of its operands, and the cells and word bits that it accesses. This is known
 //! even if the instruction's effects are only "any value".
 
-use super::Lowering;
 use super::access::REST;
+use super::state::Lowering;
 use crate::catalog::{Amount, Extent, Role};
 use crate::memory::{DeviceType, area};
 use crate::mnemonic::OperandType;

@@ -1,7 +1,7 @@
 //! Lowers application instructions by their catalog row, exactly or with any value as the result, and user instructions.
 
 use super::access::{BitPlace, WordPlace};
-use super::{Lowering, timing};
+use super::state::{Lowering, timing};
 use crate::catalog::{Amount, Axis, CatalogMatch, EVERYWHERE, Entry, Extent, Operation, Role};
 use crate::memory::{DeviceType, area};
 use crate::operand::{Operand as Written, Place};

@@ -1,8 +1,8 @@
 //! Block instructions: shifts by one place, element-wise arithmetic, comparisons with three result bits. They are exact if
 //! the cells are known.
 
-use super::Lowering;
 use super::access::{BitPlace, WordPlace};
+use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent};
 use crate::memory::{DeviceType, Family};
 use crate::mnemonic::relation;

@@ -1,6 +1,6 @@
 //! Makes "any value" more precise: where choices come from, which cells an index can reach, exact operations.
 
-use super::Lowering;
+use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent, Role};
 use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Index, Operand as Written, Place, SFC_BLOCK};

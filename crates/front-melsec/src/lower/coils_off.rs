@@ -1,6 +1,6 @@
 //! Routines that FCALL and similar instructions may run with all coils off: each instruction in them may act or not.
 
-use super::Lowering;
+use super::state::Lowering;
 use scanbound_ir::flow;
 use scanbound_ir::{BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, When, Write};
 use std::collections::BTreeSet;

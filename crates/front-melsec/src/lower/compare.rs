@@ -1,7 +1,7 @@
 //! Lowers comparison contacts: integers of 16 and 32 bits, unsigned, real numbers and strings.
 
+use super::state::{Lowering, timing};
 use super::units::LONGEST_TEXT;
-use super::{Lowering, timing};
 use crate::mnemonic::OperandType;
 use crate::operand::Operand;
 use crate::source::RawInstruction;

@@ -2,7 +2,7 @@
 
 use super::access::WordPlace;
 use super::rungs::remember;
-use super::{Lowering, OPEN, key, timing};
+use super::state::{Lowering, OPEN, key, timing};
 use crate::memory::area;
 use crate::resolve::{Control, Item};
 use crate::source::RawInstruction;

@@ -2,7 +2,7 @@
 //! repeatedly in a scan, the value that it remembers between its executions may be anything. For M2800 to M3071 of the FX,
 //! only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
 
-use super::Lowering;
+use super::state::{Edge, Lowering};
 use crate::memory::{Family, area};
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::flow;
@@ -12,27 +12,6 @@ use std::ops::RangeInclusive;
 
 /// The relays of the FX whose edge only one pulse contact detects. Smaller CPUs do not have them.
 const SINGLE: RangeInclusive<u32> = 2800..=3071;
-
-/// An instruction that acts on an edge.
-pub(super) struct Edge {
-    /// Its instruction index.
-    at: usize,
-    /// The bit that holds the value of the last execution.
-    memory: Cell,
-    /// Whether it is a contact. Then its device may change several times in a scan.
-    is_contact: bool,
-}
-
-/// The hidden bits for edges, and the instructions that need special treatment.
-#[derive(Default)]
-pub(super) struct Edges {
-    /// The number of hidden bits so far.
-    pub count: u32,
-    /// The instructions of the FX and FX5 that act on edges.
-    pub at: Vec<Edge>,
-    /// For each relay whose edge only one pulse contact detects, its pulse contacts.
-    pub single: BTreeMap<Cell, Vec<usize>>,
-}
 
 impl Lowering<'_> {
     /// A new hidden bit for the instruction to be added next, which acts on an edge.

@@ -1,10 +1,10 @@
 //! Operation errors: invalid operands, blocks that exceed their area, nesting that is too deep. Most CPUs stop at such an
 //! error by default; those of MELSEC-F record it and continue.
 
-use super::Lowering;
+use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent};
 use crate::memory::{DeviceType, Family, area};
-use crate::operand::{Device, Operand, Place};
+use crate::operand::{Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
 use scanbound_ir::meaning::{Meaning, Operation, OperationInput as Input, Unary};
@@ -235,16 +235,4 @@ fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
         }
     }
     found
-}
-
-/// The number of devices of each area that the program surely uses: the highest one that a plain operand names.
-pub(super) fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
-    let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
-    for device in devices {
-        if let Place::At(DeviceType::Bit(area) | DeviceType::Word(area), number) = device.place {
-            let known = highest.entry(area).or_default();
-            *known = (*known).max(number.saturating_add(1));
-        }
-    }
-    highest
 }

@@ -1,34 +1,10 @@
 //! The last stage, when all files are lowered: resolves jump, call and loop targets, and finds what runs repeatedly.
 
-use super::Lowering;
 use super::ranges;
+use super::state::Lowering;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{Faults, absent};
 use scanbound_ir::{Program, Step};
-use std::collections::BTreeMap;
-
-/// Jump targets: the instruction index of each item, and the instructions that lead to it.
-#[derive(Default)]
-pub(super) struct JumpTargets {
-    stands: BTreeMap<usize, usize>,
-    leads: Vec<(usize, usize)>,
-    /// The calls of missing routines, with their names.
-    pub(super) absent: Vec<(usize, String)>,
-    /// The calls that may run their routine with all coils off.
-    pub(super) calls_with_coils_off: Vec<usize>,
-}
-
-impl JumpTargets {
-    /// Records that an item begins at this instruction.
-    pub(super) fn define_target(&mut self, item: usize, at: usize) {
-        self.stands.insert(item, at);
-    }
-
-    /// Records that this instruction jumps to or calls an item.
-    pub(super) fn add_jump(&mut self, at: usize, item: usize) {
-        self.leads.push((at, item));
-    }
-}
 
 impl Lowering<'_> {
     /// Finishes the program, or returns all errors.

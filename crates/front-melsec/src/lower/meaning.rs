@@ -1,8 +1,8 @@
 //! The exact meanings of catalog instructions whose effects are "any value": operations on their operands, for the CPU
 //! families whose manuals define them.
 
-use super::Lowering;
 use super::access::{BitPlace, WordPlace};
+use super::state::Lowering;
 use crate::catalog::Entry;
 use crate::memory::{DeviceType, Family};
 use crate::operand::Place;

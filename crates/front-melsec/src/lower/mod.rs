@@ -8,7 +8,6 @@ mod choices;
 mod coils_off;
 mod compare;
 mod control;
-mod current;
 mod edges;
 mod errors;
 mod finish;
@@ -21,55 +20,21 @@ mod ranges;
 mod regions;
 mod rungs;
 mod scan_control;
+mod state;
 mod units;
 
-use super::memory::{Family, area, areas, edge_memory, networks, power_up};
+use super::memory::{area, areas, networks, power_up};
 use super::operand::Operand;
-use super::resolve::{Category, DecodeOptions, Item, Resolved, miscounted};
-use super::source::RawInstruction;
+use super::resolve::{Category, DecodeOptions, Item, Resolved};
 use super::structure::Structure;
-use current::CurrentInstruction;
-use edges::Edges;
-use finish::JumpTargets;
 use modes::Modes;
-use regions::LadderState;
-use rungs::Rung;
-use scanbound_base::code::Code;
 use scanbound_base::location::Location;
 use scanbound_front::Faults;
 use scanbound_front::builder::{Builder, always};
-use scanbound_ir::{
-    AccessedDevices, Approximated, Cell, Effect, Logic, Program, Region, SourceFile, Step,
-    TimingKey, Units, Write,
-};
+use scanbound_ir::{Program, Region, SourceFile, Step, Write};
+pub(super) use state::Lowering;
+use state::{CurrentInstruction, Edges, JumpTargets, OPEN, Rung};
 use std::sync::Arc;
-
-/// The placeholder for a target that is not resolved yet.
-const OPEN: usize = usize::MAX;
-
-/// The lowering of a project. Each file of this module handles one type of instruction, and adds its methods here.
-pub struct Lowering<'a> {
-    resolved: &'a Resolved<'a>,
-    structure: &'a Structure,
-    options: &'a DecodeOptions<'a>,
-    family: Family,
-    out: Builder,
-    faults: Vec<Faults<'a>>,
-    /// The special relays in use that change the meaning of instructions.
-    modes: Modes,
-    /// The instruction that is being lowered.
-    current: CurrentInstruction<'a>,
-    /// The rung that is being lowered.
-    rung: Rung,
-    /// The hidden bits for edges.
-    edges: Edges,
-    /// The regions that may be written through indirect addresses, if stated.
-    indirect: Option<Vec<Region>>,
-    /// Jump and call targets.
-    targets: JumpTargets,
-    /// The open state of a step ladder.
-    state: Option<LadderState>,
-}
 
 impl<'a> Lowering<'a> {
     /// Starts the lowering. `faults` are the errors of the stages before.
@@ -201,110 +166,5 @@ impl<'a> Lowering<'a> {
             Category::Unknown { is_output: true } => _ = self.output_here(name),
             Category::Unknown { is_output: false } => {}
         }
-    }
-
-    /// Reports an error at the current instruction; `part` is a slice of it or one of its words.
-    pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
-        let Some(raw) = self.current.raw.filter(|_| !self.current.quiet) else { return };
-        let file = &self.resolved.project.files[self.current.file];
-        let found = raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step);
-        self.faults[self.current.file].push(found);
-    }
-
-    /// Lists an over-approximation at the instruction to be added next.
-    pub fn approximate(&mut self, what: impl Into<Approximated>) {
-        let what = what.into();
-        let instruction = self.out.next();
-        let known = self
-            .out
-            .program
-            .approximations
-            .iter()
-            .rev()
-            .take_while(|a| a.instruction == instruction);
-        if known.into_iter().all(|a| a.what != what) {
-            self.out.program.approximate(instruction, what);
-        }
-    }
-
-    /// Adds an instruction and returns its index.
-    pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
-        let effects = self.pointed(effects);
-        let timing = timing.map(|key| self.with_operands(key));
-        let at = self.out.add(timing, effects, step);
-        let mut errors = std::mem::take(&mut self.current.errors);
-        let error = if errors.len() > 1 { Some(Logic::Any(errors)) } else { errors.pop() };
-        self.out.program.errors.extend(error.map(|error| (at, error)));
-        at
-    }
-
-    /// Whether the cell budget allows a block of this many words or bits, each read and written.
-    pub fn has_room(&self, count: i64) -> bool {
-        usize::try_from(count).is_ok_and(|count| self.out.has_room(2 * count))
-    }
-
-    /// Checks the number of operands, and reports an error if it is wrong.
-    pub fn takes(&mut self, raw: &RawInstruction, count: usize) -> bool {
-        let file = &self.resolved.project.files[self.current.file];
-        let fault = miscounted(raw, file, count);
-        let fits = fault.is_none();
-        fault.into_iter().for_each(|fault| self.faults[self.current.file].push(fault));
-        fits
-    }
-
-    /// A new hidden bit that keeps its value from one execution to the next.
-    pub fn memory(&mut self) -> Cell {
-        let cell = edge_memory(self.edges.count);
-        self.edges.count += 1;
-        if let Some(raw) = self.current.raw {
-            let files = if self.resolved.project.files.len() > 1 {
-                format!("{}:", self.resolved.project.files[self.current.file].program)
-            } else {
-                String::new()
-            };
-            self.out
-                .program
-                .names
-                .insert(cell, format!("last scan of `{}` ({files}{})", raw.text, raw.line));
-        }
-        cell
-    }
-}
-
-/// The key for an instruction's time: its name with the letters of its device, its name, and for a pulse form the name without
-/// the suffix. The operand types are added when the instruction is added.
-pub fn timing(
-    mnemonic: &str,
-    pulsed: bool,
-    letters: Option<&str>,
-    class: &'static str,
-    units: Units,
-    use_larger_time: bool,
-) -> TimingKey {
-    let mut names = Vec::with_capacity(2);
-    let base = if pulsed { super::catalog::unpulsed(mnemonic) } else { None };
-    for name in [Some(mnemonic.to_owned()), base].into_iter().flatten() {
-        names.extend(letters.map(|letters| [&name, ":", letters].concat()));
-        names.push(name);
-    }
-    let touched = AccessedDevices::default();
-    TimingKey { names, class, units, use_larger_time, optional: false, accessed: touched }
-}
-
-/// The key of a control instruction: its name only.
-pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
-    // These always fire, so the table may give two times; the larger one counts.
-    let use_larger_time = matches!(class, "nothing" | "loop")
-        || matches!(mnemonic, "RET" | "RETSTL" | "SRET" | "IRET" | "MCR" | "JMP");
-    timing(mnemonic, false, None, class, Units::None, use_larger_time)
-}
-
-/// The rising or falling edge of a value, compared with a remembered one.
-pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
-    let before = Logic::cell(memory);
-    if rising {
-        Logic::All(vec![value, before.not()])
-    } else {
-        Logic::All(vec![value.not(), before])
     }
 }

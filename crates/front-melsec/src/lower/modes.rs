@@ -1,6 +1,5 @@
 //! Special relays and instructions in a project that change the meaning of other instructions.
 
-use super::errors::highest;
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::Item;
@@ -106,3 +105,15 @@ fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
 
 /// The number of the first special relay of the FX.
 const FIRST_SPECIAL: u32 = 8000;
+
+/// The number of devices of each area that the program surely uses: the highest one that a plain operand names.
+fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
+    let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
+    for device in devices {
+        if let Place::At(DeviceType::Bit(area) | DeviceType::Word(area), number) = device.place {
+            let known = highest.entry(area).or_default();
+            *known = (*known).max(number.saturating_add(1));
+        }
+    }
+    highest
+}

@@ -2,7 +2,7 @@
 
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
-use super::{Lowering, edge, timing};
+use super::state::{Lowering, edge, timing};
 use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;

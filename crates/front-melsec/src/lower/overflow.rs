@@ -1,20 +1,14 @@
 //! Addition and subtraction on the FX and FX5, which do not wrap around on overflow.
 
-use super::Lowering;
 use super::access::WordPlace;
+use super::state::{Lowering, OverflowHavoc};
 use crate::catalog::{Entry, Operation};
 use crate::memory::Family;
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Effect, Logic, Number, NumberFormat, Region, Relation, Step,
-    WordSource, WordTarget, Write,
+    BitTarget, Compare, Effect, Logic, Number, NumberFormat, Region, Relation, Step, WordSource,
+    WordTarget, Write,
 };
-
-/// Regions that get any value after an instruction if this bit (it overflowed) is true.
-pub(super) struct OverflowHavoc {
-    overflow: Cell,
-    regions: Vec<Region>,
-}
 
 impl Lowering<'_> {
     /// Whether the value after overflow is unknown. The FX stores part of the carry, with the sign of the exceeded limit (FX

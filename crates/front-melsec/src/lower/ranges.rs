@@ -1,8 +1,9 @@
 //! The facts about words: their ranges at the start of a scan, and the devices written through indirect addresses.
 
-use super::{DecodeOptions, Lowering};
+use super::state::Lowering;
 use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place, parse, upper};
+use crate::resolve::DecodeOptions;
 use crate::source::RawInstruction;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;

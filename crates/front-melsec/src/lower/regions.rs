@@ -1,21 +1,11 @@
 //! Regions whose coils are off while a condition is false: master control regions and states of step ladders.
 
-use super::{Lowering, OPEN, key};
+use super::state::{LadderState, Lowering, OPEN, key};
 use crate::source::RawInstruction;
 use scanbound_ir::{Cell, Effect, Join, Logic, Step, TimingKey};
 
 /// The region level of step ladder states, above all nesting levels of master control.
 const STATE_LEVEL: u32 = 1000;
-
-/// The open state of a step ladder (STL).
-pub(super) struct LadderState {
-    /// The item of its STL instruction.
-    item: usize,
-    /// The relays that must all be on.
-    pub(super) relays: Vec<Cell>,
-    /// The instruction that jumps over the state.
-    jump: usize,
-}
 
 impl Lowering<'_> {
     /// Whether a region around the current instruction may hold it off.

@@ -4,30 +4,11 @@ use scanbound_base::code::Code;
 use scanbound_front::builder::always;
 use std::borrow::Cow;
 
-use super::{Lowering, edge, timing};
+use super::state::{Lowering, edge, timing};
 use crate::operand::upper;
 use crate::resolve::Category;
 use crate::source::RawInstruction;
 use scanbound_ir::{BitTarget, Cell, Effect, Join, Logic, Step, TimingKey, Units, Write};
-
-/// The state of a rung that is being lowered.
-pub(super) struct Rung {
-    /// The number of results on the logic stack.
-    pub depth: usize,
-    /// The number of results saved by MPS and not yet taken by MPP.
-    pub saved: u32,
-    /// Whether the rung has an output yet.
-    pub has_output: bool,
-    /// Whether a label or similar began the rung, so that the next contact belongs to it.
-    pub open: bool,
-}
-
-impl Default for Rung {
-    /// The state after a complete rung.
-    fn default() -> Rung {
-        Rung { depth: 0, saved: 0, has_output: true, open: false }
-    }
-}
 
 impl Lowering<'_> {
     pub(super) fn contact(

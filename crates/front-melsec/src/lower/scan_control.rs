@@ -1,6 +1,6 @@
 //! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant scan.
 
-use super::Lowering;
+use super::state::Lowering;
 use crate::catalog::{Operation, Role};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};

@@ -1,6 +1,6 @@
 //! The number of units (words, digits, characters) that an application instruction processes.
 
-use super::Lowering;
+use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent, Operation, Role};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Operand, Place};
