@@ -148,6 +148,53 @@ fn properties_are_read_and_written_by_their_methods() {
 }
 
 #[test]
+fn a_part_of_what_a_property_gives_is_taken_behind_its_call() {
+    let units = "TYPE T : STRUCT a, b : INT; e : ARRAY[1..2] OF INT; END_STRUCT; END_TYPE
+        FUNCTION_BLOCK Inner VAR x : INT; END_VAR METHOD Put VAR_INPUT n : INT; END_VAR x := n; END_METHOD
+        END_FUNCTION_BLOCK
+        FUNCTION_BLOCK Outer VAR v : INT; inner, other : Inner; k : INT; END_VAR
+        PROPERTY P : T GET P.a := v; P.b := v + 1; P.e[2] := 5; v := v + 10; END_GET END_PROPERTY
+        PROPERTY W : WORD GET W := 8; END_GET END_PROPERTY
+        PROPERTY R : REFERENCE TO Inner
+          GET IF v = 0 THEN R REF= inner; ELSE R REF= other; END_IF END_GET END_PROPERTY
+        PROPERTY Q : REFERENCE TO INT GET Q REF= k; END_GET END_PROPERTY
+        METHOD Own : INT Own := P.b; END_METHOD
+        METHOD Turn : INT v := 1 - v; Turn := R.x; v := 1 - v; END_METHOD
+        END_FUNCTION_BLOCK
+        FUNCTION_BLOCK More EXTENDS Outer
+        PROPERTY P : T GET P.b := 40; END_GET END_PROPERTY
+        METHOD Base : INT Base := SUPER^.P.b; END_METHOD
+        END_FUNCTION_BLOCK";
+    let variables = "o : Outer; m : More; l : ARRAY[1..2] OF Outer; i, n : INT; ok : BOOL;";
+    always(units, variables, "o.v := 3; n := o.P.a + o.P.b;", "n = 17 AND o.v = 23");
+    always(units, variables, "n := o.P.e[2]; ok := o.W.3 AND NOT o.W.2;", "n = 5 AND ok");
+    always(units, variables, "o.v := 1; n := o.Own();", "n = 2");
+    // The one that the instance has, or that of its base.
+    always(units, variables, "m.v := 7; n := m.Own();", "n = 40");
+    always(units, variables, "m.v := 7; n := m.Base();", "n = 8");
+    // What a reference means is written.
+    always(
+        units,
+        variables,
+        "o.v := 0; o.inner.x := 0; o.R.x := 3; o.v := 1; o.R.Put(4); n := o.R.x;",
+        "o.inner.x = 3 AND o.other.x = 4 AND n = 4",
+    );
+    always(units, variables, "o.k := 6; n := o.Q;", "n = 6");
+    // Whether one that stands alone is read, controllers differ.
+    let alone = "o.v := 1; o.P;";
+    assert!(may(units, variables, alone, "o.v = 1") && may(units, variables, alone, "o.v = 11"));
+    // A part of a value that is only a copy, an instance of unknown number, and what changes before it is looked at.
+    for body in ["o.P.a := 1;", "n := l[i].P.a;", "o.R.x := o.Turn();", "SETS(o.P.a);"] {
+        let setting = "FUNCTION SETS : INT VAR_IN_OUT x : INT; END_VAR x := 1; END_FUNCTION";
+        let told = refused(&format!("{units} {setting}"), variables, body);
+        assert_eq!(told[0].0, Code::NotModelled, "{body}: {told:?}");
+    }
+    // Where a property stands in the end of a loop, it may be moved.
+    let told = refused(units, variables, "FOR i := 1 TO o.P.a DO n := n + 1; END_FOR");
+    assert_eq!(told[0].0, Code::LoopCount);
+}
+
+#[test]
 fn the_base_is_called_as_the_base_and_this_as_the_instance() {
     let variables = "two : Derived; n : INT; ok : BOOL;";
     always(UNITS, variables, "two();", "two.bodies = 11");
@@ -753,18 +800,23 @@ fn what_nothing_calls_does_not_move_a_loops_end() {
             METHOD Run VAR k : INT; END_VAR FOR k := 1 TO cnt DO t.M(); END_FOR END_METHOD
             PROPERTY P : INT GET P := cnt; cnt := 0; END_GET END_PROPERTY
             END_FUNCTION_BLOCK
-            PROGRAM main VAR o : A; mm : Mgr; END_VAR mm.t := o; mm.cnt := 2; mm.Add(); mm.Run(); END_PROGRAM"
+            VAR_GLOBAL mm : Mgr; END_VAR
+            PROGRAM main VAR o : A; END_VAR mm.t := o; mm.cnt := 2; mm.Add(); mm.Run(); END_PROGRAM"
         );
         audited("main.st", &text).map(|_| ()).map_err(|faults| faults[0].0)
     };
     assert_eq!(of("", "M := 1;"), Ok(()));
     assert_eq!(of("METHOD M2 cnt := 0; END_METHOD", "M := 1;"), Ok(()));
-    // What a call leads to may be a method of that name, whoever has it.
-    assert_eq!(of("METHOD Clr cnt := 0; END_METHOD", "inner.Clr();"), Err(Code::LoopCount));
-    assert_eq!(
-        of("METHOD Clr Clr2(); END_METHOD METHOD Clr2 cnt := 0; END_METHOD", "inner.Clr();"),
-        Err(Code::LoopCount)
-    );
-    // The one that another unit has writes its own variable.
-    assert_eq!(of("METHOD Clr ; END_METHOD", "inner.Clr();"), Ok(()));
+    let clear = "METHOD Clr cnt := 0; END_METHOD";
+    // What is called of another unit writes its own variable, whatever it is called.
+    for own in [
+        clear,
+        "METHOD Clr ; END_METHOD",
+        "METHOD Clr Clr2(); END_METHOD METHOD Clr2 cnt := 0; END_METHOD",
+    ] {
+        assert_eq!(of(own, "inner.Clr();"), Ok(()));
+    }
+    assert_eq!(of(clear, "mm.Clr();"), Err(Code::LoopCount));
+    assert_eq!(of("METHOD Clr ; END_METHOD", "mm.Clr();"), Ok(()));
+    assert_eq!(of("", "M := mm.P;"), Err(Code::LoopCount));
 }

@@ -1,6 +1,6 @@
-//! Which road a project takes while there are two: the one by names, or the one by the typed tree. Only builds for tests
-//! look at the environment: `SCANBOUND_IEC_ROAD=tree` takes the new one, and `both` lowers on both, compares the programs and
-//! appends the outcome to the file that `SCANBOUND_IEC_LOG` names.
+//! Which lowering a project takes while there are two: that by the typed tree, or, for what the tree does not have, that by names.
+//! Only builds for tests look at the environment: `SCANBOUND_IEC_ROAD=names` takes the old one, and `both` lowers with both,
+//! compares the programs and appends the outcome to the file that `SCANBOUND_IEC_LOG` names.
 
 use super::{decode as names, lower};
 use scanbound_base::diagnostic::Diagnostic;
@@ -21,16 +21,23 @@ pub(super) fn decode(
         true => std::env::var("SCANBOUND_IEC_ROAD").unwrap_or_default(),
         false => String::new(),
     };
-    if road.is_empty() {
+    if road == "names" {
         return names::decode(project, dialect, charts, asked);
     }
     let tree = lower::decode(project, dialect, charts, asked);
-    if road == "tree" {
-        return tree;
+    if road.is_empty() {
+        return match &tree {
+            Err(faults) if is_not_yet(faults) => names::decode(project, dialect, charts, asked),
+            _ => tree,
+        };
     }
     let found = names::decode(project, dialect, charts, asked);
     log(&outcome(&found, &tree), project);
     found
+}
+
+fn is_not_yet(faults: &[Diagnostic]) -> bool {
+    faults.iter().any(|one| one.message.contains(NOT_YET))
 }
 
 fn log(outcome: &str, project: &Project) {
@@ -51,7 +58,6 @@ type Lowered = Result<Program, Vec<Diagnostic>>;
 fn outcome(names: &Lowered, tree: &Lowered) -> String {
     let first =
         |faults: &[Diagnostic]| faults.first().map_or(String::new(), |one| one.message.clone());
-    let is_not_yet = |faults: &[Diagnostic]| faults.iter().any(|one| one.message.contains(NOT_YET));
     match (names, tree) {
         (_, Err(faults)) if is_not_yet(faults) => {
             let mut of = faults.iter().filter(|one| one.message.contains(NOT_YET));

@@ -1,7 +1,8 @@
 //! What a project declares, by ids: units, routines, variables.
 
-use crate::tree::{Expr, Statement};
+use crate::tree::{Expr, Place, Statement};
 use crate::types::TypeId;
+use scanbound_base::time::Picos;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Language, PouKind, Section};
 
@@ -157,6 +158,17 @@ impl Code {
     }
 }
 
+/// What the user states of code that is not there, or that is of another language.
+#[derive(Debug, Clone)]
+pub struct Stated {
+    /// What it is called in the facts, for messages.
+    pub name: String,
+    /// How long it takes.
+    pub time: Picos,
+    /// What it may write besides the variables of its instance; or what is wrong with that.
+    pub writes: Vec<Result<Place, Fault>>,
+}
+
 /// A body, an action or a method.
 #[derive(Debug, Clone)]
 pub struct Routine {
@@ -178,6 +190,8 @@ pub struct Routine {
     pub code: Code,
     /// Whether only its unit may call it.
     pub is_private: bool,
+    /// What the user states of it, if its code is not there.
+    pub stated: Option<Stated>,
     /// Its line.
     pub line: u32,
 }

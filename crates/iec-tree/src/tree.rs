@@ -2,8 +2,8 @@
 
 use crate::blocks::{Pin, StandardBlock};
 use crate::declarations::{
-    Address, AddressId, GlobalList, Routine, RoutineId, TempId, Temporary, Unit, UnitId, VarId,
-    Variable,
+    Address, AddressId, GlobalList, Routine, RoutineId, Stated, TempId, Temporary, Unit, UnitId,
+    VarId, Variable,
 };
 use crate::standard::Function;
 use crate::types::{TypeId, Types};
@@ -167,6 +167,8 @@ pub enum Step {
     Bit(u8),
     /// What a reference, a pointer or an interface means.
     Dereference,
+    /// The result of a method of an instance, as its last call left it; whether that of a base is meant.
+    Result(RoutineId, bool),
 }
 
 /// A variable or a part of one.
@@ -232,6 +234,8 @@ pub enum ExprKind {
     Standard(Box<Applied>),
     /// What a value is made of that a declaration lists: elements, or parts by their numbers. It is not worked out.
     List(Vec<Expr>),
+    /// A call, and what is worked out behind it: a part of what the call gives.
+    After(Box<(Call, Expr)>),
     /// One of two values: controllers differ; of none, any value.
     Either(Option<Box<(Expr, Expr)>>),
     /// What is wrong with it.
@@ -328,6 +332,16 @@ pub struct Call {
     pub enable: Enable,
 }
 
+impl Call {
+    /// The values that it passes.
+    pub fn values(&self) -> impl Iterator<Item = &Expr> {
+        self.passed.iter().filter_map(|(_, passed)| match passed {
+            Passed::ByValue(one) | Passed::InOut(one) => Some(one),
+            Passed::Output(..) | Passed::Dropped => None,
+        })
+    }
+}
+
 /// A statement.
 #[derive(Debug, Clone)]
 pub struct Statement {
@@ -380,6 +394,10 @@ pub enum StatementKind {
     Standard(Applied),
     /// A call under a condition.
     CallIf(Expr, Box<Statement>),
+    /// A call, and what is done behind it to a part of what the call gives.
+    After(Box<(Call, Statement)>),
+    /// Code of another language, of which the user states what it does.
+    Foreign(Stated),
     /// `IF`
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
     /// `CASE`
@@ -419,6 +437,15 @@ impl Place {
 }
 
 impl Expr {
+    /// Without the calls that come before it.
+    #[must_use]
+    pub fn after_calls(&self) -> &Expr {
+        match &self.kind {
+            ExprKind::After(both) => both.1.after_calls(),
+            _ => self,
+        }
+    }
+
     /// Without what becomes of it by itself.
     #[must_use]
     pub fn unconverted(&self) -> &Expr {
@@ -456,12 +483,10 @@ impl Expr {
                 right.each(see);
             }
             ExprKind::Standard(applied) => applied.inputs.iter().for_each(|one| one.each(see)),
-            ExprKind::Call(call) => {
-                for (_, passed) in &call.passed {
-                    if let Passed::ByValue(one) | Passed::InOut(one) = passed {
-                        one.each(see);
-                    }
-                }
+            ExprKind::Call(call) => call.values().for_each(|one| one.each(see)),
+            ExprKind::After(both) => {
+                both.0.values().for_each(|one| one.each(see));
+                both.1.each(see);
             }
             ExprKind::List(all) => all.iter().for_each(|one| one.each(see)),
             ExprKind::Either(Some(both)) => {
@@ -474,7 +499,7 @@ impl Expr {
 }
 
 /// Shows statements and all that stand within them.
-pub fn each_statement(all: &[Statement], see: &mut dyn FnMut(&Statement)) {
+pub fn each_statement<'s>(all: &'s [Statement], see: &mut dyn FnMut(&'s Statement)) {
     for one in all {
         see(one);
         match &one.kind {
@@ -495,6 +520,7 @@ pub fn each_statement(all: &[Statement], see: &mut dyn FnMut(&Statement)) {
                 each_statement(other, see);
             }
             StatementKind::CallIf(_, inner) => each_statement(std::slice::from_ref(inner), see),
+            StatementKind::After(both) => each_statement(std::slice::from_ref(&both.1), see),
             _ => {}
         }
     }

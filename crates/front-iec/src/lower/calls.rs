@@ -3,6 +3,7 @@
 use super::super::assembler::Assembler;
 use super::super::types::Ty;
 use super::super::value::{Value, constant};
+use super::effects::{Effects, add};
 use super::elements::unknown_number;
 use super::enable::Enabled;
 use super::places::{Context, Found, Spot};
@@ -90,6 +91,39 @@ impl Lower<'_> {
             Target::BaseMethod(method) => self.method(at, at.instance, *method, call, line),
             _ => self.call_statement(at, call, line).map(|()| Value::Any),
         }
+    }
+
+    /// A call of which a part of what it gives is named behind it, by what has these effects. Refuses what gives that another
+    /// meaning before it is looked at.
+    pub(super) fn call_before(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        then: &Effects,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        let (mut own, mut looked, mut called) =
+            (Effects::default(), Effects::default(), Effects::default());
+        let frames: Vec<(usize, RoutineId)> = match &call.target {
+            Target::Method(owner, method) => {
+                self.led_to(at, owner, &mut looked);
+                let all = self.instances_at(at, owner, &mut Effects::default()).into_iter();
+                all.map(|one| (one, tree.dispatched(self.instances[one].unit, *method))).collect()
+            }
+            Target::BaseMethod(method) => vec![(at.instance, *method)],
+            _ => Vec::new(),
+        };
+        for (instance, method) in frames {
+            add(&mut own.reads, self.frame(instance, method)?.tag.regions());
+        }
+        self.of_call(at, call, &mut called);
+        if then.changes(&own) || called.changes(&looked) {
+            let told = "what a property gives may change before a part of it is taken or written";
+            let help = "assign what it gives to a variable of its own, and name the part of that";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+        }
+        self.called_for(at, call, false, line).map(|_| ())
     }
 
     fn method(
@@ -641,7 +675,10 @@ impl Lower<'_> {
             initial.each(&mut |inner| {
                 is_open |= matches!(
                     inner.kind,
-                    ExprKind::Call(_) | ExprKind::Standard(_) | ExprKind::Read(_)
+                    ExprKind::Call(_)
+                        | ExprKind::After(_)
+                        | ExprKind::Standard(_)
+                        | ExprKind::Read(_)
                 );
             });
         }
@@ -666,6 +703,7 @@ fn is_worked_out(initial: &Expr) -> bool {
         ExprKind::Read(_)
         | ExprKind::Binary(..)
         | ExprKind::Call(_)
+        | ExprKind::After(_)
         | ExprKind::Standard(_)
         | ExprKind::Named(_)
         | ExprKind::Either(_)

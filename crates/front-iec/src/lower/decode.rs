@@ -13,12 +13,12 @@ use super::places::{Context, Found, Instance};
 use super::{Entry, Lower, Options};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::{StatedCall, normalized};
+use scanbound_base::facts::normalized;
 use scanbound_base::location::Location;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Section, Task, same};
-use scanbound_iec_tree::declarations::RoutineKind;
+use scanbound_iec_tree::declarations::{Routine, RoutineKind, Stated};
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter};
 use scanbound_ir::{MissingRoutine, Program, Region, Step, Write, flow};
@@ -37,9 +37,12 @@ pub(in super::super) fn decode(
     if !faults.is_empty() {
         return Err(told(project, faults));
     }
-    let tree = resolve::tree(project);
+    let files: Vec<[&str; 2]> = (0..project.files.len())
+        .map(|at| super::super::foreign::names(&project.files, at))
+        .collect();
+    let facts = resolve::Facts { calls: &asked.facts.calls, files: &files };
+    let tree = resolve::tree(project, facts);
     let options = Options {
-        calls: asked.facts.calls.clone(),
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
     };
@@ -58,7 +61,7 @@ pub(in super::super) fn decode(
     own.program_of(&tasks, charts, asked)
 }
 
-impl Lower<'_> {
+impl<'t> Lower<'t> {
     fn program_of(
         mut self,
         tasks: &[Task],
@@ -287,11 +290,12 @@ impl Lower<'_> {
     /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may hold
     /// anything. Whether that is so.
     pub(super) fn stands_in(&mut self, instance: usize, entry: Entry) -> bool {
-        let Some((file, line, stated)) = self.stated_of(instance, entry) else { return false };
-        self.file = file;
-        self.at(line, &stated.name);
+        let tree = self.tree;
+        let Some((routine, stated)) = self.stated_of(instance, entry) else { return false };
+        self.file = tree.unit(routine.unit).file;
+        self.at(routine.line, &stated.name);
         self.landing();
-        let regions = self.all_it_writes(instance, entry, line, &stated);
+        let regions = self.all_it_writes(instance, entry, routine.line, stated);
         let effects = match regions {
             Ok(regions) => {
                 let havoc = |region| {
@@ -308,11 +312,16 @@ impl Lower<'_> {
         let begin = self.assembler().builder.add(None, effects, Step::Nothing);
         let why = format!("what {} gives may be any value: only its time is stated", stated.name);
         self.program().approximate(begin, why);
-        let (name, time) = (normalized(&stated.name), stated.time);
-        let absent = MissingRoutine { name, entry: begin, time, stated: true, declared: true };
-        self.program().missing_routines.push(absent);
+        self.takes_stated_time(begin, stated);
         self.assembler().builder.add(None, Vec::new(), Step::Return);
         true
+    }
+
+    /// An instruction takes the time that is stated of code that is not there.
+    pub(super) fn takes_stated_time(&mut self, entry: usize, stated: &Stated) {
+        let (name, time) = (normalized(&stated.name), stated.time);
+        let absent = MissingRoutine { name, entry, time, stated: true, declared: true };
+        self.program().missing_routines.push(absent);
     }
 
     /// The unit, or the method, whose body is to be executed and is not there, and what is stated of it.
@@ -320,9 +329,8 @@ impl Lower<'_> {
         &self,
         instance: usize,
         entry: Entry,
-    ) -> Option<(usize, u32, StatedCall)> {
+    ) -> Option<(&'t Routine, &'t Stated)> {
         let tree = self.tree;
-        let stated = |name: &str| self.options.calls.get(&normalized(name)).cloned();
         let own = self.instances[instance].unit;
         let from = match entry {
             Entry::Body => own,
@@ -331,27 +339,15 @@ impl Lower<'_> {
                 RoutineKind::Body => tree.routine(id).unit,
                 RoutineKind::Method => {
                     let routine = tree.routine(id);
-                    let unit = tree.unit(routine.unit);
-                    let is_there = !routine.code.is_empty() || unit.kind == PouKind::Program;
-                    let name = format!("{}.{}", unit.name, routine.name);
-                    let known = stated(&name).filter(|_| !is_there)?;
-                    return Some((unit.file, routine.line, known));
+                    return Some((routine, routine.stated.as_ref()?));
                 }
             },
         };
-        for unit in tree.lineage(from) {
-            let unit = tree.unit(unit);
-            if unit.kind == PouKind::Program {
-                continue;
-            }
-            if !tree.routine(unit.body).code.is_empty() {
-                return None;
-            }
-            if let Some(known) = stated(&unit.name) {
-                return Some((unit.file, unit.line, known));
-            }
-        }
-        None
+        let bodies = tree.lineage(from).into_iter().map(|unit| tree.unit(unit));
+        let bodies = bodies.filter(|unit| unit.kind != PouKind::Program);
+        let mut bodies = bodies.map(|unit| tree.routine(unit.body));
+        let first = bodies.find(|body| !body.code.is_empty() || body.stated.is_some())?;
+        Some((first, first.stated.as_ref()?))
     }
 
     pub(super) fn all_it_writes(
@@ -359,7 +355,7 @@ impl Lower<'_> {
         instance: usize,
         entry: Entry,
         line: u32,
-        stated: &StatedCall,
+        stated: &Stated,
     ) -> Result<Vec<Region>, Fault> {
         let mut variables = self.tree.members(self.instances[instance].unit);
         if let Entry::Routine(id) = entry {
@@ -379,21 +375,10 @@ impl Lower<'_> {
         {
             regions.extend(self.frame(instance, id)?.tag.regions());
         }
-        for name in stated.writes.iter().flatten() {
-            let found = self.tree.globals.iter().flat_map(|list| &list.variables);
-            let found = { found }.find(|&&id| same(&self.tree.variable(id).name, name)).copied();
-            match found {
-                Some(id) => regions.extend(self.global(id)?.tag.regions()),
-                None => {
-                    let told = format!(
-                        "{} is stated to write {name}, which is no global variable",
-                        stated.name
-                    );
-                    let help =
-                        "name global variables; what a call hands over is counted without that";
-                    return Err(Fault::new(line, told).code(FaultCode::Fact).help(help));
-                }
-            }
+        let at = Context { instance, frame: None };
+        for place in &stated.writes {
+            let place = place.as_ref().map_err(Clone::clone)?;
+            regions.extend(self.root(&at, place.root, line)?.tag.regions());
         }
         Ok(regions)
     }

@@ -7,7 +7,7 @@ use super::{Entry, Lower};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
 use scanbound_iec_tree::tree::{
     Applied, Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, StatementKind, Step,
-    Target,
+    Target, each_statement,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaId, Cell, Region};
@@ -94,6 +94,7 @@ pub(super) fn is_same(one: &Place, other: &Place) -> bool {
                     .zip(other)
                     .all(|(one, other)| one.whole().is_some() && one.whole() == other.whole())
         }
+        (Step::Result(one, of_base), Step::Result(other, also)) => one == other && of_base == also,
         _ => false,
     };
     one.root == other.root
@@ -105,7 +106,7 @@ pub(super) fn is_same(one: &Place, other: &Place) -> bool {
 fn calls(one: &Expr) -> bool {
     let mut found = false;
     one.each(&mut |one| match &one.kind {
-        ExprKind::Call(_) => found = true,
+        ExprKind::Call(_) | ExprKind::After(_) => found = true,
         ExprKind::Read(place) => found |= place.indices().any(calls),
         _ => {}
     });
@@ -122,7 +123,7 @@ impl Lower<'_> {
     pub(super) fn acting_calls(&mut self, at: &Context, one: &Expr) -> usize {
         let mut own = Vec::new();
         one.each(&mut |one| {
-            if matches!(one.kind, ExprKind::Call(_)) {
+            if matches!(one.kind, ExprKind::Call(_) | ExprKind::After(_)) {
                 own.push(one.clone());
             }
         });
@@ -262,8 +263,8 @@ impl Lower<'_> {
 
     /// What stands in for a body that is not there may write all that its instance has, and what it is stated to write.
     fn of_absent(&mut self, called: (usize, Entry), found: &mut Effects) {
-        let Some((_, line, stated)) = self.stated_of(called.0, called.1) else { return };
-        match self.all_it_writes(called.0, called.1, line, &stated) {
+        let Some((routine, stated)) = self.stated_of(called.0, called.1) else { return };
+        match self.all_it_writes(called.0, called.1, routine.line, stated) {
             Ok(regions) => add(&mut found.writes, regions),
             Err(_) => found.anything = true,
         }
@@ -271,7 +272,7 @@ impl Lower<'_> {
 
     pub(super) fn of_statements(&mut self, at: &Context, all: &[Statement], found: &mut Effects) {
         let mut own: Vec<&Statement> = Vec::new();
-        each_all(all, &mut own);
+        each_statement(all, &mut |one| own.push(one));
         for one in own {
             match &one.kind {
                 StatementKind::Assign(target, value) => {
@@ -309,6 +310,11 @@ impl Lower<'_> {
                     self.of_expr(at, &own.to, found);
                     self.written(at, &own.variable, found);
                 }
+                StatementKind::After(both) => self.of_call(at, &both.0, found),
+                StatementKind::Foreign(stated) => {
+                    let places = stated.writes.iter().flatten();
+                    places.for_each(|place| self.written(at, place, found));
+                }
                 StatementKind::Exit
                 | StatementKind::Continue
                 | StatementKind::Label(_)
@@ -336,6 +342,10 @@ impl Lower<'_> {
                 }
             }
             ExprKind::Call(call) => self.of_call(at, call, found),
+            ExprKind::After(both) => {
+                self.of_call(at, &both.0, found);
+                self.of_expr(at, &both.1, found);
+            }
             ExprKind::Standard(applied) => self.of_applied(at, applied, found),
             ExprKind::List(all) => all.iter().for_each(|one| self.of_expr(at, one, found)),
             ExprKind::Either(Some(both)) => {
@@ -353,7 +363,7 @@ impl Lower<'_> {
         of.enable.result.iter().for_each(|(place, _)| self.written(at, place, found));
     }
 
-    fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {
+    pub(super) fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         for (_, passed) in &call.passed {
             match passed {
                 Passed::ByValue(one) => self.of_expr(at, one, found),
@@ -454,7 +464,12 @@ impl Lower<'_> {
     }
 
     /// The instances that a place may be.
-    fn instances_at(&mut self, at: &Context, place: &Place, found: &mut Effects) -> Vec<usize> {
+    pub(super) fn instances_at(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        found: &mut Effects,
+    ) -> Vec<usize> {
         let mut known = Vec::new();
         for spot in self.spots(at, place, found) {
             match (self.by_name.get(&spot.name), self.unit_of(spot.ty)) {
@@ -507,7 +522,7 @@ impl Lower<'_> {
     }
 
     /// What it takes to find a place: what its indices and the references in it read.
-    fn led_to(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+    pub(super) fn led_to(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         for index in place.indices() {
             self.of_expr(at, index, found);
         }
@@ -641,32 +656,6 @@ impl Lower<'_> {
                         .any(|one| self.begins_with_method(tree.variable(one).ty))
             }
             _ => false,
-        }
-    }
-}
-
-fn each_all<'s>(all: &'s [Statement], found: &mut Vec<&'s Statement>) {
-    for one in all {
-        found.push(one);
-        match &one.kind {
-            StatementKind::If(arms, otherwise) => {
-                arms.iter().for_each(|(_, body)| each_all(body, found));
-                each_all(otherwise, found);
-            }
-            StatementKind::Case(_, arms, otherwise) => {
-                arms.iter().for_each(|(_, body)| each_all(body, found));
-                each_all(otherwise, found);
-            }
-            StatementKind::For(own) => each_all(&own.body, found),
-            StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
-                each_all(body, found);
-            }
-            StatementKind::Either(_, one, other) => {
-                each_all(one, found);
-                each_all(other, found);
-            }
-            StatementKind::CallIf(_, inner) => each_all(std::slice::from_ref(inner), found),
-            _ => {}
         }
     }
 }

@@ -58,6 +58,9 @@ impl Lower<'_> {
                 Some(self.tree.types.parts(*id)[*number].1)
             }
             (_, PathStep::Member(id)) => Some(self.tree.variable(*id).ty),
+            (_, PathStep::Result(method, _)) => {
+                Some(self.tree.variable(self.tree.routine(*method).result?).ty)
+            }
             (Typed::Array(_, of), PathStep::Element(_)) => Some(*of),
             _ => None,
         }

@@ -411,7 +411,7 @@ impl Lower<'_> {
         let mut read = Vec::new();
         end.each(&mut |one| match &one.kind {
             ExprKind::Read(place) => read.push((one.clone(), place.text.clone())),
-            ExprKind::Call(_) => read.push((one.clone(), "a function".into())),
+            ExprKind::Call(_) | ExprKind::After(_) => read.push((one.clone(), "a function".into())),
             _ => {}
         });
         let moved = match self.calls_own(end) {

@@ -26,7 +26,6 @@ use super::value::Value;
 use effects::Effects;
 use places::{Instance, Spot};
 use references::Targets;
-use scanbound_base::facts::StatedCall;
 use scanbound_iec::Project;
 use scanbound_iec_tree::constants::Constants;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
@@ -46,8 +45,6 @@ enum Entry {
 
 /// What is asked of the program.
 struct Options {
-    /// What is stated of units whose bodies are not there.
-    calls: BTreeMap<String, StatedCall>,
     /// How often loops are stated to go round, by their places.
     stated_turns: BTreeMap<String, (i64, i64)>,
     /// Whether a loop of which nothing is known is taken to go round any number of times.

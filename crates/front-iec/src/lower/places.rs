@@ -360,6 +360,14 @@ impl<'t> Lower<'t> {
                 Some(Spot { name: format!("{}.{name}", spot.name), tag, ty: *ty })
             }
             (_, Step::Member(id)) => self.member(spot, unit?, *id),
+            (_, Step::Result(method, of_base)) => {
+                let unit = unit?;
+                let method = if *of_base { *method } else { tree.dispatched(unit, *method) };
+                let known = self.by_name.get(&spot.name).copied();
+                let instance = known.unwrap_or_else(|| self.instance(spot, unit));
+                let frame = self.frame(instance, method).ok()?;
+                self.local(&frame, method, tree.routine(method).result?)
+            }
             (Typed::Standard(block), Step::Pin(pin)) => {
                 let tag = spot.tag.part_at(block.position(*pin)?)?;
                 let ty = tree.types.elementary(pin.of());

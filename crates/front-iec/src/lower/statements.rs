@@ -4,16 +4,18 @@ use super::super::assembler::Assembler;
 use super::super::types::Kind;
 use super::super::value::Value;
 use super::calls::Callee;
+use super::effects::Effects;
 use super::places::{Context, Found, Instance};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
+use scanbound_front::builder::always;
 use scanbound_iec::Section;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::declarations::{Code, RoutineKind, VarId};
+use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Selector, Statement, StatementKind};
 use scanbound_iec_tree::types::DINT;
-use scanbound_ir::{Logic, Number, Step};
+use scanbound_ir::{Logic, Number, Step, Write};
 use std::collections::BTreeMap;
 
 /// Where jumps of a body lead: labels, and the ends of loops.
@@ -190,6 +192,13 @@ impl Lower<'_> {
                 self.landing();
                 done
             }
+            StatementKind::After(both) => {
+                let mut then = Effects::default();
+                self.of_statements(at, std::slice::from_ref(&both.1), &mut then);
+                self.call_before(at, &both.0, &then, line)?;
+                self.statement(at, &both.1, targets)
+            }
+            StatementKind::Foreign(stated) => self.foreign(at, stated, line),
             StatementKind::If(arms, otherwise) => self.conditional(at, arms, otherwise, targets),
             StatementKind::Case(of, arms, otherwise) => {
                 self.case(at, of, arms, otherwise, line, targets)
@@ -237,6 +246,32 @@ impl Lower<'_> {
             StatementKind::Nothing => Ok(()),
             StatementKind::Fault(fault) => Err((**fault).clone()),
         }
+    }
+
+    /// Code of another language: it takes the time that is stated, and what it is stated to write may be anything behind it.
+    fn foreign(&mut self, at: &Context, stated: &Stated, line: u32) -> Result<(), Fault> {
+        let entry = self.assembler().builder.add(None, Vec::new(), Step::Nothing);
+        self.takes_stated_time(entry, stated);
+        for place in &stated.writes {
+            let place = place.as_ref().map_err(Clone::clone)?;
+            let name = &place.text;
+            let Some(spot) = self.spot(at, place, line)? else {
+                let told = format!("what the pragma is stated to write, {name}, is no variable");
+                let help = "name variables of the unit";
+                return Err(Fault::new(line, told).code(FaultCode::Fact).help(help));
+            };
+            let effects = spot.tag.regions().into_iter().map(|region| {
+                let choice = self.builder.choice();
+                always(Write::Havoc(region, choice))
+            });
+            let effects = effects.collect();
+            let entry = self.assembler().builder.add(None, effects, Step::Nothing);
+            let why = format!(
+                "what the pragma writes to {name} may be any value: only its time is stated"
+            );
+            self.program().approximate(entry, why);
+        }
+        Ok(())
     }
 
     /// Executes a statement for each variable that a reference can mean.

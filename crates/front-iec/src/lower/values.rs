@@ -6,6 +6,7 @@ use super::super::open::{complement, opened, parted};
 use super::super::types::{Extent, Kind, Ty, holding};
 use super::super::value::{Value, constant, is_real, real, within};
 use super::Lower;
+use super::effects::Effects;
 use super::places::{Context, Element, Found, Spot};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
@@ -270,6 +271,14 @@ impl<'t> Lower<'t> {
                 }
             }
             ExprKind::Call(call) => self.called(at, call, line)?,
+            ExprKind::After(both) => {
+                let mut then = Effects::default();
+                self.of_expr(at, &both.1, &mut then);
+                self.call_before(at, &both.0, &then, line)?;
+                let value = self.open_value(at, &both.1)?;
+                // The next call writes it anew.
+                self.frozen(value)
+            }
             ExprKind::Standard(applied) => self.applied(at, applied, line)?,
             ExprKind::Address(place) => self.address(at, place, line)?,
             ExprKind::Null => Value::Constant(0),

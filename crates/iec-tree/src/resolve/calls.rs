@@ -1,14 +1,14 @@
 //! Calls: what is called, and what is passed for which parameter.
 
-use super::paths::{Found, Property, start};
+use super::paths::{Found, Property, property_here, start};
 use super::types::declare;
-use super::{NOT_YET, Resolver, Scope, not_yet, unknown_name};
+use super::{NOT_YET, Resolver, Scope, unknown_name};
 use crate::blocks::StandardBlock;
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::standard::Function;
 use crate::tree::{
-    Applied, Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Root, StatementKind, Step,
-    Target,
+    Applied, Call, Enable, Expr, ExprKind, Parameter, Passed, Place, Root, Statement,
+    StatementKind, Step, Target,
 };
 use crate::types::{Type, TypeId};
 use scanbound_base::code::Code;
@@ -399,12 +399,15 @@ impl Resolver<'_> {
             Parameter::Variable(id) => self.tree.variable(id),
         };
         let (ty, section, name) = (variable.ty, variable.section, variable.name.clone());
-        if let ExprKind::Read(place) = &value.kind
+        if let ExprKind::Read(place) = &value.after_calls().kind
             && !matches!(place.root, Root::Temporary(_))
         {
             self.has_own_type(&name, ty, place.ty, line)?;
         }
         Ok(match section {
+            Section::InOut if matches!(value.kind, ExprKind::After(_)) => {
+                return Err(property_here(line, &name));
+            }
             Section::InOut => Passed::InOut(value),
             _ => Passed::ByValue(self.converted(value, ty)),
         })
@@ -506,7 +509,7 @@ impl Resolver<'_> {
             None => Some(1),
             Some(which) => self.expression(scope, &which.value, line).whole(),
         };
-        let place = match self.path(scope, path, line) {
+        let place = match self.one_path(scope, path, line) {
             Ok(Found::Place(place)) => place,
             Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
             _ => return Ok(None),
@@ -624,11 +627,17 @@ impl Resolver<'_> {
                 enable,
             }));
         }
+        let around = self.before.len();
         match self.path(scope, target, line) {
             Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
-            Ok(Found::Property(_)) => return Err(not_yet(line, "a property that stands alone")),
+            Ok(Found::Property(property)) => {
+                let kind = as_statement(self.property_read(scope, &property, line)?);
+                let read = Statement { kind, text: show::path(target).into(), line };
+                let what = "a property that stands alone is read";
+                return Ok(StatementKind::Either(what, vec![read], Vec::new()));
+            }
             Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
-            _ => {}
+            _ => self.before.truncate(around),
         }
         if let Some((owner, name)) = target.split_last()
             && let Ok(place) = self.owner(scope, &owner, line)

@@ -1,10 +1,10 @@
 //! Expressions with their types.
 
-use super::paths::Found;
+use super::paths::{Found, property_here};
 use super::{Resolver, Scope};
 use crate::standard::{beside, operated};
-use crate::tree::{Expr, ExprKind, Place};
-use crate::types::{Elementary, Kind, Type, TypeId};
+use crate::tree::{Expr, ExprKind, Place, Step};
+use crate::types::{Elementary, Kind, Refers, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, EITHER, Literal, Operator};
 use scanbound_iec::fault::Fault;
@@ -13,10 +13,12 @@ use scanbound_iec::{same, show};
 impl Resolver<'_> {
     /// An expression; what is wrong with it is one, too.
     pub(super) fn expression(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
-        match self.found(scope, one, line) {
+        let around = self.before.len();
+        let found = match self.found(scope, one, line) {
             Ok(found) => found,
             Err(fault) => self.faulty(fault, line),
-        }
+        };
+        self.after_calls(around, found)
     }
 
     pub(super) fn faulty(&mut self, fault: Fault, line: u32) -> Expr {
@@ -36,7 +38,15 @@ impl Resolver<'_> {
             ast::Expr::Variable(path) => match self.path(scope, path, line)? {
                 Found::Constant(constant) => return Ok(constant),
                 Found::Property(property) => {
-                    return self.property_read(scope, &property, line);
+                    let found = self.property_read(scope, &property, line)?;
+                    let Type::Reference(Refers::Reference, to) = *self.tree.types.get(found.ty)
+                    else {
+                        return Ok(found);
+                    };
+                    let mut place = self.given(scope, property, line)?;
+                    place.steps.push(Step::Dereference);
+                    place.ty = to;
+                    (ExprKind::Read(place), to)
                 }
                 Found::Place(place) => {
                     let ty = place.ty;
@@ -153,12 +163,7 @@ impl Resolver<'_> {
     ) -> Result<Place, Fault> {
         match self.path(scope, path, line)? {
             Found::Place(place) => Ok(place),
-            Found::Property(_) => {
-                let what =
-                    format!("{} is a property, which is not followed here", show::path(path));
-                let help = "take the result into a variable, and assign that to the property";
-                Err(Fault::new(line, what).code(Code::NotModelled).help(help))
-            }
+            Found::Property(_) => Err(property_here(line, &show::path(path))),
             Found::Constant(_) => {
                 Err(Fault::new(line, "a constant or a step's flag cannot be written")
                     .code(Code::Operand))

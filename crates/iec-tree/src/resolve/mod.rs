@@ -4,6 +4,7 @@ mod calls;
 mod expressions;
 mod index;
 mod paths;
+mod stated;
 mod statements;
 mod types;
 
@@ -11,13 +12,14 @@ use crate::constants::Constants;
 use crate::declarations::{
     Code, First, Owner, Routine, RoutineId, RoutineKind, TempId, Unit, UnitId, VarId, Variable,
 };
-use crate::tree::{Connected, Expr, ExprKind, Pair, ProgramInstance, Tree};
+use crate::tree::{Call, Connected, Expr, ExprKind, Pair, ProgramInstance, Tree};
 use crate::types::{Type, TypeId};
 use index::Index;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
+pub use stated::Facts;
 use std::collections::BTreeMap;
 
 /// What the typed tree cannot represent yet.
@@ -31,18 +33,21 @@ pub fn not_yet(line: u32, what: &str) -> Fault {
 
 /// The typed tree of a project whose declarations have no faults.
 #[must_use]
-pub fn tree(project: &Project) -> Tree {
+pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
     let mut own = Resolver {
         project,
+        facts,
         constants: Constants::new(project),
         tree: Tree::default(),
         index: Index::new(project),
         gives_parts: gives_parts(project),
         kept: ByName::new(),
+        before: Vec::new(),
     };
     own.declare();
     own.initial_values();
     own.bodies();
+    own.state_routines();
     own.connections();
     own.tree
 }
@@ -81,12 +86,15 @@ fn holds_block(project: &Project, of: &TypeRef) -> bool {
 /// A project while it is resolved.
 struct Resolver<'p> {
     project: &'p Project,
+    facts: Facts<'p>,
     constants: Constants<'p>,
     tree: Tree,
     index: Index,
     gives_parts: bool,
     /// The values that the body keeps, by the names that its reader gave them.
     kept: ByName<TempId>,
+    /// Calls of properties of which a part is named: they come before what names it.
+    before: Vec<Call>,
 }
 
 /// Where names are looked for.
@@ -203,6 +211,7 @@ impl<'p> Resolver<'p> {
             language: body.language(),
             code: Code::Statements(Vec::new()),
             is_private: false,
+            stated: None,
             line,
         });
         RoutineId::at(self.tree.routines.len() - 1)

@@ -2,7 +2,7 @@
 
 use super::{Declared, Resolver, Scope, not_yet, unknown_name};
 use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
-use crate::tree::{Expr, ExprKind, Place, Root, Step};
+use crate::tree::{Expr, ExprKind, Place, Root, Statement, StatementKind, Step, Target};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId, holding};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Part, Path};
@@ -73,12 +73,13 @@ impl Resolver<'_> {
                 rest.iter().position(|part| *part != Part::Dereference).unwrap_or(rest.len());
             let start = self.this(unit);
             if same(&path.first, "SUPER")
-                && let [Part::Name(name)] = &rest[behind..]
+                && let [Part::Name(name), rest @ ..] = &rest[behind..]
                 && let Some(base) = self.tree.unit(unit).base
                 && self.index.has_property(base, name)
             {
                 let (owner, name) = (start, name.clone());
-                return Ok(Found::Property(Property { owner, of_base: true, unit: base, name }));
+                let property = Property { owner, of_base: true, unit: base, name };
+                return self.of_property(scope, property, rest, (path, to_end), line);
             }
             return self.follow(scope, start, &rest[behind..], (path, to_end), line);
         }
@@ -91,11 +92,9 @@ impl Resolver<'_> {
         if let (None, Some(unit)) = (own, scope.unit)
             && self.index.has_property(unit, &path.first)
         {
-            if !rest.is_empty() {
-                return Err(not_yet(line, "parts of properties"));
-            }
             let (owner, name) = (self.this(unit), path.first.clone());
-            return Ok(Found::Property(Property { owner, of_base: false, unit, name }));
+            let property = Property { owner, of_base: false, unit, name };
+            return self.of_property(scope, property, rest, (path, to_end), line);
         }
         if let Some(constant) = self.named_constant(scope, own, path, line) {
             return Ok(Found::Constant(constant));
@@ -143,7 +142,12 @@ impl Resolver<'_> {
         if self.keeps(scope, path) {
             self.temporary(&path.first, ty);
         }
-        self.place(scope, path, line)
+        let around = self.before.len();
+        let place = self.place(scope, path, line)?;
+        match self.before.len() > around {
+            true => Err(property_here(line, &show::path(path))),
+            false => Ok(place),
+        }
     }
 
     /// Whether a path is the name under which a list or a drawing keeps a value.
@@ -329,18 +333,16 @@ impl Resolver<'_> {
                 && self.index.member(*unit, name).is_none()
                 && self.index.has_property(*unit, name)
             {
-                if number + 1 < rest.len() {
-                    return Err(not_yet(line, "parts of properties"));
-                }
                 let (unit, name) = (*unit, name.clone());
                 let property = Property { owner: place, of_base: false, unit, name };
-                return Ok(Found::Property(property));
+                let rest = &rest[number + 1..];
+                return self.of_property(scope, property, rest, (path, to_end), line);
             }
             let used = path.rest.len() - rest.len() + number;
             let before = Path { first: path.first.clone(), rest: path.rest[..used].to_vec() };
             let (step, ty) = self.step(scope, &place, part, (path, &before), line)?;
             // Its own code means what is handed over while it runs.
-            let is_own = place.root == Root::This && number == 0;
+            let is_own = place.root == Root::This && place.steps.is_empty();
             if let (Step::Member(variable), false) = (&step, is_own) {
                 self.names_handed(*variable, line)?;
             }
@@ -356,6 +358,84 @@ impl Resolver<'_> {
             self.has_type(&place)?;
         }
         Ok(Found::Place(place))
+    }
+
+    /// A property, or a part of what it gives.
+    fn of_property(
+        &mut self,
+        scope: Scope,
+        property: Property,
+        rest: &[Part],
+        (path, to_end): (&Path, bool),
+        line: u32,
+    ) -> Result<Found, Fault> {
+        if rest.is_empty() {
+            return Ok(Found::Property(property));
+        }
+        let start = self.given(scope, property, line)?;
+        self.follow(scope, start, rest, (path, to_end), line)
+    }
+
+    /// What a property gives, behind a call that comes before it.
+    pub(super) fn given(
+        &mut self,
+        scope: Scope,
+        property: Property,
+        line: u32,
+    ) -> Result<Place, Fault> {
+        let found = self.property_read(scope, &property, line)?;
+        let Property { mut owner, of_base, name, .. } = property;
+        let ExprKind::Call(call) = found.kind else { return Err(unknown_name(line, &name)) };
+        let (Target::Method(_, method) | Target::BaseMethod(method)) = call.target else {
+            return Err(unknown_name(line, &name));
+        };
+        if owner.indices().any(|index| index.whole().is_none()) {
+            return Err(property_here(line, &owner.text));
+        }
+        self.before.push(*call);
+        owner.steps.push(Step::Result(method, of_base));
+        owner.ty = found.ty;
+        Ok(owner)
+    }
+
+    /// What a path means that names no part of what a property gives.
+    pub(super) fn one_path(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        line: u32,
+    ) -> Result<Found, Fault> {
+        let around = self.before.len();
+        let found = self.path(scope, path, line);
+        if self.before.len() > around {
+            self.before.truncate(around);
+            return found.and(Err(property_here(line, &show::path(path))));
+        }
+        found
+    }
+
+    /// An expression behind the calls that come before it, of those since then.
+    pub(super) fn after_calls(&mut self, around: usize, mut found: Expr) -> Expr {
+        for call in self.before.split_off(around).into_iter().rev() {
+            if matches!(found.kind, ExprKind::Fault(_)) {
+                return found;
+            }
+            let (ty, line) = (found.ty, found.line);
+            found = Expr { kind: ExprKind::After(Box::new((call, found))), ty, line };
+        }
+        found
+    }
+
+    /// The same of a statement.
+    pub(super) fn statement_after(&mut self, around: usize, mut found: Statement) -> Statement {
+        for call in self.before.split_off(around).into_iter().rev() {
+            if matches!(found.kind, StatementKind::Fault(_)) {
+                return found;
+            }
+            let (text, line) = (found.text.clone(), found.line);
+            found = Statement { kind: StatementKind::After(Box::new((call, found))), text, line };
+        }
+        found
     }
 
     /// Goes through a reference before a part of what it means. Whether there is one.
@@ -376,10 +456,12 @@ impl Resolver<'_> {
 
     /// The address that an expression is where a reference is asked for.
     pub(super) fn address(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
-        match self.find_address(scope, one, line) {
+        let around = self.before.len();
+        let found = match self.find_address(scope, one, line) {
             Ok(found) => found,
             Err(fault) => self.faulty(fault, line),
-        }
+        };
+        self.after_calls(around, found)
     }
 
     fn find_address(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Result<Expr, Fault> {
@@ -411,6 +493,13 @@ impl Resolver<'_> {
 
     /// The address of a variable.
     pub(super) fn address_of(&mut self, place: Place, line: u32) -> Result<Expr, Fault> {
+        let results = place.steps.iter().rposition(|step| matches!(step, Step::Result(..)));
+        if results.is_some_and(|at| {
+            !place.steps[at..].iter().any(|step| matches!(step, Step::Dereference))
+        }) {
+            let told = format!("{} is a property and has no address", place.text);
+            return Err(Fault::new(line, told).code(Code::NotModelled));
+        }
         // What is handed over in and out is followed as a copy.
         let members = place.steps.iter().filter_map(|step| match step {
             Step::Member(id) => Some(*id),
@@ -551,6 +640,13 @@ impl Resolver<'_> {
     pub(super) fn is_program(&self, unit: UnitId) -> bool {
         self.project.pous[unit.index()].kind == PouKind::Program
     }
+}
+
+/// The fault of a property, or a part of it, where none is followed.
+pub(super) fn property_here(line: u32, name: &str) -> Fault {
+    let what = format!("{name} is a property, which is not followed here");
+    let help = "take the result into a variable, and assign that to the property";
+    Fault::new(line, what).code(Code::NotModelled).help(help)
 }
 
 /// A path that only begins.

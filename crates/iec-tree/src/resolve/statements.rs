@@ -1,7 +1,7 @@
 //! Statements with what they name.
 
-use super::paths::Found;
-use super::{Resolver, Scope, not_yet};
+use super::paths::{Found, property_here};
+use super::{Resolver, Scope};
 use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
 use crate::types::{Refers, Type};
 use scanbound_base::code::Code;
@@ -62,9 +62,10 @@ impl Resolver<'_> {
         let text = show::statements(std::slice::from_ref(one), 0);
         let text = text.lines().next().unwrap_or_default().into();
         let line = one.line;
+        let around = self.before.len();
         let kind = self.kind(scope, one, labels);
         let kind = kind.unwrap_or_else(|fault| StatementKind::Fault(Box::new(fault)));
-        Statement { kind, text, line }
+        self.statement_after(around, Statement { kind, text, line })
     }
 
     fn kind(
@@ -94,13 +95,14 @@ impl Resolver<'_> {
                     Found::Property(property) => {
                         return self.property_written(scope, &property, value, line);
                     }
-                    _ => self.place(scope, path, line)?,
+                    Found::Place(place) => place,
+                    Found::Constant(_) => self.place(scope, path, line)?,
                 };
                 let value = self.expression(scope, value, line);
                 self.assigned(target, value, line)?
             }
             Kind::Latch(path, set, condition) => {
-                if let Found::Property(property) = self.path(scope, path, line)? {
+                if let Found::Property(property) = self.one_path(scope, path, line)? {
                     // A property is written where the condition holds.
                     let value = ast::Expr::bool(*set);
                     let kind = self.property_written(scope, &property, &value, line)?;
@@ -130,9 +132,13 @@ impl Resolver<'_> {
             }
             Kind::Call(target, given) => self.call_statement(scope, target, given, line)?,
             Kind::CallIf(condition, target, given) => {
+                let around = self.before.len();
                 let call = self.call_statement(scope, target, given, line)?;
                 if condition.is(true) {
                     return Ok(call);
+                }
+                if self.before.len() > around {
+                    return Err(property_here(line, &show::path(target)));
                 }
                 let condition = self.expression(scope, condition, line);
                 let text = show::path(target).into();
@@ -160,6 +166,7 @@ impl Resolver<'_> {
                 StatementKind::Case(of, arms, self.statements(scope, otherwise, labels))
             }
             Kind::For(variable, from, to, by, body) => {
+                self.one_path(scope, variable, line)?;
                 let variable = self.place(scope, variable, line)?;
                 let from = self.expression(scope, from, line);
                 let from = self.converted(from, variable.ty);
@@ -214,13 +221,16 @@ impl Resolver<'_> {
                 let one = self.statements(scope, one, labels);
                 StatementKind::Either(what, one, self.statements(scope, other, labels))
             }
-            Kind::Foreign(..) => return Err(not_yet(line, "code of other languages")),
+            Kind::Foreign(text, _) => self.foreign(scope, text, line)?,
         })
     }
 
     /// Whether an assignment to a path changes what a pointer or an interface means.
     fn takes_address(&mut self, scope: Scope, path: &ast::Path, line: u32) -> bool {
-        let Ok(Found::Place(place)) = self.reference(scope, path, line) else { return false };
+        let around = self.before.len();
+        let found = self.reference(scope, path, line);
+        self.before.truncate(around);
+        let Ok(Found::Place(place)) = found else { return false };
         matches!(
             self.tree.types.get(place.ty),
             Type::Reference(Refers::Pointer, _) | Type::Interface(_)
@@ -238,12 +248,15 @@ impl Resolver<'_> {
                 Type::Array(..) | Type::Struct(_) | Type::Block(_) | Type::Standard(_)
             )
         };
-        if let ExprKind::Read(from) = &value.kind
+        if let ExprKind::Read(from) = &value.after_calls().kind
             && is_whole(self, from)
             && is_whole(self, &target)
         {
             self.has_own_type("a variable", target.ty, from.ty, line)?;
-            return Ok(StatementKind::Copy(target, from.clone()));
+            // Behind a call, what is copied may be anything.
+            if let ExprKind::Read(from) = value.kind {
+                return Ok(StatementKind::Copy(target, from));
+            }
         }
         let value = self.converted(value, target.ty);
         Ok(StatementKind::Assign(target, value))
