@@ -1,5 +1,9 @@
 //! The command line as its users meet it: arguments, output and exit codes.
 
+#[path = "common/command.rs"]
+mod command;
+
+use command::{binary, scanbound};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -9,14 +13,6 @@ use std::process::{Command, Output};
 #[test]
 fn cases() {
     trycmd::TestCases::new().case("tests/cli/*.trycmd").case("README.md").case("docs/method.md");
-}
-
-fn scanbound(arguments: &[&str], directory: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("the program starts")
 }
 
 /// So many bytes that no shortcut of a reader hides what a whole file of them does.
@@ -72,7 +68,7 @@ fn a_reader_that_goes_away_is_no_error() {
     std::fs::write(directory.path().join("a.il"), text).expect("written");
     let audit = |format| vec!["audit", "a.il", "--cpu", "Q26UDV", "--format", format];
     for arguments in [vec!["tables", "qnudv"], audit("text"), audit("json"), audit("csv")] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let mut child = binary()
             .args(&arguments)
             .current_dir(directory.path())
             .stdout(Stdio::piped())
@@ -124,7 +120,7 @@ fn a_report_takes_the_old_ones_place_whole() {
 /// A program's run with a text as its stdin.
 fn fed(arguments: &[&str], text: &str, directory: &Path) -> Output {
     use std::process::Stdio;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let mut child = binary()
         .args(arguments)
         .current_dir(directory)
         .stdin(Stdio::piped())
@@ -258,7 +254,7 @@ fn a_watched_check_begins_again_when_a_file_changes() {
     write("facts.toml", "[io]\ninputs = 16\noutputs = 16\n");
     let project = "programs = [\"plc\"]\ncpu = \"Q26UDV\"\nfacts = \"facts.toml\"\n";
     write("scanbound.toml", &format!("{project}limit = \"10ms\"\n"));
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let mut child = binary()
         // What it writes beside the programs does not begin it again.
         .args(["check", "--watch", "-o", "plc/report.json"])
         .current_dir(directory.path())

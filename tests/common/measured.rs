@@ -1,9 +1,10 @@
 //! Runs the binary on given files, and returns its exit status, time and memory.
 
+use crate::common::command::binary;
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// The time after which a run is stopped.
@@ -26,7 +27,7 @@ pub fn run(files: &[(String, Vec<u8>)], arguments: &[String], directory: &Path) 
     let mut told = tempfile::tempfile().expect("a new file");
     let errors = told.try_clone().expect("the file once more");
     let begun = Instant::now();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let mut child = binary()
         .args(arguments)
         .current_dir(directory)
         .stdout(Stdio::null())

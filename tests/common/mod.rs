@@ -5,6 +5,7 @@
 pub mod audited;
 pub mod bound;
 pub mod charts;
+pub mod command;
 pub mod counting;
 pub mod few;
 pub mod flowcharts;

@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
+use std::ops::Mul;
 
 /// The decisions of one generated program. 0 is the simplest decision.
 pub struct Tape<'a> {
@@ -37,9 +38,9 @@ impl<'a> Tape<'a> {
 
 /// The number of cases: `standard`, times the factor in the environment variable SCANBOUND_CASES if it is set
 /// (50 for a thorough run of some minutes).
-pub fn cases(standard: u32) -> u32 {
+pub fn cases<N: From<u32> + Mul<Output = N>>(standard: N) -> N {
     let factor = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u32>().ok());
-    standard * factor.unwrap_or(1)
+    standard * N::from(factor.unwrap_or(1))
 }
 
 /// How often a failing tape is shortened: SCANBOUND_SHRINK, if it is set.

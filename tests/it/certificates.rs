@@ -2,6 +2,7 @@
 //! what scans keep.
 
 use crate::common;
+use crate::common::command::binary;
 
 use common::audited::{asked, listed, table};
 use scanbound::audit::{Concluded, certificates as files_of, conclude, follow};
@@ -18,12 +19,11 @@ use std::process::Command;
 
 /// Audits a project and writes its certificates; the files.
 fn certificates(directory: &Path, arguments: &[&str]) -> Vec<PathBuf> {
-    let audit = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let audit = binary()
         .arg("audit")
         .args(arguments)
         .arg("--certificate")
         .arg(directory)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("scanbound runs");
     assert!(audit.status.success(), "{}", String::from_utf8_lossy(&audit.stderr));

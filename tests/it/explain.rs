@@ -1,5 +1,6 @@
 //! What is told of instructions is what audits do with them, and every code that can be met is told of.
 
+use crate::common::command::binary;
 use scanbound::audit::explain::{Follow, explain, names};
 use scanbound::audit::{Request, audit};
 use scanbound::base::code::Code;
@@ -120,12 +121,8 @@ fn every_code_has_a_page_that_says_what_to_do() {
 
 /// What a command's SARIF log names as its rules.
 fn rules(arguments: &[&str]) -> BTreeSet<String> {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .args(["--format", "sarif"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the program starts");
+    let output =
+        binary().args(arguments).args(["--format", "sarif"]).output().expect("the program starts");
     let log: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let results = log["runs"][0]["results"].as_array().expect("results");
     results.iter().map(|one| one["ruleId"].as_str().expect("a rule").to_owned()).collect()

@@ -1,6 +1,7 @@
 //! What the user states beside the program: believed where it has use, told where it has none, refused where it is wrong.
 
 use crate::common;
+use crate::common::command::binary;
 
 use common::audited::{audited, table};
 use scanbound::audit::Concluded;
@@ -194,12 +195,7 @@ fn what_is_about_the_plant_is_neither_kept_nor_broken() {
 
 /// What `scanbound facts` writes, from the repository's directory.
 fn offered(arguments: &[&str]) -> String {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .arg("facts")
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the program starts");
+    let output = binary().arg("facts").args(arguments).output().expect("the program starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).expect("text")
 }

@@ -2,6 +2,7 @@
 //! random programs held against all their scans, run by an interpreter of the test's own.
 
 use crate::common;
+use crate::common::command::binary;
 
 use common::audited::{audited, table};
 use common::tape::{Tape, cases, on_tapes};
@@ -9,7 +10,6 @@ use scanbound::base::facts::Facts;
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
 
 /// What is told of a fact.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -180,7 +180,7 @@ fn printed(text: &str, facts: &str, format: &str) -> (Option<i32>, String, Strin
     };
     write("p.il", &(text.replace("; ", "\n") + "\nEND\n"));
     write("f.toml", facts);
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .args(["audit", "p.il", "--dialect", "melsec-list", "--cpu", "Q26UDV"])
         .args(["--facts", "f.toml", "--format", format])
         .current_dir(Path::new(directory.path()))

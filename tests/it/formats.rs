@@ -1,5 +1,6 @@
 //! Several reports of one run, each read back by what reads it elsewhere; the difference of two versions; project files.
 
+use crate::common::command::scanbound;
 use quick_junit::{Report, TestCaseStatus};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -8,14 +9,6 @@ use serde_sarif::sarif::Sarif;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-
-fn scanbound(arguments: &[&str], directory: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("the program starts")
-}
 
 fn told(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
@@ -45,7 +38,6 @@ fn sarif_schema() -> Value {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version", "1", "--offline", "--locked"])
         .args(["--filter-platform", host])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo starts");
     assert!(output.status.success(), "{}", told(&output));

@@ -1,11 +1,12 @@
 //! Host Link as others see it: frames that a script of its own made, and an emulated C200H on a pseudo-terminal.
+use crate::common::command::binary;
 use scanbound::link::device::Device;
 use scanbound::link::hostlink::{self, AREAS};
 use scanbound::link::serial::Settings;
 use scanbound::link::station::Station;
 use scanbound::link::{Coil, Memory, Setting, State};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Output, Stdio};
 use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_millis(1500);
@@ -129,7 +130,7 @@ const PROGRAM: &str = "LD 00000\nAND NOT TIM005\nTIM 005 #0003\nLD TIM005\nLD 00
 fn serve(directory: &Path) -> (Served, PathBuf) {
     let link = directory.join("plc");
     std::fs::write(directory.join("a.il"), PROGRAM).expect("written");
-    let child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let child = binary()
         .args(["serve", "a.il", "--dialect", "omron-c200h", "--cpu", "C200H", "--pty", "plc"])
         .args(["--set", "00000=1", "--for", "60s"])
         .current_dir(directory)
@@ -171,7 +172,7 @@ fn an_emulated_c200h_runs_its_timers_and_tells_of_them() {
 fn live_reads_an_emulated_c200h_over_a_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let (_served, _) = serve(directory.path());
-    let Output { status, stdout, stderr } = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let Output { status, stdout, stderr } = binary()
         .args(["live", "--hostlink", "plc", "--baud", "9600", "--parity", "even", "--cpu", "C200H"])
         .args(["--for", "500ms", "--bound", "100ms"])
         .current_dir(directory.path())

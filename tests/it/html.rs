@@ -1,8 +1,7 @@
 //! The page for a browser holds what the report holds, all rungs, and nothing that a project could slip into it.
 
+use crate::common::command::binary;
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
 
 /// The page of a project.
 fn page(arguments: &[&str]) -> String {
@@ -11,10 +10,9 @@ fn page(arguments: &[&str]) -> String {
 
 /// The page that a command writes.
 fn written(command: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .args(command)
         .args(["--format", "html", "--time-limit", "600s"])
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
         .output()
         .expect("the program starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,10 +1,10 @@
 //! docs/json.md, the schemas and the JSON that is written against each other: every key is documented, what is documented
 //! is written, and what is written keeps to its schema.
 
+use crate::common::command::binary;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
 
 /// Keys whose own keys are names of the program's.
 const MAPS: [&str; 2] = ["witness", "witness_run.inputs"];
@@ -17,12 +17,8 @@ const UNSEEN: [&str; 0] = [];
 
 /// The JSON of a command on files under the repository.
 fn json(arguments: &[&str]) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .args(["--format", "json"])
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
-        .output()
-        .expect("the program starts");
+    let output =
+        binary().args(arguments).args(["--format", "json"]).output().expect("the program starts");
     let told = String::from_utf8_lossy(&output.stderr);
     serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{arguments:?}: {told}"))
 }
@@ -66,10 +62,7 @@ fn documented(heading: &str) -> BTreeSet<String> {
 
 /// The schema of this name, as the program writes it.
 fn schema(name: &str) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(["schema", name])
-        .output()
-        .expect("the program starts");
+    let output = binary().args(["schema", name]).output().expect("the program starts");
     serde_json::from_slice(&output.stdout).expect("a schema")
 }
 
@@ -313,7 +306,7 @@ fn several_projects_are_one_document() {
         std::fs::write(place.join("p.il"), program).expect("written");
     }
     let check = |format: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let output = binary()
             .args(["check", "--all"])
             .args(format)
             .current_dir(directory.path())
@@ -352,7 +345,7 @@ fn several_projects_are_one_document() {
 /// What the source names as a document's `schema` is listed with its schema. (SARIF has its own, published by others.)
 #[test]
 fn every_kind_of_json_has_a_schema() {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound")).arg("schema").output();
+    let output = binary().arg("schema").output();
     let listed = String::from_utf8(output.expect("the program starts").stdout).expect("text");
     let mut named = BTreeSet::new();
     let mut directories = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("crates")];

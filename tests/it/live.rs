@@ -1,5 +1,6 @@
 //! `serve` and `live` together, as their users start them: an emulated CPU on loopback, and who reads it.
 
+use crate::common::command::binary;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -8,7 +9,7 @@ const PROGRAM: &str = "LD X0\nBMOV D0 D100 K100\nLDI X0\nMOV K1 D0\nEND\n";
 const TABLE: &str = "instruction,on_us,off_us\n@base,qnudv\n@factor,1\n@end,3000\nBMOV,2000,1\n";
 
 fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    binary()
 }
 
 /// A server that ends with its test.

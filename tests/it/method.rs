@@ -1,8 +1,8 @@
 //! The search as its users see it: which one found a maximum, its steps, and what a second solver says.
 
+use crate::common::command::binary;
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use unicode_width::UnicodeWidthStr;
 
 const SAMPLES: [&[&str]; 5] = [
@@ -14,11 +14,7 @@ const SAMPLES: [&[&str]; 5] = [
 ];
 
 fn scanbound(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
-        .output()
-        .expect("the program starts")
+    binary().args(arguments).output().expect("the program starts")
 }
 
 /// What a command says on stderr, without how long questions took.

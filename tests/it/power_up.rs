@@ -1,13 +1,14 @@
 //! Runs from power-up to the scan that refutes a limit: told where there is one, never of a state that none leads to.
 
+use crate::common::command::binary;
 use serde_json::Value;
 use std::io::Write as _;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn run(arguments: &[&str], text: &str) -> Output {
     let mut file = tempfile::Builder::new().suffix(".il").tempfile().expect("a file");
     file.write_all(text.as_bytes()).expect("written");
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    binary()
         .args(arguments)
         .args(["--time", "SwOp0=1ms/0us"])
         .arg(file.path())

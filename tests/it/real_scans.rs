@@ -1,6 +1,7 @@
 //! Programs run as a PLC runs them: what instructions with an exact meaning really do, in every dialect.
 
 use crate::common;
+use crate::common::command::binary;
 
 use common::real::{RealRun, real};
 
@@ -60,7 +61,7 @@ fn a_scan_whose_way_is_never_known_is_audited_all_the_same() {
     let file = directory.path().join("a.il");
     let text = "LD SM400\nSwOp0 D1\nLD= D1 K1\nCJ P0\nLD SM400\nINC D2\nP0\nEND\n";
     std::fs::write(&file, text).expect("written");
-    let run = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let run = binary()
         .args(["audit", "--cpu", "Q26UDV", "--time", "SwOp0=1us", "--format", "json"])
         .arg(&file)
         .output()
@@ -85,7 +86,7 @@ fn clocks_do_not_jump_within_a_scan() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("a.il");
         std::fs::write(&file, text).expect("written");
-        let run = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let run = binary()
             .args(["audit", "--cpu", cpu, "--format", "json"])
             .args(["--time", "SwOp0=100us/0us", "--time", "SwOp1=100us/0us"])
             .arg(&file)

@@ -1,8 +1,7 @@
 //! The samples' audits: what must hold of every report, whatever the program.
 
+use crate::common::command::binary;
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
 
 /// What is audited, by the arguments behind `audit`.
 const SAMPLES: [&[&str]; 8] = [
@@ -17,12 +16,11 @@ const SAMPLES: [&[&str]; 8] = [
 ];
 
 fn json(arguments: &[&str]) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .arg("audit")
         .args(arguments)
         // However slow the machine is: none of these is to end early.
         .args(["--format", "json", "--time-limit", "600s"])
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
         .output()
         .expect("the program starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

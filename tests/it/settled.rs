@@ -222,7 +222,7 @@ fn check(tape: &[u16], reached: &Shared<u32>) -> Result<(), String> {
 fn no_start_leads_an_index_beyond_the_bound() {
     let reached = Shared::new(0);
     on_tapes(cases(80), 80, |tape| check(tape, &reached));
-    println!("{} of {} bounds reached", reached.get(), cases(80));
+    println!("{} of {} bounds reached", reached.get(), cases(80_u32));
     assert!(reached.get() * 3 > cases(80), "{} reached", reached.get());
 }
 

@@ -2,6 +2,7 @@
 //! be reached, all inputs and times; never below it in long runs of larger ones.
 
 use crate::common::charts;
+use crate::common::tape::cases;
 
 use charts::{Dice, chart, is_done_alike};
 use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};
@@ -23,10 +24,6 @@ const MS: i64 = 1_000_000;
 const HORIZON: i64 = 100 * MS;
 /// More states than this are not searched.
 const STATES: usize = 20_000;
-
-fn cases() -> u64 {
-    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}
 
 /// A table in which nothing costs anything but stores.
 fn table() -> Table {
@@ -151,7 +148,7 @@ fn timed(chart: &Chart) -> usize {
 #[test]
 fn small_charts_have_the_bound_that_the_interpreter_finds() {
     let (mut equal, mut above) = (0, Vec::new());
-    for seed in 0..150 * cases() {
+    for seed in 0..cases(150) {
         let mut dice = Dice::new(seed + 77);
         let depth = dice.below(3);
         let actions = 1 + dice.below(3);
@@ -173,7 +170,7 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
             above.push(source);
         }
     }
-    assert!(equal > 40 * cases() && above.is_empty(), "{equal} equal, above: {above:#?}");
+    assert!(equal > cases(40_u32) && above.is_empty(), "{equal} equal, above: {above:#?}");
 }
 
 /// A program whose actions ask which of them came before, and take the longer for one of these. `store`: what takes so much.
@@ -203,7 +200,7 @@ fn asking(chart: &Chart, dice: &mut Dice, store: &dyn Fn(u64) -> String) -> Stri
 #[test]
 fn charts_have_the_bound_of_the_order_that_is_stated_and_of_any_where_none_is() {
     let (mut all, mut differ, mut exact, mut orders) = (0, 0, 0, 0);
-    for seed in 0..30 * cases() {
+    for seed in 0..cases(30) {
         let mut dice = Dice::new(seed + 9_000_000);
         let depth = dice.below(3);
         let actions = 2 + dice.below(2);
@@ -248,13 +245,13 @@ fn charts_have_the_bound_of_the_order_that_is_stated_and_of_any_where_none_is() 
         all += 1;
         differ += u64::from(most.len() > 1);
     }
-    assert!(all > 5 * cases() && differ > 0, "{all} charts, of {differ} the order matters");
+    assert!(all > cases(5_u32) && differ > 0, "{all} charts, of {differ} the order matters");
     assert!(exact * 2 > orders, "{exact} of {orders} bounds are the longest scan");
 }
 
 #[test]
 fn no_scan_of_a_long_run_takes_longer_than_the_bound() {
-    for seed in 0..20 * cases() {
+    for seed in 0..cases(20) {
         let mut dice = Dice::new(seed + 5_000_000);
         let actions = 2 + dice.below(3);
         let depth = 1 + dice.below(2);

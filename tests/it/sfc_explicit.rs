@@ -2,6 +2,7 @@
 //! scan, and every action has the same state in every one.
 
 use crate::common::charts;
+use crate::common::tape::cases;
 
 use charts::{Dice, INPUTS, chart, program};
 use scanbound::iec::chart::coactive::{Basis, analyse};
@@ -13,11 +14,6 @@ use scanbound::iec::chart::{Chart, Qualifier};
 use std::collections::BTreeMap;
 
 const BUDGET: usize = 5_000;
-
-/// How often as many cases as usual are run.
-fn cases() -> u64 {
-    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}
 
 fn by_name(run: &Run<'_>, outputs: &[Output]) -> BTreeMap<String, Output> {
     run.actions().iter().cloned().zip(outputs.iter().copied()).collect()
@@ -59,7 +55,7 @@ fn rewritten_charts_run_as_before_for_every_qualifier() {
     let stored = [Qualifier::S, Qualifier::Sd, Qualifier::Sl, Qualifier::Ds];
     for (number, qualifier) in stored.into_iter().enumerate() {
         let (mut rewritten, mut refused) = (0, BTreeMap::new());
-        for seed in 0..600 * cases() {
+        for seed in 0..cases(600) {
             let mut dice = Dice::new(seed * 4 + number as u64);
             let depth = dice.below(3);
             let actions = 1 + dice.below(2);
@@ -80,7 +76,7 @@ fn rewritten_charts_run_as_before_for_every_qualifier() {
                 side_by_side(&mut dice, &before, &after, 120, options);
             }
         }
-        assert!(rewritten > 100 * cases(), "{qualifier:?}: {rewritten} rewritten, {refused:?}");
+        assert!(rewritten > cases(100_u32), "{qualifier:?}: {rewritten} rewritten, {refused:?}");
     }
 }
 
@@ -88,7 +84,7 @@ fn rewritten_charts_run_as_before_for_every_qualifier() {
 fn rewritten_charts_store_nothing_and_stay_safe() {
     let stored = [Qualifier::S, Qualifier::Sd, Qualifier::Sl, Qualifier::Ds];
     let mut seen = 0;
-    for seed in 0..300 * cases() {
+    for seed in 0..cases(300) {
         let mut dice = Dice::new(seed + 1_000_000);
         let before = chart(&mut dice, 2, 1, &stored);
         let (after, told) = explicit(&before, BUDGET);

@@ -1,9 +1,11 @@
 //! Macro steps: charts with them are run as they are drawn, each macro step with its own chart, and held against the charts in
 //! which they are replaced, against these written without them, and against the bound.
 
-#[allow(dead_code)] // each test file uses its part
 use crate::common::charts;
+#[allow(dead_code)] // each test file uses its part
+use crate::common::command::binary;
 use crate::common::macros;
+use crate::common::tape::cases;
 
 use charts::Dice;
 use macros::{Ask, Drawn, MS, Machine, Plan, drawn};
@@ -21,10 +23,6 @@ use scanbound::iec::{Body, Pou, Project, xml};
 use scanbound::passes::values::Trust;
 use scanbound::timing::table::{CLASSES, Table};
 use std::collections::{BTreeMap, BTreeSet};
-
-fn cases() -> u64 {
-    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}
 
 /// A project around a chart: inputs, and actions that store so often as says their weight.
 fn project(sfc: &str, inputs: usize, actions: usize) -> String {
@@ -96,7 +94,7 @@ impl<'a> Beside<'a> {
 #[test]
 fn charts_run_as_they_are_drawn() {
     let (mut seen, mut deep, mut clashing) = (0, 0, 0);
-    for seed in 0..400 * cases() {
+    for seed in 0..cases(400) {
         let mut dice = Dice::new(seed + 31_000_000);
         let actions = 3;
         let qualifiers = Qualifier::ALL.to_vec();
@@ -145,7 +143,7 @@ fn charts_run_as_they_are_drawn() {
             now += i64::try_from(dice.below(5)).expect("small") * 5 * MS;
         }
     }
-    assert!(seen > 150 * cases() && deep > 500 && clashing > 500, "{seen} {deep} {clashing}");
+    assert!(seen > cases(150_u32) && deep > 500 && clashing > 500, "{seen} {deep} {clashing}");
 }
 
 /// A table in which stores, steps, transitions and their clearing take a microsecond each, and nothing else anything.
@@ -201,7 +199,7 @@ fn small_charts_have_the_bound_that_the_machine_finds() {
     // Whether a pulse of P was on is not known of every state, and times are in none of these.
     let qualifiers = [Qualifier::N, Qualifier::R, Qualifier::S, Qualifier::P0, Qualifier::P1];
     let (mut equal, mut above) = (0, Vec::new());
-    for seed in 0..120 * cases() {
+    for seed in 0..cases(120) {
         let mut dice = Dice::new(seed + 32_000_000);
         let actions = 2;
         let qualifiers = qualifiers.to_vec();
@@ -226,13 +224,13 @@ fn small_charts_have_the_bound_that_the_machine_finds() {
             above.push(format!("{} above {}\n{source}", upper.us_text(), most.us_text()));
         }
     }
-    assert!(equal > 20 * cases() && above.is_empty(), "{equal} equal, above: {above:#?}");
+    assert!(equal > cases(20_u32) && above.is_empty(), "{equal} equal, above: {above:#?}");
 }
 
 #[test]
 fn no_scan_of_a_long_run_takes_longer_than_the_bound() {
     let mut flags = 0;
-    for seed in 0..25 * cases() {
+    for seed in 0..cases(25) {
         let mut dice = Dice::new(seed + 33_000_000);
         let actions = 3;
         let qualifiers = Qualifier::ALL.to_vec();
@@ -459,7 +457,7 @@ fn what_is_wrong_in_a_macro_step_is_told_by_its_steps_full_names() {
 fn sfc(text: &str, name: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
     let directory = tempfile::tempdir().expect("a directory");
     std::fs::write(directory.path().join(name), text).expect("written");
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .args(["sfc", name])
         .args(arguments)
         .current_dir(directory.path())

@@ -2,6 +2,7 @@
 //! again, and what is kept of the file in which they take their places.
 
 use crate::common::charts;
+use crate::common::tape::cases;
 
 use charts::{Dice, chart, program};
 use roxmltree::{Document, Node};
@@ -13,10 +14,6 @@ use scanbound::iec::{self, Body, Project, show, xml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-fn cases() -> u64 {
-    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}
 
 fn name<'a>(node: Node<'a, '_>) -> &'a str {
     node.tag_name().name()
@@ -210,7 +207,7 @@ fn shown(chart: &Chart) -> BTreeSet<String> {
 fn random_charts_are_drawn_as_others_follow_them_and_read_again() {
     let stored = [Qualifier::S, Qualifier::Sd, Qualifier::Sl, Qualifier::Ds];
     let (mut rewritten, mut joins) = (0, 0);
-    for seed in 0..400 * cases() {
+    for seed in 0..cases(400) {
         let mut dice = Dice::new(seed + 41_000_000);
         let depth = dice.below(3);
         let before = chart(&mut dice, depth, 2, &stored);

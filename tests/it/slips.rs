@@ -1,17 +1,9 @@
 //! What slips of a newcomer get: files that would be lost, names that mean nothing, and projects that are not read.
 
+use crate::common::command::scanbound;
 use std::path::Path;
-use std::process::{Command, Output};
 
 const PROGRAM: &str = "LD X0\nMOV K1 D0\nEND\n";
-
-fn scanbound(arguments: &[&str], directory: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("the program starts")
-}
 
 /// A directory with these files.
 fn with(files: &[(&str, &str)]) -> tempfile::TempDir {

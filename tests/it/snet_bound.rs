@@ -2,6 +2,7 @@
 //! power-up on takes longer, and every set of relays that the bound rests on is kept when scans start.
 
 use crate::common;
+use crate::common::tape::cases;
 
 use common::snet::{Random, random_net, ring_net};
 use scanbound::audit::{Audit, Request, conclude, follow, net_bound};
@@ -113,6 +114,8 @@ impl Cpu {
                     let name = format!("TIM{own}");
                     let is_over = top && (self.on.contains(&name) || random.one_in(3));
                     self.set(name, is_over);
+                    let number: u16 = own.parse().expect("a timer's number");
+                    self.set(format!("TIMER-RUNS-{number}"), top);
                 }
                 "CNT" => {
                     let (count, reset) = (under(), top);
@@ -155,8 +158,10 @@ impl Cpu {
     /// Whether a relay is on, by the name that reports have: `IR3.A`.
     fn has(&self, name: &str) -> bool {
         let (area, rest) = name.split_at(name.find(|c: char| c.is_ascii_digit()).expect("a word"));
-        // That a timer ran is no relay of the machine.
-        let Some((word, bit)) = rest.split_once('.') else { return false };
+        if name.starts_with("TIMER-RUNS-") {
+            return self.on.contains(name);
+        }
+        let (word, bit) = rest.split_once('.').unwrap_or_else(|| panic!("{name} is no relay"));
         let (word, bit) = (word.parse::<u16>().expect("a word"), u8::from_str_radix(bit, 16));
         let digits = if area == "IR" { 3 } else { 2 };
         let area = if area == "IR" { "" } else { area };
@@ -210,11 +215,6 @@ fn net(random: &mut Random) -> Diagram {
     }
 }
 
-fn cases(usual: u64) -> u64 {
-    let more = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u64>().ok());
-    usual * more.unwrap_or(1)
-}
-
 /// The longest of many scans of a list from power-up on. What the audit rests on has to hold whenever one starts.
 fn longest(code: &str, audit: &Audit, random: &mut Random) -> u64 {
     let lines = parsed(code);
@@ -250,7 +250,7 @@ fn longest(code: &str, audit: &Audit, random: &mut Random) -> u64 {
 fn no_scan_from_power_up_takes_longer_than_the_bound_with_the_net() {
     let mut random = Random::new(23);
     let (mut with_net, mut lower, mut lower_by_net, mut reached, mut refused) = (0, 0, 0, 0, 0);
-    for case in 0..cases(150) {
+    for case in 0..cases(150_u32) {
         let own = net(&mut random);
         let meddles = random.one_in(4);
         let is_first_scan = !random.one_in(4);

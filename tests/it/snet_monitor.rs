@@ -1,5 +1,7 @@
 //! The monitor against an emulated C200H on a pseudo-terminal: every value that it shows is one that the PLC had within that
 //! poll, whatever becomes of the line. `SCANBOUND_CASES=15` has it watch for a minute.
+use crate::common::command::binary;
+use crate::common::tape::cases;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::emulated::{Cpu, Disturbance};
@@ -13,7 +15,7 @@ use scanbound::snet::monitor::{Plan, Reading};
 use scanbound::snet::{Diagram, text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Output, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -171,8 +173,7 @@ fn check(diagram: &Diagram, reading: &Reading, from: Instant, to: Instant, log: 
 
 #[test]
 fn every_value_that_is_shown_is_one_that_the_plc_had_and_unplugging_is_survived() {
-    let cases: u64 =
-        std::env::var("SCANBOUND_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(1);
+    let cases = cases(1);
     let diagram = text::read("a.snet", NET).expect("a net");
     let plan = Plan::new(&diagram);
     let directory = tempfile::tempdir().expect("a directory");
@@ -226,7 +227,7 @@ impl Drop for Served {
 }
 
 fn monitor(directory: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let Output { status, stdout, stderr } = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let Output { status, stdout, stderr } = binary()
         .args(["snet", "monitor", "a.snet", "--port", "plc"])
         .args(arguments)
         .current_dir(directory)
@@ -245,7 +246,7 @@ fn the_command_writes_lines_of_text_and_json() {
     let (code, _, stderr) = monitor(at, &["--for", "600ms", "--timeout", "100ms"]);
     assert_eq!(code, Some(2), "{stderr}");
     assert!(stderr.contains("polls was answered"), "{stderr}");
-    let child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let child = binary()
         .args(["serve", "a.il", "--dialect", "omron-c200h", "--cpu", "C200H", "--pty", "plc"])
         .args(["--set", "00001=1", "--for", "60s"])
         .current_dir(at)
@@ -287,7 +288,7 @@ fn a_net_is_served_by_the_code_that_is_made_of_it() {
     let directory = tempfile::tempdir().expect("a directory");
     let at = directory.path();
     std::fs::write(at.join("a.snet"), NET).expect("written");
-    let child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let child = binary()
         .args(["snet", "serve", "a.snet", "--pty", "plc", "--set", "GO=1", "--for", "60s"])
         .current_dir(at)
         .stderr(Stdio::null())

@@ -1,7 +1,8 @@
 //! `snet simulate` in batch and `snet draw`, as their users start them.
 
+use crate::common::command::binary;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const NET: &str = "net 充填\nouter GO\nouter STOP\nbox A marked\ntimer W 0.5s\ncounter C 2\nbox D\n\
                    transition T : A -> W if GO\ntransition U : W -> C A\ntransition V : C -> D if not STOP\n\
@@ -9,12 +10,8 @@ const NET: &str = "net 充填\nouter GO\nouter STOP\nbox A marked\ntimer W 0.5s\
 
 fn snet(directory: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     std::fs::write(directory.join("a.snet"), NET).expect("written");
-    let Output { status, stdout, stderr } = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .arg("snet")
-        .args(arguments)
-        .current_dir(directory)
-        .output()
-        .expect("it starts");
+    let Output { status, stdout, stderr } =
+        binary().arg("snet").args(arguments).current_dir(directory).output().expect("it starts");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     (status.code(), text(stdout), text(stderr))
 }

@@ -8,6 +8,7 @@
 use crate::common::iec::drawn;
 use crate::common::iec::generate;
 use crate::common::iec::machine;
+use crate::common::tape::cases;
 
 use drawn::Manner;
 use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};
@@ -73,14 +74,10 @@ fn next(machine: &mut Machine<'_>, dice: &mut Dice) {
     machine.passed = i64::try_from(dice.below(25)).expect("small");
 }
 
-fn cases() -> u64 {
-    std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}
-
 #[test]
 fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
     let (mut followed, mut refused, mut asked, mut excluded) = (0, BTreeMap::new(), 0_u32, 0_u32);
-    for seed in 1..=12 * cases() {
+    for seed in 1..=cases(12) {
         let mut dice = Dice::new(seed);
         let case = Case::new(&mut dice, seed, false);
         let trust = if seed % 3 == 0 { Trust::None } else { Trust::All };
@@ -133,14 +130,14 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
         let found = bound(&audited(&text, trust).unwrap_or_else(|why| panic!("{why}\n{text}")));
         assert!(Some(found) >= most, "seed {seed}, {trust:?}: {found} < {most:?}\n{text}");
     }
-    assert!(followed >= 10 * cases(), "most are followed: {followed}, {refused:#?}");
+    assert!(followed >= cases(10_u64), "most are followed: {followed}, {refused:#?}");
     assert!(excluded * 10 >= asked, "values are followed: {excluded} of {asked}");
 }
 
 #[test]
 fn the_bound_of_random_drawings_of_truth_values_is_their_longest_scan() {
     let (mut exact, mut all) = (0, 0);
-    for seed in 1..=12 * cases() {
+    for seed in 1..=cases(12) {
         let mut dice = Dice::new(seed ^ 0x5EED);
         let case = Case::new(&mut dice, seed, true);
         let memory = case.memory();

@@ -5,6 +5,7 @@
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_random::` runs more of them.
 
 use crate::common::iec::machine;
+use crate::common::tape::cases;
 
 use machine::{
     BOOL, COLOUR, COLOURS, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT,
@@ -615,10 +616,8 @@ fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
 
 #[test]
 fn no_scan_of_random_programs_is_left_out_of_the_bound() {
-    let more: u64 =
-        std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     let (mut followed, mut refused, mut asked, mut excluded) = (0, BTreeMap::new(), 0_u32, 0_u32);
-    for seed in 1..=12 * more {
+    for seed in 1..=cases(12_u64) {
         let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
         for _ in 0..4 {
             dice.below(2);
@@ -649,6 +648,6 @@ fn no_scan_of_random_programs_is_left_out_of_the_bound() {
         let other = bound(&source(&case, &probe(&state)), trust).unwrap_or(u64::MAX);
         excluded += u32::from(other < PROBE);
     }
-    assert!(followed >= 9 * more, "most are followed: {followed}, {refused:#?}");
+    assert!(followed >= cases(9_u32), "most are followed: {followed}, {refused:#?}");
     assert!(excluded * 20 >= asked, "values are followed: {excluded} of {asked}");
 }

@@ -1,18 +1,13 @@
 //! Random S-nets: what `snet check` says of them against all that the net's rule, written down once more, can do.
 
 use crate::common;
+use crate::common::tape::cases;
 
 use common::snet::{Plain, Random, random_net, valuations};
 use scanbound::snet::check::{Options, Step, check};
 use scanbound::snet::faults::faults;
 use scanbound::snet::{Diagram, text};
 use std::collections::BTreeSet;
-
-/// How many nets are tried.
-fn cases(usual: u64) -> u64 {
-    let more = std::env::var("SCANBOUND_CASES").ok().and_then(|text| text.parse::<u64>().ok());
-    usual * more.unwrap_or(1)
-}
 
 /// A random net without faults.
 fn net(random: &mut Random, most: usize) -> Option<(String, Diagram)> {
@@ -74,7 +69,7 @@ fn follow(net: &Diagram, run: &[Step]) -> Option<Plain> {
 fn deadlocks_are_those_of_brute_force() {
     let mut random = Random::new(1);
     let (mut tried, mut with) = (0, 0);
-    while tried < cases(400) {
+    while tried < cases(400_u64) {
         let Some((source, diagram)) = net(&mut random, 12) else { continue };
         let Some((seen, dead)) = brute(&diagram) else { continue };
         tried += 1;

@@ -3,8 +3,9 @@
 use super::doubt::Doubt;
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
-use scanbound_ir::{Interrupt, Program};
+use scanbound_ir::{Frame, Interrupt, Program};
 use scanbound_replay::RealRun;
+use std::collections::BTreeSet;
 
 /// How often an interrupt of this interval runs at most in a scan of this time: once at the start, and again each time the
 /// interval has passed. One that occurs during END processing waits for the next scan; since one that occurs in the END
@@ -38,11 +39,10 @@ pub(super) fn not_due(program: &Program, facts: &Facts, run: &RealRun, took: Pic
             let before = u64::from(one.times.saturating_sub(1));
             every.is_some_and(|every| every.0.saturating_mul(before) >= left.0 && one.times > 1)
         };
-        let early: Vec<usize> =
+        let early: BTreeSet<usize> =
             program.interrupts.iter().filter(is_early).map(|one| one.entry).collect();
         let events = run.replay.events.iter();
-        let of_early = events
-            .filter(|event| event.frames.first().is_some_and(|frame| early.contains(&frame.at)));
+        let of_early = events.filter(|event| Frame::in_interrupt(&event.frames, &early));
         let found: Picos = of_early.map(|event| event.cost).sum();
         if found <= less {
             return less;

@@ -1,7 +1,7 @@
 //! The longest time between two restarts of the watchdog, by the model of a scan: what conditions let run together counts.
 
 use scanbound_base::time::Picos;
-use scanbound_ir::{Program, Step};
+use scanbound_ir::{Frame, Program, Step};
 use scanbound_model::groups::groups;
 use scanbound_model::{Assignment, ByUnits, Charge, Lit, ScanModel};
 use scanbound_solve::{Limits, Method, maxima, methods};
@@ -19,9 +19,8 @@ pub fn upper(
     (around, useful): (Picos, Picos),
     limits: &Limits<'_>,
 ) -> Option<Picos> {
-    let entries: BTreeSet<usize> = program.interrupts.iter().map(|one| one.entry).collect();
-    let is_main =
-        |charge: &&Charge| charge.frames.first().is_none_or(|frame| !entries.contains(&frame.at));
+    let entries = program.interrupt_entries();
+    let is_main = |charge: &&Charge| !Frame::in_interrupt(&charge.frames, &entries);
     let restarts = &program.scan_control.restarts;
     // What is summarised is charged in no order.
     let is_summarised = program.instructions.iter().any(|one| match &one.step {

@@ -5,7 +5,7 @@ use super::real::{RunResults, Search};
 use super::{restarted, stretch};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{AreaKind, Cell, Program, Setting, Switch};
+use scanbound_ir::{AreaKind, Cell, Frame, Program, Setting, Switch};
 use scanbound_model::ScanModel;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Event, RealRun};
@@ -190,12 +190,10 @@ impl ScanControlAnalysis<'_> {
     fn longest(&self, events: &[Event]) -> Picos {
         let control = &self.program.scan_control;
         let overhead = self.prices.overhead_sum().checked_sub(self.prices.unsure());
-        let entries: BTreeSet<usize> =
-            self.program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
+        let entries = self.program.interrupt_entries();
         let restarts =
             |event: &&Event| event.fired && control.restarts.contains(&event.instruction);
-        let interrupts =
-            |event: &&Event| event.frames.first().is_some_and(|frame| entries.contains(&frame.at));
+        let interrupts = |event: &&Event| Frame::in_interrupt(&event.frames, &entries);
         // Interrupts may occur less often than charged, or not at all.
         if !events.iter().any(|event| restarts(&event)) {
             let main = events.iter().filter(|event| !interrupts(event));

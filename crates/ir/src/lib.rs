@@ -506,6 +506,11 @@ impl Program {
 }
 
 impl Program {
+    /// The first instructions of the interrupt routines.
+    pub fn interrupt_entries<C: FromIterator<usize>>(&self) -> C {
+        self.interrupts.iter().map(|interrupt| interrupt.entry).collect()
+    }
+
     /// The interrupt routines for which the user states no rate. Tasks whose priority is too low to interrupt the scan
     /// are omitted.
     pub fn unstated_interrupts(&self) -> impl Iterator<Item = &Interrupt> {

@@ -1,5 +1,7 @@
 //! What instructions read and write: cells, choices, numbers, truth values, regions.
 
+use std::collections::BTreeSet;
+
 /// A memory area, an index into `Program::areas`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AreaId(pub u16);
@@ -250,6 +252,14 @@ pub struct Frame {
     pub at: usize,
     /// The iteration of the loop or the run of the interrupt routine, from 0; 0 for a call.
     pub iteration: u32,
+}
+
+impl Frame {
+    /// Whether code with these frames runs in an interrupt routine. `entries` are the first instructions of these routines.
+    #[must_use]
+    pub fn in_interrupt(frames: &[Frame], entries: &BTreeSet<usize>) -> bool {
+        frames.first().is_some_and(|frame| entries.contains(&frame.at))
+    }
 }
 
 /// Identifies one nondeterministic value: the choice, the call context, and the cell of a havocked region.

@@ -32,7 +32,7 @@ fn isolate(program: &mut Program) {
     changing.free_counts_inside(program, &unsigned);
     changing.free_reads(program);
     program.volatile = changing.regions.into_iter().collect();
-    let entries: Vec<usize> = program.interrupts.iter().map(|one| one.entry).collect();
+    let entries: Vec<usize> = program.interrupt_entries();
     entries.into_iter().for_each(|at| program.approximate(at, Approximated::ReadByInterrupt));
 }
 
@@ -155,7 +155,7 @@ impl Changing {
 
 /// The instructions that interrupt routines may execute, including those of called routines.
 fn reachable(program: &Program) -> BTreeSet<usize> {
-    let mut open: Vec<usize> = program.interrupts.iter().map(|interrupt| interrupt.entry).collect();
+    let mut open: Vec<usize> = program.interrupt_entries();
     let mut seen = BTreeSet::new();
     while let Some(at) = open.pop() {
         if at >= program.instructions.len() || !seen.insert(at) {

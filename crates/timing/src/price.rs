@@ -141,7 +141,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let rung = table.row("@rung");
     let entry = table.row("@interrupt-entry");
     let entries: BTreeSet<usize> = match entry {
-        Some(_) => program.interrupts.iter().map(|interrupt| interrupt.entry).collect(),
+        Some(_) => program.interrupt_entries(),
         None => BTreeSet::new(),
     };
     let mut faults = Vec::new();

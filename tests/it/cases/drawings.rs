@@ -1,6 +1,7 @@
 //! Drawings (FBD, LD, charts in XML), and bodies that no front reads.
 
 use super::{Run, audit, case, lower_ns, scanbound, upper_ns};
+use crate::common::command::binary;
 use scanbound::audit::{Failure, Request};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
@@ -708,7 +709,7 @@ fn what_has_no_code_is_refused_where_a_controller_would_carry_it_out() {
     let code = |pou: &str| {
         let file = directory.path().join("p.xml");
         std::fs::write(&file, project(pou)).expect("written");
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let output = binary()
             .args(["check", "--limit", "1s"])
             .arg(&file)
             .output()

@@ -1,9 +1,9 @@
 //! MELSEC and OMRON lists: operands, operation errors, damaged files, and what trust is worth.
 
 use super::{audit, case, lower_ns, scanbound, upper_ns};
+use crate::common::command::binary;
 use serde_json::Value;
 use std::fs;
-use std::process::Command;
 
 /// The rows of a table of the attack's directory.
 fn table(name: &str) -> String {
@@ -16,7 +16,7 @@ fn report(list: &str, rows: &str, arguments: &str) -> Value {
     fs::write(directory.path().join("a.il"), list.replace("; ", "\n")).expect("written");
     let rows = format!("{}{}", table("zero-ops.csv"), rows.replace("; ", "\n"));
     fs::write(directory.path().join("t.csv"), rows).expect("written");
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .args(["audit", "a.il", "--table", "t.csv", "--format", "json"])
         .args(arguments.split_whitespace())
         .current_dir(directory.path())

@@ -10,9 +10,10 @@ mod values;
 mod watchdogs;
 mod xml;
 
+use crate::common::command;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// The directory of one case's inputs.
 fn case(name: &str) -> PathBuf {
@@ -42,15 +43,15 @@ impl Run {
     }
 }
 
+/// Runs the command in a directory. Arguments are separated by blanks.
+fn run(arguments: &str, directory: &Path) -> Run {
+    let arguments: Vec<&str> = arguments.split_whitespace().collect();
+    Run::of(&command::scanbound(&arguments, directory))
+}
+
 /// Runs the command in the directory of the case. Arguments are separated by blanks.
 fn scanbound(case_name: &str, arguments: &str) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments.split_whitespace())
-        .current_dir(case(case_name))
-        .env("NO_COLOR", "1")
-        .output()
-        .expect("the command runs");
-    Run::of(&output)
+    run(arguments, &case(case_name))
 }
 
 /// The JSON report of `scanbound audit ARGUMENTS`, which must succeed.

@@ -2,8 +2,6 @@
 
 use super::{Run, audit, case, lower_ns, scanbound, upper_ns};
 use serde_json::Value;
-use std::path::Path;
-use std::process::Command;
 
 const FACTS: &str = "--table zero.csv --facts calls.toml";
 
@@ -27,17 +25,7 @@ pub(super) fn run_of(texts: &[&str], command: &str, arguments: &str) -> Run {
     for (name, text) in names.iter().zip(texts) {
         std::fs::write(place(name), text).expect("a file");
     }
-    run_in(directory.path(), &format!("{command} {} {FACTS} {arguments}", names.join(" ")))
-}
-
-fn run_in(directory: &Path, arguments: &str) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments.split_whitespace())
-        .current_dir(directory)
-        .env("NO_COLOR", "1")
-        .output()
-        .expect("the command runs");
-    Run::of(&output)
+    super::run(&format!("{command} {} {FACTS} {arguments}", names.join(" ")), directory.path())
 }
 
 /// The report on a program in which [`BLOCKS`] are declared.
@@ -143,7 +131,7 @@ fn members_of_drawings_are_told_apart_by_name() {
         }
         std::fs::write(place("p.xml"), text).expect("a file");
         std::fs::write(place("b.st"), BLOCKS).expect("a file");
-        run_in(directory.path(), &format!("audit p.xml b.st {FACTS} --format json"))
+        super::run(&format!("audit p.xml b.st {FACTS} --format json"), directory.path())
     };
     let once = run(&project(&(action("a", "Op1") + &action("b", "Op4"))));
     if once.code == Some(0) {

@@ -4,10 +4,11 @@ mod figures;
 mod pattern;
 mod sections;
 
+use super::run;
+use crate::common::command::binary;
 use figures::{Project, hold};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Duration;
 
 fn sample(name: &str) -> PathBuf {
@@ -99,17 +100,6 @@ fn figures_of_what_is_not_stated_follow_from_each_other() {
         Project { table: Some(("table.csv".to_owned(), table.into())), ..q(off) },
     ];
     projects.iter().for_each(hold);
-}
-
-/// Runs the command in the repository, or in a directory of its own.
-fn run(arguments: &str, directory: &Path) -> super::Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
-        .args(arguments.split_whitespace())
-        .current_dir(directory)
-        .env("NO_COLOR", "1")
-        .output()
-        .expect("the command runs");
-    super::Run::of(&output)
 }
 
 fn here() -> &'static Path {
@@ -330,7 +320,7 @@ fn the_help_of_diff_asks_for_two_versions_and_for_no_project_file() {
 #[test]
 #[cfg(unix)]
 fn sigterm_ends_an_audit_with_what_is_proved() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let mut child = binary()
         .args(["audit", "samples/recipes"])
         .current_dir(here())
         .stdout(std::process::Stdio::piped())
@@ -339,7 +329,7 @@ fn sigterm_ends_an_audit_with_what_is_proved() {
         .expect("the command runs");
     // Before it watches for signals, one would end it.
     std::thread::sleep(Duration::from_millis(1_500));
-    let told = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    let told = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
     assert!(told.is_ok());
     let mut text = String::new();
     child.stdout.take().expect("a pipe").read_to_string(&mut text).expect("text");

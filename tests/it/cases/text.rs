@@ -1,6 +1,7 @@
 //! Text files: comments, pragmas, encodings, forms of declarations, and what messages say.
 
 use super::{audit, lower_ns, scanbound, upper_ns};
+use crate::common::command::binary;
 use std::path::PathBuf;
 
 /// A directory with these files, for the inputs of one test.
@@ -443,7 +444,7 @@ fn a_comment_that_a_lone_carriage_return_may_end_is_refused() {
     let file = directory.path().join("p.st");
     let code = |text: &str| {
         std::fs::write(&file, text).expect("written");
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let output = binary()
             .args(["check", "--limit", "1s"])
             .arg(&file)
             .output()

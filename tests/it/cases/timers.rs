@@ -1,9 +1,9 @@
 //! Timers, runs from power-up and real scans.
 
 use super::{Run, audit, lower_ns, scanbound, upper_ns};
+use crate::common::command::binary;
 use serde_json::Value;
 use std::path::Path;
-use std::process::Command;
 
 /// Runs the command on a list with the table of `timer-same-scan`.
 fn on_list(name: &str, list: &str, arguments: &str) -> Run {
@@ -12,12 +12,11 @@ fn on_list(name: &str, list: &str, arguments: &str) -> Run {
     let file = directory.join(name);
     std::fs::write(&file, list).expect("a file");
     let (command, rest) = arguments.split_once(' ').expect("a command and its arguments");
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .arg(command)
         .arg(&file)
         .args(rest.split_whitespace())
         .current_dir(super::case("timer-same-scan"))
-        .env("NO_COLOR", "1")
         .output()
         .expect("the command runs");
     Run::of(&output)

@@ -2,6 +2,7 @@
 
 use super::names::{BLOCKS, run_of};
 use super::{audit, lower_ns, scanbound, upper_ns};
+use crate::common::command::binary;
 use serde_json::Value;
 
 /// The report on a program in which [`BLOCKS`] are declared.
@@ -267,11 +268,7 @@ fn variables_of_lists_with_names_are_apart() {
             std::fs::write(directory.path().join(name), text).expect("a file");
         }
         let files = files.iter().map(|(name, _)| directory.path().join(name));
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
-            .arg("audit")
-            .args(files)
-            .output()
-            .expect("the command runs");
+        let output = binary().arg("audit").args(files).output().expect("the command runs");
         super::Run::of(&output)
     };
     let blocks = ("blocks.st", BLOCKS);

@@ -1,6 +1,7 @@
 //! Watchdogs, constant scans, addresses of lists, nets and emulated CPUs.
 
 use super::{Run, audit, scanbound, upper_ns};
+use crate::common::command::binary;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -156,7 +157,7 @@ fn blocks_from_below_may_set_the_constant_scan_time() {
     let file = directory.path().join("p.il");
     let code = |text: &str, arguments: &[&str]| {
         std::fs::write(&file, format!("{text}END\n")).expect("written");
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let output = binary()
             .args(["check", "--cpu", "FX3U", "--limit", "50ms"])
             .args(arguments)
             .arg(&file)
@@ -190,7 +191,7 @@ fn loops_and_indices_count_as_reading_anything_before_a_response() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("p.il");
         std::fs::write(&file, text).expect("written");
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"))
+        let output = binary()
             .args(["audit", "--cpu", "Q26UDV", "--response", "--format", "json"])
             .args(["--input-delay", "10ms", "--output-delay", "10ms"])
             .arg(&file)

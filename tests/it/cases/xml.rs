@@ -1,8 +1,8 @@
 //! PLCopen XML: what stands in declarations and beside them, and what names no code.
 
 use super::{Run, case, lower_ns, upper_ns};
+use crate::common::command::binary;
 use std::path::Path;
-use std::process::Command;
 
 /// Runs the command on these files in a directory of their own, with the tables of the attack.
 fn run(files: &[(&str, &str)], command: &str, arguments: &str) -> Run {
@@ -17,12 +17,11 @@ fn run(files: &[(&str, &str)], command: &str, arguments: &str) -> Run {
         std::fs::write(path, text).expect("a file");
     }
     let programs = files.iter().map(|(name, _)| *name).filter(|name| !name.ends_with("toml"));
-    let output = Command::new(env!("CARGO_BIN_EXE_scanbound"))
+    let output = binary()
         .arg(command)
         .args(programs)
         .args(arguments.split_whitespace())
         .current_dir(directory.path())
-        .env("NO_COLOR", "1")
         .output()
         .expect("the command runs");
     Run::of(&output)
