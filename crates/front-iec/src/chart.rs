@@ -1,21 +1,22 @@
 //! Charts as instructions: steps and stored actions are bits that nobody else knows.
 
 use super::assembler::{Assembler, OpenEnd};
-use super::control::{Output, Whole};
+use super::control::{Before, Output, Whole};
 use super::emit::{Emit, What};
 use super::memory::{Memory, all, any, layout, memory, set};
 use super::resolve::{Context, Found};
 use super::statement::ENDS_CHART;
 use super::turns;
-use super::types::{Ty, lineage};
+use super::types::{Kind, Ty, lineage};
 use super::value::Value;
 use scanbound_base::code::Code;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
-use scanbound_iec::ast::{Kind as Statements, Path, Statement};
-use scanbound_iec::chart::{COMPUTED, Chart, Target};
+use scanbound_iec::ast::{Expr, Kind as Statements, Literal, Path, Statement};
+use scanbound_iec::chart::{COMPUTED, Chart, Feed, Target};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, Section, same};
+use scanbound_iec_tree::resolve::orders;
 use scanbound_ir::{Cell, Logic, Region, Step, Tag, Write};
 use std::collections::BTreeSet;
 
@@ -215,7 +216,7 @@ impl Emit<'_> {
                 (0..chart.steps.len()).filter(|&step| hook(&chart.steps[step]).is_some()).collect();
             let never = vec![Logic::Const(false); own.len()];
             let rounds = turns::of_steps(chart, own.len(), self.all_clear || is_retained);
-            self.in_turns(&rounds, &never, &mut |emit, which| {
+            turns::in_turns(self, &rounds, &never, &mut |emit, which| {
                 let step = &chart.steps[own[which]];
                 let Some(path) = hook(step) else { return };
                 let [now, was] =
@@ -250,16 +251,18 @@ impl Emit<'_> {
             let text = format!("ACTION {name}");
             self.at(line, &text);
             let from = self.builder.next();
-            outputs.push(self.control(at, memory, action, &whole, line));
+            let at_once: Vec<Logic> =
+                action.feeds.iter().map(|feed| self.at_once(at, feed, line)).collect();
+            outputs.push(self.control(memory, action, &whole, &at_once));
             self.counted_part(from, line, &text, chart.blocks_of(name).count());
         }
         let keep = memory.were.iter().zip(&memory.steps);
         let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
         self.write(keep);
-        let rounds = turns::rounds(chart, pou, self.action_order);
+        let rounds = turns::rounds(&orders(chart, pou), self.action_order);
         let ended: Vec<Logic> = outputs.iter().map(|output| output.on.clone().not()).collect();
         let mut variables: Vec<Vec<Kept>> = names.iter().map(|_| Vec::new()).collect();
-        self.in_turns(&rounds, &ended, &mut |emit, number| {
+        turns::in_turns(self, &rounds, &ended, &mut |emit, number| {
             let Some((_, block)) = chart.blocks_of(&names[number]).next() else { return };
             emit.at(block.line, &names[number]);
             let output = &outputs[number];
@@ -312,7 +315,14 @@ impl Emit<'_> {
             && let Ok(found @ (Found::Place(_) | Found::WordBit(..) | Found::Element(_))) =
                 self.find(at, path, line)
         {
-            let (on, open) = self.held(&found, on, may_stay);
+            let before = match &found {
+                Found::Place(place) if matches!(place.ty, Ty::Bit) => {
+                    place.tag.cell().map_or(Before::Any, Before::Cell)
+                }
+                Found::WordBit(cell, bit, _) => Before::Bit(*cell, *bit),
+                _ => Before::Any,
+            };
+            let (on, open) = self.held(&before, on, may_stay);
             let effects = match self.writes(found, Value::Bit(on), line) {
                 Ok(writes) => writes.into_iter().map(always).collect(),
                 Err(fault) => {
@@ -405,6 +415,21 @@ impl Emit<'_> {
         let globals = self.project.globals.iter().flat_map(|(_, all)| all);
         let mut all = own.chain(globals).filter(|one| same(&one.name, name));
         all.all(|one| one.initial.as_ref().is_none_or(|initial| initial.is(false)))
+    }
+
+    /// Whether a timed input's time is 0 or less.
+    fn at_once(&mut self, at: &Context, feed: &Feed, line: u32) -> Logic {
+        let Some(time) = &feed.time else { return Logic::Const(feed.qualifier.is_timed()) };
+        if let Expr::Literal(Literal::Time(time)) = time {
+            return Logic::Const(*time <= 0);
+        }
+        match self.number(at, time, Kind::Time, line) {
+            Ok(number) => self.is_no_time(number),
+            Err(fault) => {
+                self.fault(fault);
+                Logic::Const(false)
+            }
+        }
     }
 
     /// Calls an action where a condition holds.

@@ -1,13 +1,9 @@
 //! The control of actions, as instructions: as the standard draws it, or as others do it (`docs/sfc.md`).
 
 use super::assembler::Assembler;
-use super::emit::Emit;
 use super::memory::{ActionMemory, InputMemory, Memory, all, any, set};
-use super::resolve::{Context, Found};
-use super::types::{Kind, Ty};
 use super::value::constant;
 use scanbound_front::builder::always;
-use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::chart::{Feed, Qualifier};
 use scanbound_ir::{BitSource, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, Write};
 
@@ -28,6 +24,16 @@ pub(super) struct Output {
     pub(super) runs: Logic,
     /// Whether a Boolean variable may stay as it is: nothing switches it on or off in this scan.
     pub(super) may_stay: Logic,
+}
+
+/// What a Boolean variable is before its action sets it.
+pub(super) enum Before {
+    /// What lies there.
+    Cell(Cell),
+    /// A bit of a word.
+    Bit(Cell, u8),
+    /// It is not followed.
+    Any,
 }
 
 /// What an input of an action's control gives.
@@ -54,15 +60,14 @@ fn left(memory: &Memory, steps: &[usize]) -> Logic {
     any(steps.iter().map(|&at| all([now(memory.were[at]), now(memory.steps[at]).not()])))
 }
 
-impl Emit<'_> {
-    /// The control of an action: whether it is on, and whether its body runs.
+impl Assembler {
+    /// The control of an action: whether it is on, and whether its body runs. `at_once`: of each input, whether its time is 0.
     pub(super) fn control(
         &mut self,
-        at: &Context,
         memory: &Memory,
         action: &ActionMemory,
         whole: &Whole,
-        line: u32,
+        at_once: &[Logic],
     ) -> Output {
         let reset = self.keep_bit(action.active(memory, Qualifier::R));
         let stores = action.active(memory, Qualifier::S);
@@ -75,10 +80,11 @@ impl Emit<'_> {
             .map(|input| input.over)
             .map(|over| (over, self.keep_bit(now(over))))
             .collect();
-        for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+        let inputs = action.feeds.iter().zip(&action.inputs).zip(at_once);
+        for ((feed, input), at_once) in inputs {
             keep.push(set(input.was, memory.active(&feed.steps)));
             let resets = action.has_reset().then_some(&reset);
-            let given = self.input(at, memory, (feed, input), resets, &mut changes, line);
+            let given = self.input(memory, (feed, input), at_once, resets, &mut changes);
             match feed.qualifier {
                 Qualifier::R | Qualifier::S => {}
                 Qualifier::P1 | Qualifier::P0 => pulses.push(given.on),
@@ -158,16 +164,14 @@ impl Emit<'_> {
     /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
     fn input(
         &mut self,
-        at: &Context,
         memory: &Memory,
         (feed, input): (&Feed, &InputMemory),
+        at_once: &Logic,
         reset: Option<&Logic>,
         changes: &mut Vec<Write>,
-        line: u32,
     ) -> Given {
         let steps = &feed.steps;
         let active = memory.active(steps);
-        let at_once = self.at_once(at, feed, line);
         // Steps of one input come in together by the standard, each by itself on others.
         let apart = match steps.len() {
             2.. => self.differs("each step of an action has pulses and times of its own"),
@@ -255,37 +259,25 @@ impl Emit<'_> {
         }
     }
 
-    /// Whether a timed input's time is 0 or less.
-    fn at_once(&mut self, at: &Context, feed: &Feed, line: u32) -> Logic {
-        let Some(time) = &feed.time else { return Logic::Const(feed.qualifier.is_timed()) };
-        if let Expr::Literal(Literal::Time(time)) = time {
-            return Logic::Const(*time <= 0);
-        }
-        match self.number(at, time, Kind::Time, line) {
-            Ok(number) => {
-                let words = self.words(number, 2);
-                let compare = Compare {
-                    relation: Relation::LessOrEqual,
-                    format: NumberFormat::Signed,
-                    left: Number::Words(words),
-                    right: constant(0, 2),
-                };
-                // A time that is 0 may be one below a millisecond.
-                let short = self.world_bit();
-                self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
-            }
-            Err(fault) => {
-                self.fault(fault);
-                Logic::Const(false)
-            }
-        }
+    /// Whether a time that is worked out is 0 or less, that is, a timed input is through at once.
+    pub(super) fn is_no_time(&mut self, time: Number) -> Logic {
+        let words = self.words(time, 2);
+        let compare = Compare {
+            relation: Relation::LessOrEqual,
+            format: NumberFormat::Signed,
+            left: Number::Words(words),
+            right: constant(0, 2),
+        };
+        // A time that is 0 may be one below a millisecond.
+        let short = self.world_bit();
+        self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
     }
 
     /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it as it
     /// is. Also the instruction that says so, and the variable, where that makes no difference if nothing else writes it.
     pub(super) fn held(
         &mut self,
-        found: &Found,
+        before: &Before,
         on: Logic,
         may_stay: Logic,
     ) -> (Logic, Option<(usize, Cell)>) {
@@ -295,16 +287,15 @@ impl Emit<'_> {
         let value = |stays: Logic, before: Logic| {
             any([all([on.clone(), stays.clone().not()]), all([stays, before])])
         };
-        match found {
-            Found::Place(place) if matches!(place.ty, Ty::Bit) => {
-                let Some(cell) = place.tag.cell() else { return (on, None) };
+        match *before {
+            Before::Cell(cell) => {
                 let (stays, at) = self.unless_settled(stays);
                 (value(stays, now(cell)), Some((at, cell)))
             }
-            Found::WordBit(cell, bit, _) => {
-                (value(stays, Logic::Bit(BitSource::WordBit(*cell, *bit))), None)
+            Before::Bit(cell, bit) => {
+                (value(stays, Logic::Bit(BitSource::WordBit(cell, bit))), None)
             }
-            _ => {
+            Before::Any => {
                 let before =
                     self.any_bit("an element of an array that an action may leave as it is");
                 (value(stays, before), None)

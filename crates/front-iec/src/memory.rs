@@ -9,10 +9,11 @@ const STARTED: &str = "chart started";
 
 /// What a chart remembers, as cells.
 pub(super) struct Memory {
+    pub(super) tag: Tag,
     pub(super) started: Cell,
     pub(super) steps: Vec<Cell>,
     pub(super) were: Vec<Cell>,
-    /// How long steps and macro steps are active.
+    /// How long steps are active, and behind them macro steps.
     pub(super) times: Vec<StepTime>,
     pub(super) clears: Vec<Cell>,
     pub(super) actions: Vec<ActionMemory>,
@@ -52,6 +53,7 @@ fn bits(names: &[&str]) -> Type {
     parts(names.iter().map(|name| ((*name).to_owned(), Type::Bit)))
 }
 
+/// How the memory of a chart is laid out: whether it has begun, steps, macro steps, transitions, actions.
 pub(super) fn layout(chart: &Chart) -> Type {
     let mut all = vec![(STARTED.to_owned(), Type::Bit)];
     let time = || ("T".to_owned(), Type::Words(2));
@@ -74,55 +76,48 @@ pub(super) fn layout(chart: &Chart) -> Type {
     parts(all)
 }
 
+/// The cells of what is laid out so.
 pub(super) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
-    let cell = |names: &[&str]| {
-        let mut tag = tag.clone();
-        for name in names {
-            tag = tag.part(name)?;
-        }
-        tag.cell()
+    let mut numbers = 0..;
+    let mut next = || tag.part_at(numbers.next()?);
+    let part = |of: &Tag, number: usize| of.part_at(number)?.cell();
+    let mut found = Memory {
+        tag: tag.clone(),
+        started: next()?.cell()?,
+        steps: Vec::new(),
+        were: Vec::new(),
+        times: Vec::new(),
+        clears: Vec::new(),
+        actions: Vec::new(),
     };
-    let action = |action: &String| {
-        let owner = format!("action {action}");
-        let feeds = chart.inputs_of(action);
+    for (at, step) in chart.steps.iter().enumerate() {
+        let own = next()?;
+        found.steps.push(part(&own, 0)?);
+        found.were.push(part(&own, 1)?);
+        let (cell, initial) = (part(&own, 2)?, step.initial);
+        found.times.push(StepTime { cell, steps: vec![at], initial });
+    }
+    for one in &chart.macros {
+        let initial = one.steps.iter().any(|&step| chart.steps[step].initial);
+        let (cell, steps) = (part(&next()?, 0)?, one.steps.clone());
+        found.times.push(StepTime { cell, steps, initial });
+    }
+    for _ in &chart.transitions {
+        found.clears.push(next()?.cell()?);
+    }
+    for name in chart.actions() {
+        let own = next()?;
+        let feeds = chart.inputs_of(&name);
         let input = |at: usize| {
-            let own = format!("input {}", at + 1);
-            Some(InputMemory {
-                was: cell(&[&owner, &own, "was"])?,
-                stored: cell(&[&owner, &own, "stored"])?,
-                over: cell(&[&owner, &own, "over"])?,
-            })
+            let own = own.part_at(2 + at)?;
+            let [was, stored, over] = [0, 1, 2].map(|number| part(&own, number));
+            Some(InputMemory { was: was?, stored: stored?, over: over? })
         };
-        Some(ActionMemory {
-            on: cell(&[&owner, "on"])?,
-            stored: cell(&[&owner, "stored"])?,
-            inputs: (0..feeds.len()).map(input).collect::<Option<_>>()?,
-            feeds,
-        })
-    };
-    let ways = 0..chart.transitions.len();
-    let names = chart.steps.iter().map(|step| &step.name);
-    let names = names.chain(chart.macros.iter().map(|one| &one.name));
-    let steps = (0..chart.steps.len()).map(|step| vec![step]);
-    let steps = steps.chain(chart.macros.iter().map(|one| one.steps.clone()));
-    let time = |(name, steps): (&String, Vec<usize>)| {
-        let initial = steps.iter().any(|&step| chart.steps[step].initial);
-        Some(StepTime { cell: cell(&[name, "T"])?, steps, initial })
-    };
-    Some(Memory {
-        started: cell(&[STARTED])?,
-        steps: chart.steps.iter().map(|step| cell(&[&step.name, "X"])).collect::<Option<_>>()?,
-        were: chart
-            .steps
-            .iter()
-            .map(|step| cell(&[&step.name, "was active"]))
-            .collect::<Option<_>>()?,
-        times: names.zip(steps).map(time).collect::<Option<_>>()?,
-        clears: ways
-            .map(|at| cell(&[&format!("transition {} clears", at + 1)]))
-            .collect::<Option<_>>()?,
-        actions: chart.actions().iter().map(action).collect::<Option<_>>()?,
-    })
+        let inputs = (0..feeds.len()).map(input).collect::<Option<_>>()?;
+        let (on, stored) = (part(&own, 0)?, part(&own, 1)?);
+        found.actions.push(ActionMemory { feeds, on, stored, inputs });
+    }
+    Some(found)
 }
 
 pub(super) fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {

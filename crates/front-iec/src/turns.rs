@@ -7,12 +7,12 @@ use super::emit::Emit;
 use super::memory::all;
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::PouKind;
-use scanbound_iec::chart::{Chart, Target};
-use scanbound_iec::{Pou, same};
+use scanbound_iec::chart::Chart;
+use scanbound_iec_tree::charts::Orders;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{Cell, Logic, Region, Step, Write, flow};
 use std::collections::BTreeSet;
-use std::ops::Range;
+use std::ops::{DerefMut, Range};
 
 /// Once through all that has a turn.
 pub(super) struct Round {
@@ -77,34 +77,19 @@ impl Cells {
     }
 }
 
-/// The orders in which the actions of a chart may be carried out.
-pub(super) fn rounds(chart: &Chart, pou: &Pou, stated: Option<ActionOrder>) -> Vec<Round> {
-    let names = chart.actions();
-    let named: Vec<usize> = (0..names.len()).collect();
-    let mut alphabetical = named.clone();
-    alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
-    // Boolean variables come first, then what is declared, then what stands in blocks themselves or belongs to instances.
-    let rank = |&at: &usize| {
-        let name = &names[at];
-        let own = pou.actions.iter().position(|one| same(&one.name, name));
-        let is_inline = chart
-            .blocks_of(name)
-            .next()
-            .is_some_and(|(_, block)| matches!(block.target, Target::Inline(..)));
-        let is_variable = own.is_none() && !is_inline && !name.contains('.');
-        (!is_variable, own.unwrap_or(usize::MAX))
-    };
-    let mut declared = named.clone();
-    declared.sort_by_key(rank);
+/// The orders in which so many actions of a chart may be carried out.
+pub(super) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
+    let Orders { declared, alphabetical } = orders;
+    let named: Vec<usize> = (0..declared.len()).collect();
     let round = |order: &[usize], ended, of| Round { order: order.to_vec(), ended, of };
     let all = ActionOrder::ALL.into_iter().filter(|&one| stated.is_none_or(|own| own == one));
     let of = |one: ActionOrder| stated.is_none().then_some(one);
     all.flat_map(|one| match one {
         ActionOrder::Named => vec![round(&named, None, of(one))],
-        ActionOrder::Declared => vec![round(&declared, None, of(one))],
+        ActionOrder::Declared => vec![round(declared, None, of(one))],
         ActionOrder::Alphabetical => vec![
-            round(&alphabetical, Some(true), of(one)),
-            round(&alphabetical, Some(false), of(one)),
+            round(alphabetical, Some(true), of(one)),
+            round(alphabetical, Some(false), of(one)),
         ],
     })
     .collect()
@@ -126,68 +111,68 @@ fn is_sequence(chart: &Chart) -> bool {
         && chart.transitions.iter().all(|one| one.from.len() == 1 && one.to.len() == 1)
 }
 
-impl Emit<'_> {
-    /// Carries out what has turns, in one of the orders that these rounds say. `ended`: of each one, whether it has ended.
-    pub(super) fn in_turns(
-        &mut self,
-        rounds: &[Round],
-        ended: &[Logic],
-        carry_out: &mut dyn FnMut(&mut Self, usize),
-    ) {
-        if let ([_], _) | (_, [] | [_]) = (rounds, ended) {
-            for &at in rounds.first().map_or(&[][..], |round| &round.order) {
-                carry_out(self, at);
-            }
-            return;
+/// Carries out what has turns, in one of the orders that these rounds say. `ended`: of each one, whether it has ended.
+pub(super) fn in_turns<H: DerefMut<Target = Assembler>>(
+    host: &mut H,
+    rounds: &[Round],
+    ended: &[Logic],
+    carry_out: &mut dyn FnMut(&mut H, usize),
+) {
+    if let ([_], _) | (_, [] | [_]) = (rounds, ended) {
+        for &at in rounds.first().map_or(&[][..], |round| &round.order) {
+            carry_out(host, at);
         }
-        let ways: Vec<[Logic; 2]> = ended
-            .iter()
-            .map(|_| {
-                let other = self.differs("actions are not carried out as the chart names them");
-                let declared = self.differs("actions are carried out as they are declared");
-                [self.keep_bit(other), self.keep_bit(declared)]
-            })
-            .collect();
-        let mut turns: Vec<Turn> =
-            ended.iter().map(|_| Turn { says: Vec::new(), copies: Vec::new() }).collect();
-        let mut blocks = vec![0; ended.len()];
-        for (number, round) in rounds.iter().enumerate() {
-            for &at in &round.order {
-                let [other, declared] = ways[at].clone();
-                let of = match round.of {
-                    None => Logic::Const(true),
-                    Some(ActionOrder::Named) => other.not(),
-                    Some(ActionOrder::Declared) if rounds.len() == 2 => other,
-                    Some(ActionOrder::Declared) => all([other, declared]),
-                    Some(ActionOrder::Alphabetical) => all([other, declared.not()]),
-                };
-                let part = match round.ended {
-                    None => Logic::Const(true),
-                    Some(true) => ended[at].clone(),
-                    Some(false) => ended[at].clone().not(),
-                };
-                let (here, says) = self.unless_settled(all([of, part]));
-                // A copy stands where the first one does.
-                let after = self.program().blocks;
-                if number > 0 {
-                    self.program().blocks = blocks[at];
-                }
-                blocks[at] = self.program().blocks;
-                let from = self.builder.next();
-                let skip = self.jump(here.not(), None);
-                carry_out(self, at);
-                self.land(skip);
-                self.landing();
-                if number > 0 {
-                    self.program().blocks = after;
-                }
-                turns[at].says.push(says);
-                turns[at].copies.push(from..self.builder.next());
-            }
-        }
-        self.open_ends.push(OpenEnd::Turns(turns));
+        return;
     }
+    let ways: Vec<[Logic; 2]> = ended
+        .iter()
+        .map(|_| {
+            let other = host.differs("actions are not carried out as the chart names them");
+            let declared = host.differs("actions are carried out as they are declared");
+            [host.keep_bit(other), host.keep_bit(declared)]
+        })
+        .collect();
+    let mut turns: Vec<Turn> =
+        ended.iter().map(|_| Turn { says: Vec::new(), copies: Vec::new() }).collect();
+    let mut blocks = vec![0; ended.len()];
+    for (number, round) in rounds.iter().enumerate() {
+        for &at in &round.order {
+            let [other, declared] = ways[at].clone();
+            let of = match round.of {
+                None => Logic::Const(true),
+                Some(ActionOrder::Named) => other.not(),
+                Some(ActionOrder::Declared) if rounds.len() == 2 => other,
+                Some(ActionOrder::Declared) => all([other, declared]),
+                Some(ActionOrder::Alphabetical) => all([other, declared.not()]),
+            };
+            let part = match round.ended {
+                None => Logic::Const(true),
+                Some(true) => ended[at].clone(),
+                Some(false) => ended[at].clone().not(),
+            };
+            let (here, says) = host.unless_settled(all([of, part]));
+            // A copy stands where the first one does.
+            let after = host.program().blocks;
+            if number > 0 {
+                host.program().blocks = blocks[at];
+            }
+            blocks[at] = host.program().blocks;
+            let from = host.builder.next();
+            let skip = host.jump(here.not(), None);
+            carry_out(host, at);
+            host.land(skip);
+            host.landing();
+            if number > 0 {
+                host.program().blocks = after;
+            }
+            turns[at].says.push(says);
+            turns[at].copies.push(from..host.builder.next());
+        }
+    }
+    host.open_ends.push(OpenEnd::Turns(turns));
+}
 
+impl Emit<'_> {
     /// The variables of functions and methods, which begin anew with every call.
     pub(super) fn of_functions(&self) -> Vec<Region> {
         let functions = self

@@ -174,6 +174,12 @@ impl StandardBlock {
         second.or_else(|| self.pins().find(|pin| same(pin.name(), name)))
     }
 
+    /// Whether it measures a time.
+    #[must_use]
+    pub fn is_timer(self) -> bool {
+        matches!(self, StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp)
+    }
+
     /// Whether it is a counter.
     #[must_use]
     pub fn is_counter(self) -> bool {

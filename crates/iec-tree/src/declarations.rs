@@ -1,5 +1,6 @@
 //! What a project declares, by ids: units, routines, variables.
 
+use crate::charts::Chart;
 use crate::tree::{Expr, Place, Statement};
 use crate::types::TypeId;
 use scanbound_base::time::Picos;
@@ -146,6 +147,8 @@ pub enum RoutineKind {
 pub enum Code {
     /// Statements.
     Statements(Vec<Statement>),
+    /// A chart.
+    Chart(Box<Chart>),
     /// What could not be read, and why.
     Unread(Fault),
 }

@@ -5,6 +5,7 @@
 //! matters only where the statement is executed.
 
 pub mod blocks;
+pub mod charts;
 pub mod constants;
 pub mod declarations;
 pub mod resolve;

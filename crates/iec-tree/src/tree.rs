@@ -1,6 +1,7 @@
 //! Typed expressions and statements.
 
 use crate::blocks::{Pin, StandardBlock};
+use crate::charts::StepFlag;
 use crate::declarations::{
     Address, AddressId, GlobalList, Routine, RoutineId, Stated, TempId, Temporary, Unit, UnitId,
     VarId, Variable,
@@ -216,6 +217,8 @@ pub enum ExprKind {
     Text(String),
     /// The value of a variable.
     Read(Place),
+    /// Whether a step of a chart is active, or for how long.
+    Step(Box<StepFlag>),
     /// The address of a variable.
     Address(Place),
     /// The address of nothing.

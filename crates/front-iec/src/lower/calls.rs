@@ -643,6 +643,7 @@ impl Lower<'_> {
                     First::Unknown => Value::Any,
                 },
             };
+            self.forget(&spot, line)?;
             let key = (!one.constant).then(|| self.begin_key(spot.ty));
             let writes = self.writes(Found::Spot(spot), value, line)?;
             let effects = writes.into_iter().map(scanbound_front::builder::always).collect();

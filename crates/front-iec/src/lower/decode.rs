@@ -45,6 +45,13 @@ pub(in super::super) fn decode(
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
+        charts: super::charts::Options {
+            actions_first: charts.actions_first,
+            all_clear: asked.facts.all_clear,
+            action_order: asked.facts.action_order,
+            drawn_last_scan: asked.facts.drawn_last_scan,
+            others_write: asked.others_write,
+        },
     };
     let mut own = Lower::new(project, &tree, dialect, options);
     own.deadline = asked.deadline;

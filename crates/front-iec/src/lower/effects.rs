@@ -16,6 +16,9 @@ use std::collections::BTreeSet;
 /// Areas for the bits of addresses: of inputs, outputs and memory, in either way of counting. No variable lies there.
 const BITS: u16 = u16::MAX - 6;
 
+/// An area for what charts remember, a cell for each.
+const CHARTS: u16 = BITS - 1;
+
 /// So many instances of an array are looked at one by one.
 const MOST: i64 = 64;
 
@@ -26,9 +29,9 @@ pub(super) type Cells = BTreeSet<(Cell, u32)>;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Effects {
     pub(super) reads: Cells,
-    writes: Cells,
+    pub(super) writes: Cells,
     /// Whether it may do anything.
-    anything: bool,
+    pub(super) anything: bool,
 }
 
 impl Effects {
@@ -257,6 +260,7 @@ impl Lower<'_> {
                 self.of_absent((instance, Entry::Routine(id)), found);
             }
             Code::Statements(all) => self.of_statements(&at, all, found),
+            Code::Chart(chart) => self.of_chart(&at, id, chart, found),
             Code::Unread(_) => found.anything = true,
         }
     }
@@ -328,6 +332,11 @@ impl Lower<'_> {
     pub(super) fn of_expr(&mut self, at: &Context, one: &Expr, found: &mut Effects) {
         match &one.kind {
             ExprKind::Read(place) => self.looked_at(at, place, found),
+            ExprKind::Step(flag) => {
+                for instance in self.instances_at(at, &flag.owner, found) {
+                    found.reads.insert(self.chart_cell(instance, flag.chart));
+                }
+            }
             ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
                 self.of_expr(at, inner, found);
             }
@@ -479,6 +488,13 @@ impl Lower<'_> {
             }
         }
         known
+    }
+
+    /// What stands for all that the chart of a routine of an instance remembers.
+    pub(super) fn chart_cell(&mut self, instance: usize, id: RoutineId) -> (Cell, u32) {
+        let next = u32::try_from(self.charts.numbers.len()).unwrap_or(u32::MAX);
+        let index = *self.charts.numbers.entry((instance, id)).or_insert(next);
+        (Cell { area: AreaId(CHARTS), index }, 1)
     }
 
     /// The variables that a place may be, each element of an array by itself.

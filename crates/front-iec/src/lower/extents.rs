@@ -2,6 +2,7 @@
 
 use super::super::assembler::Assembler;
 use super::super::extent::{characters, counted};
+use super::super::memory::layout;
 use super::super::types::{Extent, TEXT};
 use super::super::whole::copy_cells;
 use super::Lower;
@@ -15,7 +16,7 @@ use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::{Step, TimingKey, Write};
 
 impl Lower<'_> {
-    /// How many elementary variables a type has: a text's characters, what timers remember among them.
+    /// How many elementary variables a type has: a text's characters, what timers and charts remember among them.
     pub(super) fn elements(&self, ty: TypeId) -> u64 {
         let tree = self.tree;
         let all = |mut parts: Box<dyn Iterator<Item = TypeId> + '_>| {
@@ -35,7 +36,11 @@ impl Lower<'_> {
             Typed::Standard(block) => u64::try_from(block.pins().count()).unwrap_or(u64::MAX),
             Typed::Block(unit) => {
                 let members = tree.members(*unit).into_iter();
-                all(Box::new(members.map(|one| tree.variable(one).ty)))
+                let charts = self.charts_of(*unit).into_iter();
+                let charts = charts.filter_map(|id| layout(self.written_chart(id)?).size());
+                let remembered = charts.map(|[bits, words]| u64::from(bits) + u64::from(words));
+                let parts = all(Box::new(members.map(|one| tree.variable(one).ty)));
+                remembered.fold(parts, u64::saturating_add)
             }
             _ => 1,
         }
@@ -97,12 +102,7 @@ impl Lower<'_> {
             Typed::Array(_, of) => self.has_charts(*of),
             Typed::Struct(id) => tree.types.parts(*id).iter().any(|(_, of)| self.has_charts(*of)),
             Typed::Block(unit) => {
-                let own = |unit: &_| {
-                    !self.project.pous[scanbound_iec_tree::declarations::UnitId::index(*unit)]
-                        .charts()
-                        .is_empty()
-                };
-                tree.lineage(*unit).iter().any(own)
+                !self.charts_of(*unit).is_empty()
                     || tree.members(*unit).iter().any(|&one| self.has_charts(tree.variable(one).ty))
             }
             _ => false,

@@ -1,13 +1,16 @@
 //! From the typed tree to the program, in one walk. It compares no names.
 
+mod actions;
 mod aliases;
 mod calls;
+mod charts;
 mod counting;
 mod decode;
 mod effects;
 mod elements;
 mod enable;
 mod extents;
+mod forget;
 mod loops;
 mod places;
 mod references;
@@ -23,6 +26,7 @@ use super::decode::GivenBack;
 use super::tally::{self, Tally};
 use super::types::Extent;
 use super::value::Value;
+use charts::Charts;
 use effects::Effects;
 use places::{Instance, Spot};
 use references::Targets;
@@ -49,6 +53,7 @@ struct Options {
     stated_turns: BTreeMap<String, (i64, i64)>,
     /// Whether a loop of which nothing is known is taken to go round any number of times.
     is_incomplete: bool,
+    charts: charts::Options,
 }
 
 /// A program while it is lowered.
@@ -67,6 +72,7 @@ struct Lower<'t> {
     /// What routines read and write, when it has been asked for.
     effects: BTreeMap<(usize, Entry), Effects>,
     kept: Kept,
+    charts: Charts,
 }
 
 /// Where variables lie.
@@ -144,20 +150,12 @@ impl<'t> Lower<'t> {
             given_back: Vec::new(),
             effects: BTreeMap::new(),
             kept: Kept::default(),
+            charts: Charts::default(),
         }
     }
 
     /// The number of a routine's body among those that are counted.
     fn counted_body(&self, id: RoutineId) -> Option<usize> {
-        use scanbound_iec_tree::declarations::RoutineKind;
-        let routine = self.tree.routine(id);
-        let (unit, pou) = (self.tree.unit(routine.unit), &self.project.pous[routine.unit.index()]);
-        let at = |all: &[RoutineId]| all.iter().position(|&one| one == id);
-        let body = match routine.kind {
-            RoutineKind::Body => &pou.body,
-            RoutineKind::Action => &pou.actions[at(&unit.actions)?].body,
-            RoutineKind::Method => &pou.methods[at(&unit.methods)?].body,
-        };
-        self.tally.bodies.get(&tally::key(body)).copied()
+        self.tally.bodies.get(&tally::key(self.written_body(id)?)).copied()
     }
 }

@@ -25,6 +25,8 @@ impl<'t> Lower<'t> {
         for (at, one) in instances.iter().enumerate() {
             if self.is_retained(at) {
                 known.latched.extend(one.spot.tag.regions());
+                let charts = self.charts.memories.iter().filter(|((of, _), _)| *of == at);
+                known.latched.extend(charts.flat_map(|(_, memory)| memory.tag.regions()));
             }
         }
         for Instance { unit, spot } in &instances {
@@ -142,8 +144,13 @@ impl<'t> Lower<'t> {
         if tree.unit(self.instances[instance].unit).retain {
             return true;
         }
+        // Where an instance without variables stands is not known.
+        if own.is_empty() {
+            return tree.variables.iter().any(|one| one.retain)
+                || tree.units.iter().any(|one| one.retain);
+        }
         let kept = super::super::decode::merged(self.retained_regions());
-        !own.is_empty() && own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
+        own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
     }
 
     /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of instances.

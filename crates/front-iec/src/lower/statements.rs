@@ -1,8 +1,10 @@
 //! Statements, and the routines that they stand in.
 
 use super::super::assembler::Assembler;
+use super::super::memory::set;
 use super::super::types::Kind;
 use super::super::value::Value;
+use super::actions::{ENDS_CHART, jump_key};
 use super::calls::Callee;
 use super::effects::Effects;
 use super::places::{Context, Found, Instance};
@@ -15,20 +17,20 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Selector, Statement, StatementKind};
 use scanbound_iec_tree::types::DINT;
-use scanbound_ir::{Logic, Number, Step, Write};
+use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
 
 /// Where jumps of a body lead: labels, and the ends of loops.
 #[derive(Default)]
 pub(super) struct JumpTargets {
     /// Jumps to labels further down, by their numbers.
-    labels: BTreeMap<u32, Vec<usize>>,
+    pub(super) labels: BTreeMap<u32, Vec<usize>>,
     /// For each loop around: jumps to its end of an iteration, and jumps out of it.
     pub(super) loops: Vec<[Vec<usize>; 2]>,
-}
-
-fn jump_key() -> Option<scanbound_ir::TimingKey> {
-    Some(Assembler::key(&["JMP"], "jump"))
+    /// In an action block: jumps to its end. Whether RETURN ends it alone, controllers differ.
+    pub(super) ends: Option<Vec<usize>>,
+    /// In an action: the bit that says that RETURN ended it.
+    pub(super) returned: Option<Cell>,
 }
 
 impl Lower<'_> {
@@ -70,7 +72,13 @@ impl Lower<'_> {
         self.kept.extents.clear();
         let around = self.enter_routine(found);
         match &routine.code {
-            Code::Statements(all) => self.statements(&context, all, &mut JumpTargets::default()),
+            Code::Statements(all) => {
+                let is_action = routine.kind == RoutineKind::Action;
+                let returned = is_action.then(|| self.returned(instance, found)).flatten();
+                let mut targets = JumpTargets { returned, ..JumpTargets::default() };
+                self.statements(&context, all, &mut targets);
+            }
+            Code::Chart(chart) => self.chart(&context, found, chart),
             Code::Unread(fault) => {
                 let fault = fault.clone();
                 self.fault(fault);
@@ -220,8 +228,17 @@ impl Lower<'_> {
             StatementKind::Return(condition) => {
                 let returns = self.bit(at, condition)?;
                 let stay = self.jump(returns.not(), None);
+                if let Some(cell) = targets.returned {
+                    self.write(vec![set(cell, Logic::Const(true))]);
+                }
                 let key = Some(Assembler::key(&["RET"], "jump"));
-                self.assembler().builder.add(key, Vec::new(), Step::Return);
+                if let Some(ends) = &mut targets.ends {
+                    let whole = self.differs(ENDS_CHART);
+                    ends.push(self.jump(whole.not(), key));
+                    self.assembler().builder.add(None, Vec::new(), Step::Return);
+                } else {
+                    self.assembler().builder.add(key, Vec::new(), Step::Return);
+                }
                 self.land(stay);
                 self.landing();
                 Ok(())

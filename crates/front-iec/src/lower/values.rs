@@ -251,6 +251,7 @@ impl<'t> Lower<'t> {
             }
             ExprKind::Text(_) | ExprKind::List(_) => Value::Any,
             ExprKind::Read(place) => self.read(at, place, line)?,
+            ExprKind::Step(flag) => self.step_flag(at, flag, line)?,
             ExprKind::Not(inner) => {
                 let value = self.open_value(at, inner)?;
                 self.cost(&["NOT"], "logic");

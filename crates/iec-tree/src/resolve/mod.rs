@@ -1,12 +1,15 @@
 //! From the syntax tree to the typed tree: the only place that looks for names.
 
 mod calls;
+mod charts;
 mod expressions;
 mod index;
 mod paths;
 mod stated;
 mod statements;
 mod types;
+
+pub use charts::orders;
 
 use crate::constants::Constants;
 use crate::declarations::{
@@ -438,7 +441,10 @@ impl<'p> Resolver<'p> {
         let line = self.tree.routine(id).line;
         let code = match body {
             Body::Code(_, statements) => Code::Statements(self.body(scope, statements, line)),
-            Body::Chart(_) => Code::Unread(not_yet(line, "charts")),
+            Body::Chart(chart) => {
+                let unit = self.tree.routine(id).unit;
+                Code::Chart(Box::new(self.chart(scope, unit, chart)))
+            }
             Body::Unread(language, fault) => {
                 let mut fault = fault.clone();
                 fault.message = format!("{} ({})", fault.message, language.name());

@@ -1,6 +1,6 @@
 //! What paths mean: variables and parts of them, or constants.
 
-use super::{Declared, Resolver, Scope, not_yet, unknown_name};
+use super::{Declared, Resolver, Scope, unknown_name};
 use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
 use crate::tree::{Expr, ExprKind, Place, Root, Statement, StatementKind, Step, Target};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId, holding};
@@ -84,10 +84,8 @@ impl Resolver<'_> {
             return self.follow(scope, start, &rest[behind..], (path, to_end), line);
         }
         let own = self.own_variable(scope, &path.first);
-        if matches!(rest, [Part::Name(flag)] if same(flag, "X") || same(flag, "T"))
-            && self.has_chart(scope)
-        {
-            return Err(not_yet(line, "flags of steps"));
+        if let Some(flag) = self.step_flag(scope, path, line)? {
+            return Ok(Found::Constant(flag));
         }
         if let (None, Some(unit)) = (own, scope.unit)
             && self.index.has_property(unit, &path.first)
@@ -211,12 +209,6 @@ impl Resolver<'_> {
         all.iter()
             .position(|one| same(&one.name, name))
             .or_else(|| all.iter().position(|one| same(of(one), name)))
-    }
-
-    fn has_chart(&self, scope: Scope) -> bool {
-        let Some(unit) = scope.unit else { return false };
-        let charts = |unit: UnitId| !self.project.pous[unit.index()].charts().is_empty();
-        self.tree.lineage(unit).into_iter().any(charts)
     }
 
     fn direct(&mut self, text: &str) -> Place {

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The labels of a body.
 #[derive(Default)]
-struct Labels {
+pub(super) struct Labels {
     /// By their names in capitals.
     numbers: BTreeMap<String, u32>,
     /// Those that stand further up.
@@ -58,7 +58,12 @@ impl Resolver<'_> {
         all.iter().map(|one| self.statement(scope, one, labels)).collect()
     }
 
-    fn statement(&mut self, scope: Scope, one: &ast::Statement, labels: &mut Labels) -> Statement {
+    pub(super) fn statement(
+        &mut self,
+        scope: Scope,
+        one: &ast::Statement,
+        labels: &mut Labels,
+    ) -> Statement {
         let text = show::statements(std::slice::from_ref(one), 0);
         let text = text.lines().next().unwrap_or_default().into();
         let line = one.line;

@@ -1,0 +1,286 @@
+//! What the actions of charts do: what stands in blocks themselves, actions that are called, Boolean variables.
+
+use super::super::assembler::{Assembler, OpenEnd};
+use super::super::control::{Before, Output};
+use super::super::memory::{all, set};
+use super::super::turns;
+use super::super::value::Value;
+use super::Lower;
+use super::charts::Own;
+use super::effects::add;
+use super::places::{Context, Found};
+use super::statements::JumpTargets;
+use scanbound_base::code::Code as FaultCode;
+use scanbound_front::builder::always;
+use scanbound_iec::chart::Target as BlockTarget;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::blocks::Pin;
+use scanbound_iec_tree::charts::ActionBody;
+use scanbound_iec_tree::declarations::{Code, First, Owner, RoutineId};
+use scanbound_iec_tree::tree::{
+    Call, ExprKind, Place, Root, Statement, StatementKind, Step as PathStep, Target, each_statement,
+};
+use scanbound_iec_tree::types::{Elementary, Type as Typed};
+use scanbound_ir::{Cell, Logic, Region, Step, TimingKey, Write};
+
+/// What controllers do differently.
+pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
+
+const DRAWN: &str = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: either, and any result ([sfc] drawn_conditions states which)";
+
+/// A Boolean variable that may stay as it is where nothing switches its action.
+struct Kept {
+    /// The instruction that says so.
+    says: usize,
+    cell: Cell,
+    /// The instruction that writes it.
+    writes: usize,
+}
+
+pub(super) fn jump_key() -> Option<TimingKey> {
+    Some(Assembler::key(&["JMP"], "jump"))
+}
+
+impl Lower<'_> {
+    /// Executes the actions of a chart. `outputs`: what came of the control of each.
+    pub(super) fn actions(&mut self, own: &Own<'_>, outputs: &[Output]) {
+        let rounds = turns::rounds(&own.chart.orders, self.options.charts.action_order);
+        let ended: Vec<Logic> = outputs.iter().map(|output| output.on.clone().not()).collect();
+        let mut kept: Vec<Vec<Kept>> = outputs.iter().map(|_| Vec::new()).collect();
+        turns::in_turns(self, &rounds, &ended, &mut |lower, number| {
+            let (action, output) = (&own.chart.actions[number], &outputs[number]);
+            lower.at(action.line, &action.name);
+            match &action.body {
+                ActionBody::Inline(step, block, code) => {
+                    let block = &own.written.steps[*step].blocks[*block];
+                    lower.in_block(own.at, (&block.target, code), output.runs.clone());
+                }
+                ActionBody::Variable(place) => {
+                    let found = lower.action_variable(own.at, place, output, action.line);
+                    kept[number].extend(found);
+                }
+                ActionBody::Call(call) => lower.action_called(own.at, call, &output.runs),
+                ActionBody::Computed(call, _) if lower.options.charts.drawn_last_scan => {
+                    lower.action_called(own.at, call, &output.runs);
+                }
+                ActionBody::Computed(call, computed) => {
+                    // Other controllers execute these blocks where they evaluate the condition, and no run may rest on what
+                    // they take here.
+                    let elsewhere = lower.any_bit(DRAWN);
+                    let skip = lower.jump(elsewhere, None);
+                    lower.executed(own.at, call, output.runs.clone());
+                    lower.land(skip);
+                    lower.landing();
+                    lower.open_computed(own.at, *computed, action.line);
+                }
+            }
+        });
+        for all in kept {
+            let own: Vec<usize> = all.iter().map(|one| one.writes).collect();
+            for Kept { says, cell, .. } in all {
+                self.open_ends.push(OpenEnd::Variable { at: says, cell, own: own.clone() });
+            }
+        }
+    }
+
+    /// Executes what stands in an action block itself.
+    fn in_block(&mut self, at: &Context, (target, code): (&BlockTarget, &Code), runs: Logic) {
+        let skip = self.jump(runs.not(), jump_key());
+        match (target, code) {
+            (BlockTarget::Inline(_, body), Code::Statements(statements)) => {
+                let around = self.enter(body);
+                let mut targets = JumpTargets { ends: Some(Vec::new()), ..JumpTargets::default() };
+                self.statements(at, statements, &mut targets);
+                targets.ends.into_iter().flatten().for_each(|jump| self.land(jump));
+                self.leave(around);
+            }
+            (_, Code::Unread(fault)) => self.fault(fault.clone()),
+            _ => {}
+        }
+        self.land(skip);
+        self.landing();
+    }
+
+    /// A Boolean variable takes the value that its action has.
+    fn action_variable(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        output: &Output,
+        line: u32,
+    ) -> Option<Kept> {
+        let Output { on, may_stay, .. } = output.clone();
+        let written = self.find(at, place, line).and_then(|found| {
+            let bool = self.tree.types.elementary(Elementary::Bool);
+            let before = match &found {
+                Found::Spot(spot) if spot.ty == bool => {
+                    spot.tag.cell().map_or(Before::Any, Before::Cell)
+                }
+                Found::WordBit(cell, bit, _) => Before::Bit(*cell, *bit),
+                _ => Before::Any,
+            };
+            let (on, open) = self.held(&before, on, may_stay);
+            Ok((self.writes(found, Value::Bit(on), line)?, open))
+        });
+        let (writes, open) = match written {
+            Ok(written) => written,
+            Err(fault) => {
+                self.fault(fault);
+                return None;
+            }
+        };
+        let effects = writes.into_iter().map(always).collect();
+        let key = Some(Assembler::key(&["ST"], "move"));
+        let writes = self.assembler().builder.add(key, effects, Step::Nothing);
+        let only_here = self.begins_off(place) && !self.options.charts.others_write;
+        let (says, cell) = open.filter(|_| only_here)?;
+        Some(Kept { says, cell, writes })
+    }
+
+    /// Whether a variable of the unit, or a global one, begins with FALSE.
+    fn begins_off(&self, place: &Place) -> bool {
+        let (Root::Variable(id), []) = (place.root, &place.steps[..]) else { return false };
+        let one = self.tree.variable(id);
+        match &one.initial {
+            Some(initial) => matches!(initial.kind, ExprKind::Bool(false)),
+            None => matches!(one.first, First::Zero) && !matches!(one.owner, Owner::Routine(_)),
+        }
+    }
+
+    /// Calls an action; where RETURN ends it, the chart may end there, too.
+    fn action_called(&mut self, at: &Context, call: &Statement, runs: &Logic) {
+        let Some(returned) = self.own_action(at, call) else {
+            return self.executed(at, call, runs.clone());
+        };
+        self.write(vec![set(returned, Logic::Const(false))]);
+        self.executed(at, call, runs.clone());
+        let whole = self.differs(ENDS_CHART);
+        let goes_on = self.jump(all([Logic::cell(returned), whole]).not(), None);
+        self.assembler().builder.add(None, Vec::new(), Step::Return);
+        self.land(goes_on);
+        self.landing();
+    }
+
+    /// The bit that says that RETURN ended the action of the own instance that a statement calls.
+    fn own_action(&mut self, at: &Context, call: &Statement) -> Option<Cell> {
+        let StatementKind::Call(Call { target: Target::Action(place, id), .. }) = &call.kind else {
+            return None;
+        };
+        if place.root != Root::This || !place.steps.is_empty() {
+            return None;
+        }
+        let own = self.tree.dispatched(self.instances[at.instance].unit, *id);
+        self.returned(at.instance, own)
+    }
+
+    /// The bit that says that RETURN ended an action of an instance, if it has one.
+    pub(super) fn returned(&mut self, instance: usize, action: RoutineId) -> Option<Cell> {
+        let Code::Statements(statements) = &self.tree.routine(action).code else { return None };
+        let mut has_any = false;
+        each_statement(statements, &mut |one| {
+            has_any |= matches!(one.kind, StatementKind::Return(_));
+        });
+        if !has_any {
+            return None;
+        }
+        if let Some(&known) = self.charts.returned.get(&(instance, action)) {
+            return Some(known);
+        }
+        let cell = self.bit_between();
+        self.charts.returned.insert((instance, action), cell);
+        Some(cell)
+    }
+
+    /// Lets what the blocks of drawn conditions give be any value.
+    fn open_computed(&mut self, at: &Context, computed: RoutineId, line: u32) {
+        let Code::Statements(statements) = &self.tree.routine(computed).code else { return };
+        let mut any = Vec::new();
+        for one in statements {
+            let kind = match &one.kind {
+                StatementKind::CallIf(_, inner) => &inner.kind,
+                kind => kind,
+            };
+            let place = match kind {
+                StatementKind::Assign(place, _) | StatementKind::Copy(place, _) => place,
+                StatementKind::Call(Call {
+                    target: Target::Instance(place, _) | Target::Standard(place, _),
+                    ..
+                }) => place,
+                _ => continue,
+            };
+            if let Ok(Found::Spot(spot)) = self.find(at, place, line) {
+                any.extend(self.given_by(&spot, line));
+            }
+        }
+        let choice = self.builder.choice();
+        let writes = any.into_iter().map(|region| Write::Havoc(region, choice)).collect();
+        let at = self.write(writes);
+        self.program().approximate(at, DRAWN);
+    }
+
+    /// What others read of what a block of a drawn condition writes.
+    fn given_by(&mut self, spot: &super::places::Spot, line: u32) -> Vec<Region> {
+        match self.tree.types.get(spot.ty) {
+            Typed::Block(_) => {
+                let what = format!(
+                    "{}: controllers execute a function block in a drawn condition in each scan, or where they evaluate the condition",
+                    spot.name
+                );
+                let help = "state [sfc] drawn_conditions = \"last-scan\" for the first (Beremiz, OpenPLC), or call it in an action";
+                let fault = Fault::new(line, what).code(FaultCode::NotModelled).help(help);
+                self.fault(fault);
+                Vec::new()
+            }
+            // What a timer remembers is not read by others.
+            Typed::Standard(block) if block.is_timer() => [Pin::Q, Pin::Et]
+                .into_iter()
+                .filter_map(|pin| self.stepped(spot, None, &PathStep::Pin(pin)))
+                .flat_map(|part| part.tag.regions())
+                .collect(),
+            _ => spot.tag.regions(),
+        }
+    }
+}
+
+impl Lower<'_> {
+    /// What a chart reads and writes, and all that it calls.
+    pub(super) fn of_chart(
+        &mut self,
+        at: &Context,
+        id: RoutineId,
+        chart: &scanbound_iec_tree::charts::Chart,
+        found: &mut super::effects::Effects,
+    ) {
+        let own = self.chart_cell(at.instance, id);
+        found.reads.insert(own);
+        found.writes.insert(own);
+        for one in &chart.conditions {
+            self.of_expr(at, one, found);
+        }
+        let hooks = chart.steps.iter().flat_map(|step| [&step.exit, &step.entry, &step.active]);
+        for one in hooks.flatten() {
+            self.of_statements(at, std::slice::from_ref(one), found);
+        }
+        for action in &chart.actions {
+            action.times.iter().flatten().for_each(|time| self.of_expr(at, time, found));
+            match &action.body {
+                ActionBody::Inline(_, _, Code::Statements(all)) => {
+                    self.of_statements(at, all, found);
+                }
+                ActionBody::Inline(..) => found.anything = true,
+                ActionBody::Variable(place) => {
+                    self.looked_at(at, place, found);
+                    self.written(at, place, found);
+                }
+                ActionBody::Call(call) | ActionBody::Computed(call, _) => {
+                    self.of_statements(at, std::slice::from_ref(call), found);
+                }
+            }
+        }
+        for &flag in [&chart.halt, &chart.restart].into_iter().flatten() {
+            if let Ok(spot) = self.variable(at, flag) {
+                add(&mut found.reads, spot.tag.regions());
+            }
+        }
+    }
+}

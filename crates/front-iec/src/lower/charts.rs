@@ -1,0 +1,408 @@
+//! Charts as instructions: steps and stored actions are bits that nobody else knows.
+
+use super::super::assembler::Assembler;
+use super::super::control::Whole;
+use super::super::expr::read;
+use super::super::memory::{Memory, all, any, layout, memory, set};
+use super::super::types::{Kind, Ty};
+use super::super::value::Value;
+use super::super::{invariant, turns};
+use super::Lower;
+use super::actions::jump_key;
+use super::places::Context;
+use super::statements::JumpTargets;
+use scanbound_base::facts::ActionOrder;
+use scanbound_front::builder::always;
+use scanbound_iec::Body;
+use scanbound_iec::chart::{Chart as Written, Qualifier};
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
+use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
+use scanbound_iec_tree::tree::{ExprKind, Statement};
+use scanbound_ir::{Cell, Logic, Step, Tag};
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+/// What is asked of the way in which charts are executed.
+pub(super) struct Options {
+    /// Whether actions are executed before transitions are evaluated.
+    pub(super) actions_first: bool,
+    /// Whether of transitions that compete and of which one has no priority, all clear that are true.
+    pub(super) all_clear: bool,
+    /// In which order actions are executed, as the user states.
+    pub(super) action_order: Option<ActionOrder>,
+    /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.
+    pub(super) drawn_last_scan: bool,
+    /// Whether others than the program may write variables.
+    pub(super) others_write: bool,
+}
+
+/// What is known of charts while a program is lowered.
+#[derive(Default)]
+pub(super) struct Charts {
+    /// What the chart of a routine of an instance remembers.
+    pub(super) memories: BTreeMap<(usize, RoutineId), Rc<Memory>>,
+    /// Instances whose charts begin anew with every call.
+    pub(super) begun_anew: BTreeSet<usize>,
+    /// The bits that say that RETURN ended an action.
+    pub(super) returned: BTreeMap<(usize, RoutineId), Cell>,
+    /// The numbers of charts, to tell what they remember apart before it has cells.
+    pub(super) numbers: BTreeMap<(usize, RoutineId), u32>,
+}
+
+/// A chart that is lowered.
+pub(super) struct Own<'c> {
+    pub(super) at: &'c Context,
+    pub(super) chart: &'c Chart,
+    pub(super) written: &'c Written,
+    pub(super) memory: Rc<Memory>,
+}
+
+impl<'t> Lower<'t> {
+    /// The body of a routine as it is written.
+    pub(super) fn written_body(&self, id: RoutineId) -> Option<&'t Body> {
+        let (tree, project) = (self.tree, self.project);
+        let routine = tree.routine(id);
+        let (unit, pou) = (tree.unit(routine.unit), &project.pous[routine.unit.index()]);
+        let at = |all: &[RoutineId]| all.iter().position(|&one| one == id);
+        Some(match routine.kind {
+            RoutineKind::Body => &pou.body,
+            RoutineKind::Action => &pou.actions[at(&unit.actions)?].body,
+            RoutineKind::Method => &pou.methods[at(&unit.methods)?].body,
+        })
+    }
+
+    /// The chart that a routine is, as it is written.
+    pub(super) fn written_chart(&self, id: RoutineId) -> Option<&'t Written> {
+        match self.written_body(id)? {
+            Body::Chart(chart) => Some(chart),
+            _ => None,
+        }
+    }
+
+    /// What the chart of a routine of an instance remembers.
+    pub(super) fn chart_memory(&mut self, instance: usize, id: RoutineId) -> Option<Rc<Memory>> {
+        if let Some(known) = self.charts.memories.get(&(instance, id)) {
+            return Some(known.clone());
+        }
+        let Code::Chart(own) = &self.tree.routine(id).code else { return None };
+        let chart = self.written_chart(id)?;
+        let tag = self.chart_tag(instance, id, chart)?;
+        let memory = Rc::new(memory(chart, &tag)?);
+        self.charts.memories.insert((instance, id), memory.clone());
+        // The power may fail in the midst of a scan, and the chart goes on with what stood there.
+        let invariants = match self.is_retained(instance) {
+            true => Vec::new(),
+            false => {
+                let options = &self.options.charts;
+                let always_acts = !options.actions_first && own.halt.is_none();
+                invariant::of(chart, &memory, always_acts, options.all_clear)
+            }
+        };
+        let program = self.program();
+        program.invariants.extend(invariants);
+        program.charts.exclusions = program.invariants.len();
+        let actions = memory.actions.iter().map(|action| action.on);
+        program.charts.active.extend(memory.steps.iter().copied().chain(actions));
+        Some(memory)
+    }
+
+    fn chart_tag(&mut self, instance: usize, id: RoutineId, chart: &Written) -> Option<Tag> {
+        let tree = self.tree;
+        let owner = &self.instances[instance];
+        let routine = tree.routine(id);
+        let is_nearest = match routine.kind {
+            RoutineKind::Body => self.body_in(owner.unit) == Some(id),
+            _ => tree.dispatched(owner.unit, id) == id,
+        };
+        let unit = &tree.unit(routine.unit).name;
+        let name = match (routine.kind, is_nearest) {
+            (RoutineKind::Body, true) => owner.spot.name.clone(),
+            (RoutineKind::Body, false) => format!("{}.{unit}", owner.spot.name),
+            (_, true) => format!("{}.{}", owner.spot.name, routine.name),
+            (_, false) => format!("{}.{unit}::{}", owner.spot.name, routine.name),
+        };
+        self.hidden(&name, layout(chart))
+    }
+
+    /// Whether a step is active, or for how long.
+    pub(super) fn step_flag(
+        &mut self,
+        at: &Context,
+        flag: &StepFlag,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let instance = self.instance_of(at, &flag.owner, line)?;
+        let memory = self.chart_memory(instance, flag.chart).ok_or_else(|| no_room(line))?;
+        let time = &memory.times[flag.step];
+        if flag.is_time {
+            self.times_read.insert(time.cell);
+            self.cost(&["LD"], "contact");
+            return Ok(read(time.cell, &Ty::Number(Kind::Time)));
+        }
+        Ok(Value::Bit(match time.steps[..] {
+            [step] => Logic::cell(memory.steps[step]),
+            _ => memory.active(&time.steps),
+        }))
+    }
+
+    /// Lowers the chart that a routine is.
+    pub(super) fn chart(&mut self, at: &Context, id: RoutineId, chart: &Chart) {
+        let Some(written) = self.written_chart(id) else { return };
+        let Some(memory) = self.chart_memory(at.instance, id) else {
+            return self.fault(no_room(written.line));
+        };
+        let own = Own { at, chart, written, memory };
+        let flag = |lower: &mut Self, id| {
+            let spot = lower.variable(at, id).ok()?;
+            spot.tag.cell()
+        };
+        let halt = chart.halt.and_then(|id| flag(self, id));
+        let restart = chart.restart.and_then(|id| flag(self, id));
+        self.at(written.line, "SFC");
+        let first = self.keep_bit(Logic::cell(own.memory.started).not());
+        let begins = any([first.clone()]
+            .into_iter()
+            .chain(halt.into_iter().chain(restart).map(Logic::cell)));
+        let begins = self.keep_bit(begins);
+        self.times_go_on(&own.memory);
+        // matiec evaluates transitions in the first scan, too, and enters no step then. It takes actions as they are declared,
+        // and has no charts that begin anew with every call, nor those of CODESYS and TwinCAT.
+        let may_be_matiec = !self.options.charts.actions_first
+            && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared))
+            && !self.charts.begun_anew.contains(&at.instance);
+        self.begin_chart(&own, &begins, &first, may_be_matiec);
+        let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
+        let actions_first = self.options.charts.actions_first;
+        if actions_first {
+            self.act(&own);
+        }
+        let looks = match may_be_matiec {
+            true => all([first, self.differs("the first scan looks at transitions")]),
+            false => Logic::Const(false),
+        };
+        let skip = self.jump(all([begins, looks.not()]), None);
+        self.evolve(&own);
+        self.land(skip);
+        self.landing();
+        if !actions_first {
+            self.act(&own);
+        }
+        if let Some(stop) = stop {
+            self.land(stop);
+            self.landing();
+        }
+    }
+
+    /// Lets what a chart remembers be as at first. `first`: whether this is the first scan.
+    fn begin_chart(&mut self, own: &Own<'_>, begins: &Logic, first: &Logic, may_be_matiec: bool) {
+        let memory = &own.memory;
+        let mut resets = vec![set(memory.started, Logic::Const(true))];
+        for (cell, step) in memory.steps.iter().zip(&own.written.steps) {
+            resets.push(set(*cell, Logic::Const(step.initial)));
+        }
+        for action in &memory.actions {
+            let own = action.inputs.iter().flat_map(|input| [input.was, input.stored, input.over]);
+            let cells = own.chain([action.on, action.stored]);
+            resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
+        }
+        let entered = match may_be_matiec {
+            true => self.differs("initial steps are not entered in the first scan"),
+            false => Logic::Const(false),
+        };
+        let entered = all([first.clone(), entered]);
+        for (&cell, step) in memory.were.iter().zip(&own.written.steps) {
+            let was = if step.initial { entered.clone() } else { Logic::Const(false) };
+            resets.push(set(cell, was));
+        }
+        self.write_if(begins.clone(), resets, None);
+        self.times_begin(memory, begins);
+    }
+
+    fn evolve(&mut self, own: &Own<'_>) {
+        let (chart, memory) = (own.written, &own.memory);
+        let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
+        self.write(none);
+        let mut entering = vec![Vec::new(); chart.steps.len()];
+        let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
+        for (number, one) in chart.transitions.iter().enumerate() {
+            let text = format!("TRANSITION {}", chart.transition_name(number));
+            self.at(one.line, &text);
+            let from = self.builder.next();
+            let before = one.from.iter().flat_map(|&step| &leaving[step]);
+            let before: BTreeSet<usize> = before.copied().collect();
+            let rivals = before.into_iter().filter(|&other| {
+                let other = &chart.transitions[other];
+                (one.has_priority && other.has_priority) || !self.options.charts.all_clear
+            });
+            let steps = one.from.iter().map(|&step| Logic::cell(memory.steps[step]));
+            let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
+            let enabled = all(steps.chain(rivals));
+            let enabled = self.keep_bit(enabled);
+            one.from.iter().for_each(|&step| leaving[step].push(number));
+            one.to.iter().for_each(|&step| entering[step].push(number));
+            let key = Assembler::key(&["TRANSITION"], "nothing");
+            self.act_where(key, Vec::new(), enabled.clone());
+            let skip = self.jump(enabled.not(), None);
+            match self.bit(own.at, &own.chart.conditions[number]) {
+                Ok(condition) => {
+                    let effects = vec![always(set(memory.clears[number], condition.clone()))];
+                    let key = Assembler::key(&["CLEAR"], "nothing");
+                    self.act_where(key, effects, condition);
+                    if one.has_priority && number + 1 < chart.transitions.len() {
+                        self.flags_end_early(memory, &one.from, memory.clears[number]);
+                    }
+                }
+                Err(fault) => {
+                    let owner = &self.instances[own.at.instance].spot.name;
+                    let fault =
+                        fault.within(&format!("{owner}, {}", chart.transition_name(number)));
+                    self.fault(fault);
+                }
+            }
+            self.land(skip);
+            self.landing();
+            self.counted_part(from, one.line, &text, 1);
+        }
+        let clear = |which: &[usize]| any(which.iter().map(|&at| Logic::cell(memory.clears[at])));
+        self.times_of_entered(chart, memory);
+        let moves = memory.steps.iter().enumerate().map(|(step, &cell)| {
+            let (entered, left) = (clear(&entering[step]), clear(&leaving[step]));
+            set(cell, any([entered, all([Logic::cell(cell), left.not()])]))
+        });
+        let moves = moves.collect();
+        self.write(moves);
+        self.times_end(memory);
+    }
+
+    fn act_where(
+        &mut self,
+        key: scanbound_ir::TimingKey,
+        effects: Vec<scanbound_ir::Effect>,
+        fires: Logic,
+    ) {
+        self.assembler().builder.add(Some(key), effects, Step::Act { fires });
+    }
+
+    /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions behind it.
+    fn flags_end_early(&mut self, memory: &Memory, from: &[usize], clears: Cell) {
+        if self.options.charts.actions_first {
+            return;
+        }
+        let early = self.differs("a transition with a priority ends its steps at once");
+        let stays = self.keep_bit(all([Logic::cell(clears), early]).not());
+        let flags = from.iter().map(|&step| memory.steps[step]);
+        let ends = flags.map(|flag| set(flag, all([Logic::cell(flag), stays.clone()])));
+        self.write(ends.collect());
+    }
+
+    /// Steps, then what they execute as they end, as they begin and while they are active, then actions.
+    fn act(&mut self, own: &Own<'_>) {
+        let (chart, memory) = (own.written, &own.memory);
+        for (step, one) in chart.steps.iter().enumerate() {
+            self.at(one.line, &format!("STEP {}", one.name));
+            let key = Assembler::key(&["STEP"], "nothing");
+            self.act_where(key, Vec::new(), Logic::cell(memory.steps[step]));
+        }
+        self.hooks(own);
+        for one in &chart.macros {
+            // A macro step has a flag and a time of its own to keep up.
+            self.at(one.line, &format!("STEP {}", one.name));
+            let key = Assembler::key(&["STEP"], "nothing");
+            self.act_where(key, Vec::new(), memory.active(&one.steps));
+        }
+        let whole = Whole {
+            reset_only_stored: self.differs("R holds off only what is stored"),
+            no_final_scan: self.differs("actions have no final scan"),
+        };
+        let mut outputs = Vec::new();
+        for (one, action) in own.chart.actions.iter().zip(&memory.actions) {
+            let text = format!("ACTION {}", one.name);
+            self.at(one.line, &text);
+            let from = self.builder.next();
+            let kinds = action.feeds.iter().map(|feed| feed.qualifier);
+            let at_once = self.times_over(own.at, one, kinds);
+            outputs.push(self.control(memory, action, &whole, &at_once));
+            self.counted_part(from, one.line, &text, one.blocks);
+        }
+        let keep = memory.were.iter().zip(&memory.steps);
+        let keep = keep.map(|(&was, &now)| set(was, Logic::cell(now))).collect();
+        self.write(keep);
+        self.actions(own, &outputs);
+    }
+
+    /// Executes what steps do besides their action blocks.
+    fn hooks(&mut self, own: &Own<'_>) {
+        let memory = &own.memory;
+        // The power may fail in the midst of a scan: then the markings that are kept may be any.
+        let may_be_any = self.options.charts.all_clear || self.is_retained(own.at.instance);
+        let which: [fn(&Hooks) -> &Option<Statement>; 3] =
+            [|step| &step.exit, |step| &step.entry, |step| &step.active];
+        for (number, hook) in which.into_iter().enumerate() {
+            let all_steps = own.chart.steps.iter().enumerate();
+            let hooks: Vec<(usize, &Statement)> =
+                all_steps.filter_map(|(at, step)| Some((at, hook(step).as_ref()?))).collect();
+            let never = vec![Logic::Const(false); hooks.len()];
+            let rounds = turns::of_steps(own.written, hooks.len(), may_be_any);
+            turns::in_turns(self, &rounds, &never, &mut |lower, which| {
+                let (at, call) = hooks[which];
+                let step = &own.written.steps[at];
+                let [now, was] = [memory.steps[at], memory.were[at]].map(Logic::cell);
+                let fires = match number {
+                    0 => all([was, now.not()]),
+                    1 => all([now, was.not()]),
+                    _ => now,
+                };
+                let text = format!("STEP {}", step.name);
+                lower.at(step.line, &text);
+                let from = lower.builder.next();
+                lower.executed(own.at, call, fires);
+                lower.counted_part(from, step.line, &text, 1);
+            });
+        }
+    }
+
+    /// Of each input of an action's control, whether its time is 0 or less.
+    fn times_over(
+        &mut self,
+        at: &Context,
+        action: &Action,
+        kinds: impl Iterator<Item = Qualifier>,
+    ) -> Vec<Logic> {
+        let mut found = Vec::new();
+        for (time, kind) in action.times.iter().zip(kinds) {
+            let Some(time) = time.as_ref().map(|time| time.unconverted()) else {
+                found.push(Logic::Const(kind.is_timed()));
+                continue;
+            };
+            if let ExprKind::Time(time) = time.kind {
+                found.push(Logic::Const(time <= 0));
+                continue;
+            }
+            let number = self.value(at, time);
+            let number = number.and_then(|value| self.as_number(value, Kind::Time, action.line));
+            found.push(match number {
+                Ok(number) => self.is_no_time(number),
+                Err(fault) => {
+                    self.fault(fault);
+                    Logic::Const(false)
+                }
+            });
+        }
+        found
+    }
+
+    /// Executes a statement where a condition holds; it is counted with what it belongs to.
+    pub(super) fn executed(&mut self, at: &Context, one: &Statement, fires: Logic) {
+        let skip = self.jump(fires.not(), jump_key());
+        let around = self.leave_out();
+        self.statements(at, std::slice::from_ref(one), &mut JumpTargets::default());
+        self.leave(around);
+        self.land(skip);
+        self.landing();
+    }
+}
+
+fn no_room(line: u32) -> Fault {
+    Fault::new(line, "there is no room for the chart")
+}

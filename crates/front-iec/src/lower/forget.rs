@@ -1,0 +1,86 @@
+//! Instances that begin anew with every call: what their charts remember begins anew with them.
+
+use super::super::memory::set;
+use super::super::value::constant;
+use super::Lower;
+use super::places::Spot;
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::{Code, RoutineId, UnitId};
+use scanbound_iec_tree::tree::Step;
+use scanbound_iec_tree::types::Type as Typed;
+use scanbound_ir::{AreaKind, Logic, Region, WordTarget, Write};
+
+/// Larger arrays of charts are not begun anew.
+const MOST: i64 = 4096;
+
+impl Lower<'_> {
+    /// The routines of a unit, and of those that it extends, that are charts.
+    pub(super) fn charts_of(&self, unit: UnitId) -> Vec<RoutineId> {
+        let tree = self.tree;
+        let units: Vec<_> = tree.lineage(unit).into_iter().map(|one| tree.unit(one)).collect();
+        let actions = units.iter().flat_map(|unit| &unit.actions);
+        let methods = units.iter().flat_map(|unit| &unit.methods);
+        let all = units.iter().map(|unit| &unit.body).chain(actions).chain(methods).copied();
+        all.filter(|&id| matches!(tree.routine(id).code, Code::Chart(_))).collect()
+    }
+
+    /// Lets the charts in a variable remember nothing, as before their first scan.
+    pub(super) fn forget(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
+        if !self.has_charts(spot.ty) {
+            return Ok(());
+        }
+        let tree = self.tree;
+        let mut parts = Vec::new();
+        match tree.types.get(spot.ty) {
+            Typed::Block(unit) => {
+                self.forget_own(spot, *unit);
+                let members = tree.members(*unit).into_iter();
+                parts.extend(members.filter_map(|id| self.member(spot, *unit, id)));
+            }
+            Typed::Struct(id) => {
+                let numbers = 0..tree.types.parts(*id).len();
+                parts.extend(numbers.filter_map(|at| self.stepped(spot, None, &Step::Part(at))));
+            }
+            Typed::Array(dimensions, of) => {
+                let refused = || {
+                    let told = format!(
+                        "{} begins anew with every call, and what the charts in so many instances remember is not followed",
+                        spot.name
+                    );
+                    let help = "declare the instance in the VAR of a function block or a program";
+                    Fault::new(line, told).code(FaultCode::NotModelled).help(help)
+                };
+                let [(low, high)] = dimensions[..] else { return Err(refused()) };
+                if high - low >= MOST {
+                    return Err(refused());
+                }
+                for number in low..=high {
+                    let tag = spot.tag.element(number).ok_or_else(refused)?;
+                    parts.push(Spot { name: format!("{}[{number}]", spot.name), tag, ty: *of });
+                }
+            }
+            _ => {}
+        }
+        parts.iter().try_for_each(|part| self.forget(part, line))
+    }
+
+    /// The same of the charts of one instance.
+    fn forget_own(&mut self, spot: &Spot, unit: UnitId) {
+        let instance = self.instance(spot, unit);
+        self.charts.begun_anew.insert(instance);
+        for id in self.charts_of(unit) {
+            let Some(memory) = self.chart_memory(instance, id) else { continue };
+            let mut writes = Vec::new();
+            for region in memory.tag.regions() {
+                let Region::Range { first, count } = region else { continue };
+                let is_bit = self.program().areas[usize::from(first.area.0)].kind == AreaKind::Bit;
+                writes.extend((0..count).map(|at| match is_bit {
+                    true => set(first.plus(at), Logic::Const(false)),
+                    false => Write::Words(vec![WordTarget::Cell(first.plus(at))], constant(0, 1)),
+                }));
+            }
+            self.write(writes);
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have in the
+//! chart as it is written ([`scanbound_iec::chart::Chart`]), which says how they hang together.
+
+use crate::declarations::{Code, RoutineId, VarId};
+use crate::tree::{Expr, Place, Statement};
+
+/// A chart.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// The steps.
+    pub steps: Vec<Hooks>,
+    /// The conditions of the transitions.
+    pub conditions: Vec<Expr>,
+    /// The actions, in the order in which blocks first name them.
+    pub actions: Vec<Action>,
+    /// In which order controllers execute them.
+    pub orders: Orders,
+    /// The variable that stops the chart in its initial state while it is true (`SFCInit`).
+    pub halt: Option<VarId>,
+    /// The variable that takes the chart back to its initial state (`SFCReset`).
+    pub restart: Option<VarId>,
+}
+
+/// What a step executes besides its action blocks.
+#[derive(Debug, Clone)]
+pub struct Hooks {
+    /// Once when it has ended.
+    pub exit: Option<Statement>,
+    /// Once when it becomes active.
+    pub entry: Option<Statement>,
+    /// While it is active.
+    pub active: Option<Statement>,
+}
+
+/// In which order actions are executed, by their numbers. The third order is the one in which blocks first name them.
+#[derive(Debug, Clone)]
+pub struct Orders {
+    /// As they are declared: Boolean variables first, then the unit's actions, then all others.
+    pub declared: Vec<usize>,
+    /// By their names.
+    pub alphabetical: Vec<usize>,
+}
+
+/// An action of a chart.
+#[derive(Debug, Clone)]
+pub struct Action {
+    /// Its name, for messages.
+    pub name: String,
+    /// The times of the inputs of its control.
+    pub times: Vec<Option<Expr>>,
+    /// How many blocks name it.
+    pub blocks: usize,
+    /// What is done while it is on.
+    pub body: ActionBody,
+    /// The line of the first block that names it.
+    pub line: u32,
+}
+
+/// What an action does.
+#[derive(Debug, Clone)]
+pub enum ActionBody {
+    /// What stands in a block itself, by the numbers of its step and of the block there.
+    Inline(usize, usize, Code),
+    /// A Boolean variable is true.
+    Variable(Place),
+    /// An action is called.
+    Call(Statement),
+    /// The blocks of drawn conditions are executed, by a call of this action of the unit.
+    Computed(Statement, RoutineId),
+}
+
+/// A step or a macro step of a chart of an instance, and what is read of it.
+#[derive(Debug, Clone)]
+pub struct StepFlag {
+    /// The instance.
+    pub owner: Place,
+    /// The routine that is the chart.
+    pub chart: RoutineId,
+    /// The number of the step; those of macro steps follow those of steps.
+    pub step: usize,
+    /// Whether it is asked for how long the step is active (`S.T`), or whether it is (`S.X`).
+    pub is_time: bool,
+}

@@ -1,0 +1,211 @@
+//! Charts with what they name.
+
+use super::paths::{Found, start};
+use super::statements::Labels;
+use super::{Resolver, Scope};
+use crate::charts::{Action, ActionBody, Chart, Hooks, Orders, StepFlag};
+use crate::declarations::{Code, RoutineId, UnitId, VarId};
+use crate::tree::{Expr, ExprKind, Place, Root, Statement};
+use crate::types::{Elementary, Type};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::ast::{self, Kind, Part, Path};
+use scanbound_iec::chart::{self as written, COMPUTED, Target};
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{Body, Pou, same};
+
+/// In which orders controllers execute the actions of a chart.
+#[must_use]
+pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
+    let names = chart.actions();
+    let mut alphabetical: Vec<usize> = (0..names.len()).collect();
+    alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
+    // Boolean variables come first, then what is declared, then what stands in blocks themselves or belongs to instances.
+    let rank = |&at: &usize| {
+        let name = &names[at];
+        let own = pou.actions.iter().position(|one| same(&one.name, name));
+        let first = chart.blocks_of(name).next();
+        let is_inline = first.is_some_and(|(_, one)| matches!(one.target, Target::Inline(..)));
+        let is_variable = own.is_none() && !is_inline && !name.contains('.');
+        (!is_variable, own.unwrap_or(usize::MAX))
+    };
+    let mut declared: Vec<usize> = (0..names.len()).collect();
+    declared.sort_by_key(rank);
+    Orders { declared, alphabetical }
+}
+
+impl Resolver<'_> {
+    pub(super) fn chart(&mut self, scope: Scope, unit: UnitId, chart: &written::Chart) -> Chart {
+        let pou = &self.project.pous[unit.index()];
+        let steps = chart.steps.iter().map(|step| {
+            let mut hook = |path: &Option<Path>| {
+                path.as_ref().map(|path| self.called_action(scope, path, step.line))
+            };
+            Hooks { exit: hook(&step.exit), entry: hook(&step.entry), active: hook(&step.active) }
+        });
+        let steps = steps.collect();
+        let all = chart.transitions.iter();
+        let conditions = all.map(|one| self.expression(scope, &one.condition, one.line)).collect();
+        let names = chart.actions();
+        let actions = names.iter().map(|name| self.action(scope, pou, chart, name)).collect();
+        Chart {
+            steps,
+            conditions,
+            actions,
+            orders: orders(chart, pou),
+            halt: self.flag(unit, "SFCInit"),
+            restart: self.flag(unit, "SFCReset"),
+        }
+    }
+
+    /// The Boolean variable of a unit by which a chart is controlled.
+    fn flag(&self, unit: UnitId, name: &str) -> Option<VarId> {
+        let is_bool = |id: &VarId| self.tree.variable(*id).ty == self.bool();
+        self.index.member(unit, name).filter(is_bool)
+    }
+
+    fn called_action(&mut self, scope: Scope, path: &Path, line: u32) -> Statement {
+        let call = ast::Statement { line, kind: Kind::Call(path.clone(), Vec::new()) };
+        self.statement(scope, &call, &mut Labels::default())
+    }
+
+    fn action(&mut self, scope: Scope, pou: &Pou, chart: &written::Chart, name: &str) -> Action {
+        let blocks = chart.blocks_of(name).count();
+        let line = chart.blocks_of(name).next().map_or(chart.line, |(_, block)| block.line);
+        let times = chart.inputs_of(name).into_iter().map(|feed| {
+            let time = feed.time.map(|time| self.expression(scope, &time, line))?;
+            let of = self.tree.types.elementary(Elementary::Time);
+            Some(self.converted(time, of))
+        });
+        let times = times.collect();
+        let body = self.action_body(scope, pou, chart, name);
+        Action { name: name.to_owned(), times, blocks, body, line }
+    }
+
+    fn action_body(
+        &mut self,
+        scope: Scope,
+        pou: &Pou,
+        chart: &written::Chart,
+        name: &str,
+    ) -> ActionBody {
+        let all = chart.steps.iter().enumerate();
+        let mut all = all.flat_map(|(step, one)| {
+            one.blocks.iter().enumerate().map(move |(at, block)| (step, at, block))
+        });
+        let found = all.find(|(.., block)| same(&block.target.name(), name));
+        let Some((step, number, block)) = found else {
+            return ActionBody::Inline(0, 0, Code::Statements(Vec::new()));
+        };
+        let line = block.line;
+        let path = match &block.target {
+            Target::Path(path) => path,
+            Target::Inline(_, body) => {
+                let code = match &**body {
+                    Body::Code(_, all) => Code::Statements(self.body(scope, all, line)),
+                    Body::Unread(_, fault) => Code::Unread(fault.clone()),
+                    Body::Chart(_) => {
+                        let told = "a chart within an action block is not followed";
+                        Code::Unread(Fault::new(line, told))
+                    }
+                };
+                return ActionBody::Inline(step, number, code);
+            }
+        };
+        let is_action = |name: &str| pou.actions.iter().any(|one| same(&one.name, name));
+        if !path.as_name().is_some_and(is_action)
+            && let Ok(Found::Place(place)) = self.one_path(scope, path, line)
+        {
+            return ActionBody::Variable(place);
+        }
+        let call = self.called_action(scope, path, line);
+        let is_drawn = chart.span.is_some() && path.as_name() == Some(COMPUTED);
+        let computed = scope.unit.filter(|_| is_drawn);
+        match computed.and_then(|unit| self.index.action(unit, COMPUTED)) {
+            Some(computed) => ActionBody::Computed(call, computed),
+            None => ActionBody::Call(call),
+        }
+    }
+
+    /// What is read of a step, of a chart of the unit or of one of its actions, or of an instance.
+    pub(super) fn step_flag(
+        &mut self,
+        scope: Scope,
+        path: &Path,
+        line: u32,
+    ) -> Result<Option<Expr>, Fault> {
+        let [before @ .., Part::Name(flag)] = &path.rest[..] else { return Ok(None) };
+        let is_time = same(flag, "T");
+        let (Some(unit), true) = (scope.unit, is_time || same(flag, "X")) else { return Ok(None) };
+        // A step in macro steps has several names: `M1.S3`. The first names may lead to an instance.
+        for cut in [0].into_iter().chain((1..=before.len()).rev()) {
+            let mut names: Vec<&str> = if cut == 0 { vec![&path.first] } else { Vec::new() };
+            let behind = &before[cut.saturating_sub(1)..];
+            names.extend(behind.iter().filter_map(|part| match part {
+                Part::Name(name) => Some(name.as_str()),
+                _ => None,
+            }));
+            if names.len() != behind.len() + usize::from(cut == 0) {
+                continue;
+            }
+            let owner = match cut {
+                0 => {
+                    let ty = self.block(unit);
+                    start(Root::This, ty)
+                }
+                _ => {
+                    let rest = before[..cut - 1].to_vec();
+                    let owner = Path { first: path.first.clone(), rest };
+                    match self.one_path(scope, &owner, line) {
+                        Ok(Found::Place(place)) => place,
+                        _ => continue,
+                    }
+                }
+            };
+            let Type::Block(of) = *self.tree.types.get(owner.ty) else { continue };
+            let Some((chart, step)) = self.step_named(of, &names.join(".")) else { continue };
+            if cut == 0 && before.is_empty() && self.own_variable(scope, &path.first).is_some() {
+                let told = format!("{} may be a variable or a step", path.first);
+                let help = "give one of them another name";
+                return Err(Fault::new(line, told).code(FaultCode::DeclaredTwice).help(help));
+            }
+            return Ok(Some(self.flag_of(owner, chart, step, is_time, line)));
+        }
+        Ok(None)
+    }
+
+    fn flag_of(
+        &self,
+        owner: Place,
+        chart: RoutineId,
+        step: usize,
+        is_time: bool,
+        line: u32,
+    ) -> Expr {
+        let of = if is_time { Elementary::Time } else { Elementary::Bool };
+        let flag = StepFlag { owner, chart, step, is_time };
+        let ty = self.tree.types.elementary(of);
+        Expr { kind: ExprKind::Step(Box::new(flag)), ty, line }
+    }
+
+    /// The chart of a unit that has a step of this name, and the step's number.
+    fn step_named(&self, unit: UnitId, name: &str) -> Option<(RoutineId, usize)> {
+        self.tree.lineage(unit).into_iter().find_map(|unit| {
+            let pou = &self.project.pous[unit.index()];
+            let actions = pou.actions.iter().map(|one| &one.body);
+            let ids = [self.tree.unit(unit).body].into_iter().chain(self.actions_of(unit));
+            let mut all = [&pou.body].into_iter().chain(actions).zip(ids);
+            all.find_map(|(body, id)| {
+                let Body::Chart(chart) = body else { return None };
+                let of_macro = || {
+                    let at = chart.macros.iter().position(|one| same(&one.name, name))?;
+                    Some(chart.steps.len() + at)
+                };
+                chart.step(name).or_else(of_macro).map(|step| (id, step))
+            })
+        })
+    }
+
+    fn actions_of(&self, unit: UnitId) -> impl Iterator<Item = RoutineId> {
+        self.tree.unit(unit).actions.iter().copied()
+    }
+}
