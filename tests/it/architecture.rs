@@ -88,8 +88,8 @@ const CIRCLES: &[(&str, &[&str], &str)] = &[
     ),
     (
         "iec-tree",
-        &["blocks.rs", "declarations.rs", "standard.rs", "tree.rs", "types.rs"],
-        "types and blocks contain each other",
+        &["blocks.rs", "charts.rs", "declarations.rs", "standard.rs", "tree.rs", "types.rs"],
+        "types, blocks, routines and charts contain each other",
     ),
     (
         "iec-tree",

@@ -9,7 +9,7 @@ use super::Lower;
 use super::charts::Own;
 use super::effects::add;
 use super::places::{Context, Found};
-use super::statements::JumpTargets;
+use super::statements::{ENDS_CHART, JumpTargets, jump_key};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
 use scanbound_iec::chart::Target as BlockTarget;
@@ -21,10 +21,7 @@ use scanbound_iec_tree::tree::{
     Call, ExprKind, Place, Root, Statement, StatementKind, Step as PathStep, Target, each_statement,
 };
 use scanbound_iec_tree::types::{Elementary, Type as Typed};
-use scanbound_ir::{Cell, Logic, Region, Step, TimingKey, Write};
-
-/// What controllers do differently.
-pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
+use scanbound_ir::{Cell, Logic, Region, Step, Write};
 
 const DRAWN: &str = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: either, and any result ([sfc] drawn_conditions states which)";
 
@@ -35,10 +32,6 @@ struct Kept {
     cell: Cell,
     /// The instruction that writes it.
     writes: usize,
-}
-
-pub(super) fn jump_key() -> Option<TimingKey> {
-    Some(Assembler::key(&["JMP"], "jump"))
 }
 
 impl Lower<'_> {

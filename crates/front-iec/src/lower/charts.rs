@@ -8,9 +8,8 @@ use super::super::types::{Kind, Ty};
 use super::super::value::Value;
 use super::super::{invariant, turns};
 use super::Lower;
-use super::actions::jump_key;
 use super::places::Context;
-use super::statements::JumpTargets;
+use super::statements::{JumpTargets, jump_key};
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::Body;
@@ -20,35 +19,8 @@ use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
 use scanbound_iec_tree::tree::{ExprKind, Statement};
 use scanbound_ir::{Cell, Logic, Step, Tag};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::rc::Rc;
-
-/// What is asked of the way in which charts are executed.
-pub(super) struct Options {
-    /// Whether actions are executed before transitions are evaluated.
-    pub(super) actions_first: bool,
-    /// Whether of transitions that compete and of which one has no priority, all clear that are true.
-    pub(super) all_clear: bool,
-    /// In which order actions are executed, as the user states.
-    pub(super) action_order: Option<ActionOrder>,
-    /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.
-    pub(super) drawn_last_scan: bool,
-    /// Whether others than the program may write variables.
-    pub(super) others_write: bool,
-}
-
-/// What is known of charts while a program is lowered.
-#[derive(Default)]
-pub(super) struct Charts {
-    /// What the chart of a routine of an instance remembers.
-    pub(super) memories: BTreeMap<(usize, RoutineId), Rc<Memory>>,
-    /// Instances whose charts begin anew with every call.
-    pub(super) begun_anew: BTreeSet<usize>,
-    /// The bits that say that RETURN ended an action.
-    pub(super) returned: BTreeMap<(usize, RoutineId), Cell>,
-    /// The numbers of charts, to tell what they remember apart before it has cells.
-    pub(super) numbers: BTreeMap<(usize, RoutineId), u32>,
-}
 
 /// A chart that is lowered.
 pub(super) struct Own<'c> {

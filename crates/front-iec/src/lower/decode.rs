@@ -45,7 +45,7 @@ pub(in super::super) fn decode(
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
-        charts: super::charts::Options {
+        charts: super::ChartOptions {
             actions_first: charts.actions_first,
             all_clear: asked.facts.all_clear,
             action_order: asked.facts.action_order,

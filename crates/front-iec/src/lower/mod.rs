@@ -23,20 +23,22 @@ pub(super) use decode::decode;
 
 use super::assembler::{Assembler, VARIABLES};
 use super::decode::GivenBack;
+use super::memory::Memory as ChartMemory;
 use super::tally::{self, Tally};
 use super::types::Extent;
 use super::value::Value;
-use charts::Charts;
 use effects::Effects;
 use places::{Instance, Spot};
 use references::Targets;
+use scanbound_base::facts::ActionOrder;
 use scanbound_iec::Project;
 use scanbound_iec_tree::constants::Constants;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
-use scanbound_ir::{Area, AreaKind, Program, Radix, Role, Type};
-use std::collections::BTreeMap;
+use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, Role, Type};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
+use std::rc::Rc;
 
 /// What of an instance is executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,7 +55,34 @@ struct Options {
     stated_turns: BTreeMap<String, (i64, i64)>,
     /// Whether a loop of which nothing is known is taken to go round any number of times.
     is_incomplete: bool,
-    charts: charts::Options,
+    charts: ChartOptions,
+}
+
+/// What is asked of the way in which charts are executed.
+struct ChartOptions {
+    /// Whether actions are executed before transitions are evaluated.
+    actions_first: bool,
+    /// Whether of transitions that compete and of which one has no priority, all clear that are true.
+    all_clear: bool,
+    /// In which order actions are executed, as the user states.
+    action_order: Option<ActionOrder>,
+    /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.
+    drawn_last_scan: bool,
+    /// Whether others than the program may write variables.
+    others_write: bool,
+}
+
+/// What is known of charts while a program is lowered.
+#[derive(Default)]
+struct Charts {
+    /// What the chart of a routine of an instance remembers.
+    memories: BTreeMap<(usize, RoutineId), Rc<ChartMemory>>,
+    /// Instances whose charts begin anew with every call.
+    begun_anew: BTreeSet<usize>,
+    /// The bits that say that RETURN ended an action.
+    returned: BTreeMap<(usize, RoutineId), Cell>,
+    /// The numbers of charts, to tell what they remember apart before it has cells.
+    numbers: BTreeMap<(usize, RoutineId), u32>,
 }
 
 /// A program while it is lowered.

@@ -4,7 +4,6 @@ use super::super::assembler::Assembler;
 use super::super::memory::set;
 use super::super::types::Kind;
 use super::super::value::Value;
-use super::actions::{ENDS_CHART, jump_key};
 use super::calls::Callee;
 use super::effects::Effects;
 use super::places::{Context, Found, Instance};
@@ -20,6 +19,9 @@ use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
 
+/// What controllers do differently.
+pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
+
 /// Where jumps of a body lead: labels, and the ends of loops.
 #[derive(Default)]
 pub(super) struct JumpTargets {
@@ -31,6 +33,10 @@ pub(super) struct JumpTargets {
     pub(super) ends: Option<Vec<usize>>,
     /// In an action: the bit that says that RETURN ended it.
     pub(super) returned: Option<Cell>,
+}
+
+pub(super) fn jump_key() -> Option<scanbound_ir::TimingKey> {
+    Some(Assembler::key(&["JMP"], "jump"))
 }
 
 impl Lower<'_> {
