@@ -48,7 +48,8 @@ impl Default for Analysis {
 }
 
 impl Analysis {
-    /// An analysis without files. Without further calls, the CPU, the dialect and the timing table are found from the files.
+    /// An analysis without files. Without further calls, the CPU, the dialect and the timing table are found from the
+    /// files.
     pub fn new() -> Analysis {
         Analysis {
             inputs: Vec::new(),
@@ -64,8 +65,8 @@ impl Analysis {
         }
     }
 
-    /// Adds a file: a program, or device comments. All files are one project, and programs run in the order in which they
-    /// are added.
+    /// Adds a file: a program, or device comments. All files are one project, and programs run in the order in which
+    /// they are added.
     pub fn file(mut self, name: impl Into<String>, content: impl Into<Vec<u8>>) -> Analysis {
         self.inputs.push(Input { name: name.into(), bytes: content.into() });
         self
@@ -136,8 +137,8 @@ impl Analysis {
     /// Computes the bound.
     ///
     /// # Errors
-    /// [`Error::Input`] with all faults of the files, the facts, the table and the stated times; [`Error::Internal`] if the
-    /// analysis and the interpreter disagree, which is a fault of scanbound.
+    /// [`Error::Input`] with all faults of the files, the facts, the table and the stated times; [`Error::Internal`] if
+    /// the analysis and the interpreter disagree, which is a fault of scanbound.
     pub fn run(&self) -> Result<Report, Error> {
         let facts = match &self.facts {
             Some((name, toml)) => Facts::parse(name, toml).map_err(Error::Input)?,

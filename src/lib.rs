@@ -1,12 +1,12 @@
 //! Sound worst-case scan times of PLC programs.
 //!
-//! The stages, each in its own module: a [`front`] reads source text into a [`program::Program`]; the [`passes`] process
-//! it in the same way for every dialect; [`timing`] gives every instruction its times from a table; [`scan`] executes one
-//! scan symbolically into a [`scan::model::ScanModel`] and divides it into groups; [`solve`] finds each group's maximum;
-//! [`replay`] checks each witness. [`audit`](mod@audit) calls all of these and compares the result with a limit;
-//! [`measured`] compares it with measurements; [`report`] shows it. [`minasec`] emulates one machine, [`emulated`] a CPU
-//! that runs any program with a table's times; [`link`] communicates with PLCs; [`iec`] reads the languages of IEC 61131-3
-//! and analyses their charts, using Petri nets ([`net`]); all of them use [`base`].
+//! The stages, each in its own module: a [`front`] reads source text into a [`program::Program`]; the [`passes`]
+//! process it in the same way for every dialect; [`timing`] gives every instruction its times from a table; [`scan`]
+//! executes one scan symbolically into a [`scan::model::ScanModel`] and divides it into groups; [`solve`] finds each
+//! group's maximum; [`replay`] checks each witness. [`audit`](mod@audit) calls all of these and compares the result
+//! with a limit; [`measured`] compares it with measurements; [`report`] shows it. [`minasec`] emulates one machine,
+//! [`emulated`] a CPU that runs any program with a table's times; [`link`] communicates with PLCs; [`iec`] reads the
+//! languages of IEC 61131-3 and analyses their charts, using Petri nets ([`net`]); all of them use [`base`].
 //! `docs/glossary.md` explains the terms.
 //!
 //! # Examples

@@ -1,4 +1,5 @@
-//! Writes plant programs of any size: stations, each with its step word, relays, interlocks and alarms, under shared modes.
+//! Writes plant programs of any size: stations, each with its step word, relays, interlocks and alarms, under shared
+//! modes.
 //!
 //! The programs behave like real projects as far as the search is concerned: nearly all charges hang together
 //! through the mode bits, run flags and neighbours' handshakes, while conflicts are local to a station. One

@@ -106,8 +106,8 @@ impl Maker<'_> {
     }
 }
 
-/// A random chart that returns to its initial step. Its blocks control some of the actions m0, m1 ...; their qualifiers are from
-/// these.
+/// A random chart that returns to its initial step. Its blocks control some of the actions m0, m1 ...; their qualifiers
+/// are from these.
 pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]) -> Chart {
     let mut maker = Maker { dice, chart: Chart { line: 1, ..Chart::default() } };
     let start = maker.step(true);
@@ -140,9 +140,9 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
     chart
 }
 
-/// Whether all controllers execute its actions in the same way, except for the final scan and for blocks that override each
-/// other, which only lengthen a scan. They differ if several steps use pulses or times of the same action, and in R and the
-/// times of stored actions.
+/// Whether all controllers execute its actions in the same way, except for the final scan and for blocks that override
+/// each other, which only lengthen a scan. They differ if several steps use pulses or times of the same action, and in
+/// R and the times of stored actions.
 #[allow(dead_code)] // each test file uses its part
 pub fn is_done_alike(chart: &Chart) -> bool {
     use Qualifier as Q;

@@ -1,5 +1,5 @@
-//! Random charts with nested macro steps, as PLCopen XML, and a machine that runs them without expanding them: each macro
-//! step keeps its own chart.
+//! Random charts with nested macro steps, as PLCopen XML, and a machine that runs them without expanding them: each
+//! macro step keeps its own chart.
 
 use super::charts::Dice;
 use scanbound::iec::chart::Qualifier;

@@ -1,5 +1,5 @@
-//! The part of an OMRON PLC of the CS, CJ and CP series that random programs with counts need, written from the instructions
-//! reference manuals only. It takes mnemonics, and returns the executed lines and the memory.
+//! The part of an OMRON PLC of the CS, CJ and CP series that random programs with counts need, written from the
+//! instructions reference manuals only. It takes mnemonics, and returns the executed lines and the memory.
 
 use std::collections::BTreeMap;
 

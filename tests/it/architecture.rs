@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Crates that may depend on these crates of the workspace only, and why. What a crate may see at all, its manifest says.
+/// Crates that may depend on these crates of the workspace only, and why. What a crate may see at all, its manifest
+/// says.
 const SEES: &[(&str, &[&str], &str)] = &[
     ("replay", &["base", "ir"], "the interpreter judges the analysis and shares nothing with it"),
     ("scan", &["base", "ir", "model"], "fronts end at the program, and times are copied"),
@@ -42,8 +43,8 @@ const DIALECTS: &[&str] = &[
     "gxworks",
 ];
 
-/// The modules that may know dialects: those before the program's end, the emulator of one machine, what writes programs,
-/// and those that talk to the user.
+/// The modules that may know dialects: those before the program's end, the emulator of one machine, what writes
+/// programs, and those that talk to the user.
 const KNOW_DIALECTS: &[&str] = &[
     "front",
     "front-flowchart",
@@ -231,6 +232,19 @@ fn no_file_is_longer_than_800_lines() {
     none(
         sources().iter().filter(|s| long(s)).map(|s| format!("{}: {}", s.path, lines(s))).collect(),
     );
+}
+
+/// rustfmt leaves comments as they are.
+#[test]
+fn comments_are_at_most_120_characters_wide() {
+    // The IEC crates and their tests still have longer ones.
+    let sources = sources().into_iter().filter(|s| !s.path.contains("iec"));
+    let is_long = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > 120;
+    let long = |s: Source| {
+        let lines = s.text.lines().enumerate().filter(|(_, line)| is_long(line));
+        lines.map(|(at, _)| format!("{}:{}", s.path, at + 1)).collect::<Vec<_>>()
+    };
+    none(sources.flat_map(long).collect());
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The parts of random programs' bounds add up to them, to the picosecond, and what a condition is worth is no more than
-//! the scan.
+//! The parts of random programs' bounds add up to them, to the picosecond, and what a condition is worth is no more
+//! than the scan.
 
 use proptest::prelude::*;
 use scanbound::audit::breakdown::{By, Piece};

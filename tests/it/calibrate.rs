@@ -80,8 +80,8 @@ fn calibration(family: &Family, settings: Settings) -> Written {
     written.expect("something to measure")
 }
 
-/// A CPU's own times, which the calibration does not know: of each row that it measures a part of what is assumed, drawn
-/// by the row's name; on, off and a unit.
+/// A CPU's own times, which the calibration does not know: of each row that it measures a part of what is assumed,
+/// drawn by the row's name; on, off and a unit.
 fn hidden(plan: &Plan) -> BTreeMap<String, [Picos; 3]> {
     let base = Table::builtin(&plan.table).expect("a table");
     let mut times = BTreeMap::new();

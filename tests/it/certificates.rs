@@ -1,5 +1,5 @@
-//! Certificates hold before another solver: the `z3` binary answers each question as the file says, and Z3 itself those on
-//! what scans keep.
+//! Certificates hold before another solver: the `z3` binary answers each question as the file says, and Z3 itself those
+//! on what scans keep.
 
 use crate::common;
 use crate::common::command::binary;

@@ -1,4 +1,5 @@
-//! What the user states beside the program: believed where it has use, told where it has none, refused where it is wrong.
+//! What the user states beside the program: believed where it has use, told where it has none, refused where it is
+//! wrong.
 
 use crate::common;
 use crate::common::command::binary;

@@ -1,5 +1,5 @@
-//! Whether the program keeps or breaks what is stated to hold whenever a scan starts: told of what is plain to see, and of
-//! random programs held against all their scans, run by an interpreter of the test's own.
+//! Whether the program keeps or breaks what is stated to hold whenever a scan starts: told of what is plain to see, and
+//! of random programs held against all their scans, run by an interpreter of the test's own.
 
 use crate::common;
 use crate::common::command::binary;

@@ -156,7 +156,8 @@ fn the_cases_with_bound_and_way() {
     for name in CASES {
         let (_, _, audit) = case(name, false);
         assert!(audit.unbounded.is_empty() && audit.doubts.is_empty());
-        // A pass that starts a group again that runs, or goes on with the rest of a timer behind CNR TIM, is no lower bound.
+        // A pass that starts a group again that runs, or goes on with the rest of a timer behind CNR TIM, is no lower
+        // bound.
         let settled = audit.bound.exact();
         let least =
             if settled { String::new() } else { format!(", {} at least", audit.bound.lower) };
@@ -181,10 +182,11 @@ fn the_cases_with_bound_and_way() {
 
 #[test]
 fn the_cases_that_are_not_exact_rest_on_the_rest_of_a_timer() {
-    // Their longest pass goes on with the rest of a timer behind CNR TIM. Which of both a PLC does no lower bound rests on.
+    // Their longest pass goes on with the rest of a timer behind CNR TIM. Which of both a PLC does no lower bound rests
+    // on.
     let open = ["interval", "delay-group", "repeat", "star-delta"];
-    // Of these no run from power-up is found: timers of two seconds and more follow each other in them, and a group that
-    // GS starts again may go on as it is.
+    // Of these no run from power-up is found: timers of two seconds and more follow each other in them, and a group
+    // that GS starts again may go on as it is.
     let not_reached = ["interval-group", "repeat-group", "traffic-signals", "star-delta-group"];
     for name in CASES {
         let (_, _, audit) = case(name, false);

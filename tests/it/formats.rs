@@ -1,4 +1,5 @@
-//! Several reports of one run, each read back by what reads it elsewhere; the difference of two versions; project files.
+//! Several reports of one run, each read back by what reads it elsewhere; the difference of two versions; project
+//! files.
 
 use crate::common::command::scanbound;
 use quick_junit::{Report, TestCaseStatus};
@@ -60,8 +61,8 @@ fn sarif_faults(validator: &jsonschema::Validator, text: &str) -> Vec<String> {
     validator.iter_errors(&log).map(|fault| format!("{}: {fault}", fault.instance_path())).collect()
 }
 
-/// An element as the schema of Jenkins (its xUnit plugin's junit-10.xsd) has it: the attributes that it must have, those
-/// that it may have, and what may stand in it.
+/// An element as the schema of Jenkins (its xUnit plugin's junit-10.xsd) has it: the attributes that it must have,
+/// those that it may have, and what may stand in it.
 type Rule =
     (&'static str, &'static [&'static str], &'static [&'static str], &'static [&'static str]);
 

@@ -1,7 +1,8 @@
 //! Which files of a crate use which others, read off their text, and the circles among these.
 //!
 //! A file uses another where it names an item that the other defines, however the name came about: imports and
-//! re-exports are followed. Declaring a module, re-exporting, importing a module alone and calling a method are no uses.
+//! re-exports are followed. Declaring a module, re-exporting, importing a module alone and calling a method are no
+//! uses.
 
 use petgraph::algo::tarjan_scc;
 use petgraph::graphmap::DiGraphMap;

@@ -1,8 +1,8 @@
 //! Programs of one kind of rung over and over, and side files of one kind of line: what fits a file of 10 MB ends in
 //! exit code 0 to 3 within 1 GB.
 //!
-//! The ordinary run takes little files. `SCANBOUND_LARGE=1 cargo test --release --test it large:: -- --nocapture` takes those
-//! of 10 MB, holds each to its memory, and prints what it took.
+//! The ordinary run takes little files. `SCANBOUND_LARGE=1 cargo test --release --test it large:: -- --nocapture` takes
+//! those of 10 MB, holds each to its memory, and prints what it took.
 
 use crate::common;
 
@@ -21,8 +21,9 @@ struct Kind {
     command: &'static str,
     file: &'static str,
     head: &'static str,
-    /// What repeats. `{n}` is the repetition's number, `{n:100}` what it leaves divided by 100, `{n:o64}` that in octal,
-    /// `{n:x64}` in hexadecimal, `{n:b64}` as a bit of an OMRON's in C200H style (00315), `{n:c64}` in CX style (3.15).
+    /// What repeats. `{n}` is the repetition's number, `{n:100}` what it leaves divided by 100, `{n:o64}` that in
+    /// octal, `{n:x64}` in hexadecimal, `{n:b64}` as a bit of an OMRON's in C200H style (00315), `{n:c64}` in CX style
+    /// (3.15).
     body: &'static str,
     tail: &'static str,
     /// So many instructions a repetition has, of so many that are not refused; else 0.

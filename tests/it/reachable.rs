@@ -1,6 +1,6 @@
-//! Relays that are trusted to be never both on, against a PLC made from the manuals alone: no run of thousands of scans from
-//! power-up takes longer than the bound with `--trust all`, whatever inputs do, and the bound is never above one that
-//! trusts less.
+//! Relays that are trusted to be never both on, against a PLC made from the manuals alone: no run of thousands of scans
+//! from power-up takes longer than the bound with `--trust all`, whatever inputs do, and the bound is never above one
+//! that trusts less.
 
 use crate::common;
 

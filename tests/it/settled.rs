@@ -1,5 +1,5 @@
-//! What indices lead to, with no dialect in front: random programs in which choices read and write by an index, of which
-//! one instruction may read some under several conditions. From no start does a real scan exceed the bound.
+//! What indices lead to, with no dialect in front: random programs in which choices read and write by an index, of
+//! which one instruction may read some under several conditions. From no start does a real scan exceed the bound.
 
 use crate::common;
 
@@ -252,8 +252,8 @@ fn a_loop_that_may_end_earlier_leaves_no_result() {
     assert!(leaves(2) && !leaves(0) && !leaves(1));
 }
 
-/// One instruction reads a choice where its condition holds, and then wherever control is: the index is known in the first
-/// place alone.
+/// One instruction reads a choice where its condition holds, and then wherever control is: the index is known in the
+/// first place alone.
 #[test]
 fn what_is_read_again_where_less_is_known_is_worked_out_again() {
     let area = |name: &str, kind| Area::new(name, kind, Radix::Decimal);

@@ -1,5 +1,5 @@
-//! The bound of charts, against the interpreter that runs the chart itself: the same on small charts, over all states that can
-//! be reached, all inputs and times; never below it in long runs of larger ones.
+//! The bound of charts, against the interpreter that runs the chart itself: the same on small charts, over all states
+//! that can be reached, all inputs and times; never below it in long runs of larger ones.
 
 use crate::common::charts;
 use crate::common::tape::cases;
@@ -153,7 +153,8 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
         let depth = dice.below(3);
         let actions = 1 + dice.below(3);
         let chart = with_own_inputs(chart(&mut dice, depth, actions, &Qualifier::ALL));
-        // Timers that hang on each other are followed one by one: what two of them do together may be more than they can.
+        // Timers that hang on each other are followed one by one: what two of them do together may be more than they
+        // can.
         if timed(&chart) > 1 || chart.transitions.len() > 14 {
             continue;
         }
@@ -173,7 +174,8 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
     assert!(equal > cases(40_u32) && above.is_empty(), "{equal} equal, above: {above:#?}");
 }
 
-/// A program whose actions ask which of them came before, and take the longer for one of these. `store`: what takes so much.
+/// A program whose actions ask which of them came before, and take the longer for one of these. `store`: what takes so
+/// much.
 fn asking(chart: &Chart, dice: &mut Dice, store: &dyn Fn(u64) -> String) -> String {
     let mut source = "PROGRAM main\nVAR\n  v : BOOL; w, cost : INT;\n".to_owned();
     for input in 0..chart.transitions.len() {

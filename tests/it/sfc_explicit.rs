@@ -1,5 +1,5 @@
-//! A chart whose stored actions were rewritten as explicit parallels behaves as before: both are run side by side, scan by
-//! scan, and every action has the same state in every one.
+//! A chart whose stored actions were rewritten as explicit parallels behaves as before: both are run side by side, scan
+//! by scan, and every action has the same state in every one.
 
 use crate::common::charts;
 use crate::common::tape::cases;

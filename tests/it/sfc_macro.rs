@@ -1,5 +1,5 @@
-//! Macro steps: charts with them are run as they are drawn, each macro step with its own chart, and held against the charts in
-//! which they are replaced, against these written without them, and against the bound.
+//! Macro steps: charts with them are run as they are drawn, each macro step with its own chart, and held against the
+//! charts in which they are replaced, against these written without them, and against the bound.
 
 use crate::common::charts;
 #[allow(dead_code)] // each test file uses its part

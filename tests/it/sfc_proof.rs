@@ -1,6 +1,6 @@
-//! A bounded proof by Z3 that the rewriting keeps every scan: the original and the rewritten chart are unrolled over some
-//! scans, with free inputs, free moments of the scans and a free time of the qualifier, and no values of these make an
-//! action or a step differ in any scan. What charts mean is written here once more, as formulas.
+//! A bounded proof by Z3 that the rewriting keeps every scan: the original and the rewritten chart are unrolled over
+//! some scans, with free inputs, free moments of the scans and a free time of the qualifier, and no values of these
+//! make an action or a step differ in any scan. What charts mean is written here once more, as formulas.
 
 use scanbound::iec::ast::{Expr, Literal, Operator, Part};
 use scanbound::iec::chart::explicit::explicit;

@@ -1,5 +1,5 @@
-//! Charts as they are written: forms that the schema allows and that other tools follow, the same charts when they are read
-//! again, and what is kept of the file in which they take their places.
+//! Charts as they are written: forms that the schema allows and that other tools follow, the same charts when they are
+//! read again, and what is kept of the file in which they take their places.
 
 use crate::common::charts;
 use crate::common::tape::cases;
@@ -23,8 +23,8 @@ fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(Node::is_element)
 }
 
-/// What the schema says of an element of a chart: its attributes, and its children in their order; `*` marks what may come
-/// several times, `!` what must.
+/// What the schema says of an element of a chart: its attributes, and its children in their order; `*` marks what may
+/// come several times, `!` what must.
 fn schema(element: &str) -> Option<(&'static str, &'static str)> {
     Some(match element {
         "step" => (

@@ -1,5 +1,5 @@
-//! Code of S-nets, run by the interpreter: it follows the net's rule wherever `snet check` says so, and parts from it only
-//! where that told it. Every target is read back by its own front.
+//! Code of S-nets, run by the interpreter: it follows the net's rule wherever `snet check` says so, and parts from it
+//! only where that told it. Every target is read back by its own front.
 
 use crate::common;
 
@@ -263,8 +263,8 @@ struct Charted<'a> {
 }
 
 impl Charted<'_> {
-    /// What docs/snet.md says of the next scan: all transitions are looked at as the marks are, those that compete for a step
-    /// in the order of the file. What it begins with, and which fire.
+    /// What docs/snet.md says of the next scan: all transitions are looked at as the marks are, those that compete for
+    /// a step in the order of the file. What it begins with, and which fire.
     fn scan(&mut self, now: i64, outers: &[bool]) -> (Plain, Vec<usize>) {
         for (at, place) in self.net.places.iter().enumerate() {
             if let Kind::Timer { tenths, .. } = place.kind {

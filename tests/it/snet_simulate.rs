@@ -24,7 +24,8 @@ fn a_stimulus_is_followed_to_the_millisecond_and_traced() {
         .expect("written");
     let base = ["simulate", "a.snet", "--for", "5s", "--stimulus", "s.csv", "--vcd", "t.vcd"];
     let (code, stdout, stderr) = snet(at, &base);
-    // At 100 ms T, at 610 ms the timer and U, at 620 T, at 1130 U, which fills C; V at once, T. STOP takes W's mark at 1300.
+    // At 100 ms T, at 610 ms the timer and U, at 620 T, at 1130 U, which fills C; V at once, T. STOP takes W's mark at
+    // 1300.
     let rows: Vec<&str> = stdout.lines().collect();
     assert_eq!(rows[0], "time_ms,fired,A,W,W.P,C,C.count,D,GO,STOP");
     assert_eq!(rows[1], "0,,1,0,0,0,0,0,0,0");
@@ -109,7 +110,8 @@ fn drawings_have_every_element() {
         };
         document.descendants().filter(is).count()
     };
-    // Boxes, timer with its P, counter with its c; bars; a mark and the dots of permissive gates; circles of inhibiting ones.
+    // Boxes, timer with its P, counter with its c; bars; a mark and the dots of permissive gates; circles of inhibiting
+    // ones.
     assert_eq!((count("rect", "symbol"), count("circle", "symbol")), (5, 1));
     assert_eq!((count("rect", "bar"), count("rect", "stop")), (3, 1));
     assert_eq!((count("circle", "mark"), count("circle", "off")), (3, 1));

@@ -1,4 +1,5 @@
-//! What the report names as not known: counts, and writes of which it is not known where they go, causes before what follows.
+//! What the report names as not known: counts, and writes of which it is not known where they go, causes before what
+//! follows.
 
 use crate::common;
 

@@ -662,8 +662,8 @@ fn every_way_to_a_place_counts() {
     assert_eq!(none(zone), 9);
 }
 
-/// A loop is followed until nothing new comes: another value within the same range is something new where more was known of
-/// the one before.
+/// A loop is followed until nothing new comes: another value within the same range is something new where more was
+/// known of the one before.
 #[test]
 fn what_is_known_of_a_value_is_not_known_of_the_next_iterations() {
     let moved = |before: &str, changes: &str| {

@@ -1,5 +1,5 @@
-//! What stating counts is worth and what trust is: each bound that is told beside the bound is that of an audit which is
-//! asked just so.
+//! What stating counts is worth and what trust is: each bound that is told beside the bound is that of an audit which
+//! is asked just so.
 
 use crate::common;
 

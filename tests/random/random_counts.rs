@@ -349,8 +349,8 @@ fn name((area, number): Word) -> String {
     format!("{area}{number}")
 }
 
-/// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is something
-/// else in each scan by chance.
+/// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is
+/// something else in each scan by chance.
 struct Between<'a> {
     facts: &'a Facts,
     draws: &'a Draws,

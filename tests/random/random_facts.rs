@@ -1,5 +1,5 @@
-//! What stating something is worth, on random programs: every bound that is told beside a bound is that of a run with those
-//! facts, to the picosecond; what is stated never makes a bound higher; and the more is trusted, the lower it is.
+//! What stating something is worth, on random programs: every bound that is told beside a bound is that of a run with
+//! those facts, to the picosecond; what is stated never makes a bound higher; and the more is trusted, the lower it is.
 
 use crate::common;
 
@@ -173,7 +173,8 @@ fn statements(tape: &mut Tape<'_>, asked: &Asked<'_>) -> Result<Vec<String>, Str
     let mut lines: Vec<String> =
         lines.map(|one| format!("[{}]\n{}\n", one.table, one.line)).collect();
     for word in ["D0", "D5", "D10", "D11", "D12", "D13", "Z0", "Z1"] {
-        // A word that is stated never to be 0 somebody else has written before the first scan: nothing else is known of it.
+        // A word that is stated never to be 0 somebody else has written before the first scan: nothing else is known of
+        // it.
         let low = tape.pick(&if asked.trust == Trust::None { [0, 1, -40] } else { [0, 0, -40] });
         let high = low.max(0) + tape.pick(&[3, 20, 3000]);
         lines.push(format!("[ranges]\n{word} = [{low}, {high}]\n"));

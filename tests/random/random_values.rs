@@ -1,6 +1,6 @@
-//! What words are found to hold where they count, against a PLC made from the manuals alone: random programs whose counts
-//! hang on contacts, guards, jumps and loops never take longer than their bound, whatever stands in memory when the scan
-//! starts.
+//! What words are found to hold where they count, against a PLC made from the manuals alone: random programs whose
+//! counts hang on contacts, guards, jumps and loops never take longer than their bound, whatever stands in memory when
+//! the scan starts.
 
 use crate::common;
 
@@ -51,8 +51,8 @@ impl Luck for &Start {
     }
 }
 
-/// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is something
-/// else in each scan by chance.
+/// Keeps memory from scan to scan, cleared at power-up. What comes from outside, and whatever is not trusted, is
+/// something else in each scan by chance.
 struct Between<'a> {
     /// What is stated of words holds whenever a scan starts.
     stated: &'a BTreeMap<String, (i64, i64)>,

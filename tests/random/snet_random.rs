@@ -17,8 +17,8 @@ fn net(random: &mut Random, most: usize) -> Option<(String, Diagram)> {
     faults(&diagram).is_empty().then_some((source, diagram))
 }
 
-/// All states that a net can come to, and those of them in which nothing but an emergency stop can fire; `None` if there are
-/// too many.
+/// All states that a net can come to, and those of them in which nothing but an emergency stop can fire; `None` if
+/// there are too many.
 fn brute(net: &Diagram) -> Option<(BTreeSet<Plain>, BTreeSet<Plain>)> {
     let (mut seen, mut dead) = (BTreeSet::from([Plain::initial(net)]), BTreeSet::new());
     let mut open = vec![Plain::initial(net)];

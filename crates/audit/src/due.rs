@@ -7,10 +7,10 @@ use scanbound_ir::{Frame, Interrupt, Program};
 use scanbound_replay::RealRun;
 use std::collections::BTreeSet;
 
-/// How often an interrupt of this interval runs at most in a scan of this time: once at the start, and again each time the
-/// interval has passed. One that occurs during END processing waits for the next scan; since one that occurs in the END
-/// processing of this scan waits, too, this adds none. If the program can let interrupts wait (`holds_interrupts`), one
-/// more may be left from earlier scans.
+/// How often an interrupt of this interval runs at most in a scan of this time: once at the start, and again each time
+/// the interval has passed. One that occurs during END processing waits for the next scan; since one that occurs in the
+/// END processing of this scan waits, too, this adds none. If the program can let interrupts wait (`holds_interrupts`),
+/// one more may be left from earlier scans.
 pub(super) fn due(scan: Picos, interval: Picos, holds_interrupts: bool) -> u64 {
     let due = scan.0.div_ceil(interval.0.max(1)).max(1);
     due.saturating_add(holds_interrupts.into())

@@ -217,8 +217,8 @@ fn walk(
     }
 }
 
-/// What a choice is computed from: nothing if it comes from outside; anything if it is the result of an operation, or if
-/// it is not known where it comes from.
+/// What a choice is computed from: nothing if it comes from outside; anything if it is the result of an operation, or
+/// if it is not known where it comes from.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
         Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,

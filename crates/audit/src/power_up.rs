@@ -54,7 +54,8 @@ struct Plan {
 
 /// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
 /// sequences leads there. If the last scan takes longer, it becomes the longest scan found.
-/// Where the program alone writes and an error stops the CPU in each run that is tried, no scan is known to be possible.
+/// Where the program alone writes and an error stops the CPU in each run that is tried, no scan is known to be
+/// possible.
 pub fn run(
     search: &Search<'_>,
     prices: &Prices,

@@ -1,4 +1,5 @@
-//! The longest time between two restarts of the watchdog, by the model of a scan: what conditions let run together counts.
+//! The longest time between two restarts of the watchdog, by the model of a scan: what conditions let run together
+//! counts.
 
 use scanbound_base::time::Picos;
 use scanbound_ir::{Frame, Program, Step};
@@ -10,9 +11,9 @@ use std::collections::BTreeSet;
 /// The most restarts in a scan for which it is asked: each is a search as long as that of the bound.
 const MAX_RESTARTS: usize = 16;
 
-/// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what passes
-/// outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does, or where
-/// the result is not below `useful`.
+/// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what
+/// passes outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does, or
+/// where the result is not below `useful`.
 pub fn upper(
     program: &Program,
     model: &ScanModel,
@@ -43,7 +44,8 @@ pub fn upper(
     Some(longest)
 }
 
-/// The longest time from the scan's begin, or from a restart that fires, to the next restart that fires or the scan's end.
+/// The longest time from the scan's begin, or from a restart that fires, to the next restart that fires or the scan's
+/// end.
 fn behind(
     model: &ScanModel,
     charges: &[&Charge],

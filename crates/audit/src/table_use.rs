@@ -105,8 +105,8 @@ impl TableParts<'_> {
         })
     }
 
-    /// The entry for an assumed factor: how much of the bound it adds. Its effect on times that are assumed themselves, and on
-    /// the gap between the bounds, is not counted.
+    /// The entry for an assumed factor: how much of the bound it adds. Its effect on times that are assumed themselves,
+    /// and on the gap between the bounds, is not counted.
     fn assumed_factor(&self, factor: &Factor, assumed: &[AssumedUse], open: Picos) -> AssumedUse {
         let added = |whole: Picos, own: Picos| {
             let others = whole.checked_sub(own).unwrap_or_default();

@@ -33,8 +33,9 @@ pub struct EarlyStop {
     pub unfinished: String,
 }
 
-/// The budget that every stage with a long running time gets. The stage calls [`Budget::must_stop`] regularly; if that is
-/// true it stops with the results that are valid so far, and records with [`Budget::record_stop`] what it did not finish.
+/// The budget that every stage with a long running time gets. The stage calls [`Budget::must_stop`] regularly; if that
+/// is true it stops with the results that are valid so far, and records with [`Budget::record_stop`] what it did not
+/// finish.
 pub struct Budget<'a> {
     limit: Option<Duration>,
     start: Instant,

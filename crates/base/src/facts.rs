@@ -25,8 +25,8 @@ pub struct Facts {
     /// By place (`MAIN.csv:543`) or word (`D100`) as written: the least and the largest count that the instruction
     /// there, or that the word, ever gives: iterations of a loop, length of a block.
     pub counts: BTreeMap<String, (i64, i64)>,
-    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: what it costs and
-    /// writes.
+    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: what it costs
+    /// and writes.
     pub calls: BTreeMap<String, StatedCall>,
     /// By interrupt label in upper case (`I0`): how often its routine runs in one scan at most.
     pub interrupts: BTreeMap<String, u32>,
@@ -75,8 +75,8 @@ pub struct Facts {
     pub all_clear: bool,
     /// The order in which a chart's actions are executed in one scan, if known.
     pub action_order: Option<ActionOrder>,
-    /// Whether the blocks of conditions that are drawn in charts are executed in each scan, and the conditions read what these
-    /// gave in the last one.
+    /// Whether the blocks of conditions that are drawn in charts are executed in each scan, and the conditions read
+    /// what these gave in the last one.
     pub drawn_last_scan: bool,
     /// The positions of these facts in the facts file.
     pub places: FactPositions,

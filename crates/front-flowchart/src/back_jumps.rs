@@ -23,8 +23,8 @@ struct State {
     timers: BTreeMap<u32, bool>,
 }
 
-/// The largest number of jumps back in a turn before it ends or repeats an earlier state. A turn with more jumps repeats
-/// without end. `latched`: an input has one value during a turn, otherwise any value at each test.
+/// The largest number of jumps back in a turn before it ends or repeats an earlier state. A turn with more jumps
+/// repeats without end. `latched`: an input has one value during a turn, otherwise any value at each test.
 #[must_use]
 pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     let is_back =

@@ -1,14 +1,14 @@
 //! Lowers a flowchart program: one pass becomes a scan with forward jumps and calls.
 //!
-//! Each position of a routine at the start of a pass is a bit, and so is whether a group runs. Each routine begins with jumps
-//! to its position. A group clears its position when it jumps there, and sets the next one when its turn ends. A jump back in
-//! the main routine ends the pass. A group is unrolled: it has one copy for each jump back that its turn can make, so that all
-//! its jumps lead forward. A turn with more jumps back repeats without end ([`Step::Unbounded`]).
+//! Each position of a routine at the start of a pass is a bit, and so is whether a group runs. Each routine begins with
+//! jumps to its position. A group clears its position when it jumps there, and sets the next one when its turn ends. A
+//! jump back in the main routine ends the pass. A group is unrolled: it has one copy for each jump back that its turn
+//! can make, so that all its jumps lead forward. A turn with more jumps back repeats without end ([`Step::Unbounded`]).
 //!
-//! An input may have any value at each test, unless the user states an input image: then it has one value during the pass. A
-//! timer is one bit: it was started in an earlier pass, so it may have timed out. CNR TIM may reset it, or stop it and keep its
-//! remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)). Both are possible, so
-//! afterwards the timer may time out even in the pass that restarts it.
+//! An input may have any value at each test, unless the user states an input image: then it has one value during the
+//! pass. A timer is one bit: it was started in an earlier pass, so it may have timed out. CNR TIM may reset it, or stop
+//! it and keep its remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)).
+//! Both are possible, so afterwards the timer may time out even in the pass that restarts it.
 
 use super::back_jumps::jumps_back;
 use super::pass_starts::{Reset, pass_starts};
@@ -458,8 +458,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Adds an instruction for one of the source. `class` is the timing class, and whether the larger of the two times always
-    /// applies; without it the instruction takes no time.
+    /// Adds an instruction for one of the source. `class` is the timing class, and whether the larger of the two times
+    /// always applies; without it the instruction takes no time.
     fn put(
         &mut self,
         at: usize,

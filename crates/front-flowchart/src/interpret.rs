@@ -3,8 +3,8 @@
 use super::{Op, Routine, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the program does not determine. A question is not repeated while its answer holds. An input is asked for at each test,
-/// or once in a pass if there is an input image.
+/// What the program does not determine. A question is not repeated while its answer holds. An input is asked for at
+/// each test, or once in a pass if there is an input image.
 pub trait Plant {
     /// The state of an input or output when the pass starts, if nothing has set it before.
     fn bit(&mut self, bit: u32) -> bool;
@@ -32,8 +32,8 @@ pub enum Ended {
 /// The result of one pass.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pass {
-    /// The executed instructions (indices into [`Source::instructions`]), and whether each was true: a test, a jump that was
-    /// taken, a WAIT that passed; true for all others.
+    /// The executed instructions (indices into [`Source::instructions`]), and whether each was true: a test, a jump
+    /// that was taken, a WAIT that passed; true for all others.
     pub ran: Vec<(usize, bool)>,
     /// How it ended.
     pub ended: Ended,
@@ -80,8 +80,8 @@ impl<'s> Machine<'s> {
         Machine { source, latched, outputs: source.outputs(), state: State::default() }
     }
 
-    /// A machine after power-up: timers are idle, groups are stopped, the main routine is at its beginning. The plant is asked for
-    /// the outputs.
+    /// A machine after power-up: timers are idle, groups are stopped, the main routine is at its beginning. The plant
+    /// is asked for the outputs.
     #[must_use]
     pub fn switched_on(source: &'s Source, latched: bool) -> Machine<'s> {
         let mut machine = Machine::anywhere(source, latched);

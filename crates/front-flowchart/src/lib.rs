@@ -1,8 +1,8 @@
 //! Flowchart PC: a main routine and up to 32 groups, written as flowcharts with tests, jumps and waits.
 //!
-//! The source is a Japanese teaching report about programming such a PC: its instruction table, its descriptions of WAIT and
-//! timers, and its examples (docs/flowchart.md). There is no scan that runs every instruction once; docs/flowchart.md defines
-//! what one pass is.
+//! The source is a Japanese teaching report about programming such a PC: its instruction table, its descriptions of
+//! WAIT and timers, and its examples (docs/flowchart.md). There is no scan that runs every instruction once;
+//! docs/flowchart.md defines what one pass is.
 
 mod back_jumps;
 pub mod decode;

@@ -106,8 +106,8 @@ impl PartialEq<str> for Token {
     }
 }
 
-/// Splits a line into words and the comment. Dots between words count as blanks (`OUT·NOT`), and signs are separated from
-/// numbers (`LBL0:` becomes `LBL`, `0`, `:`).
+/// Splits a line into words and the comment. Dots between words count as blanks (`OUT·NOT`), and signs are separated
+/// from numbers (`LBL0:` becomes `LBL`, `0`, `:`).
 fn split(line: &str) -> (Vec<Token>, String) {
     let (code, comment) = line.split_once([';', '；']).unwrap_or((line, ""));
     let mut words: Vec<Token> = Vec::new();

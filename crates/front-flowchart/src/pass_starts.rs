@@ -1,7 +1,7 @@
 //! Finds the states in which a pass can begin: positions of all routines, started timers, and outputs.
 //!
-//! The search follows all passes from power-up, for any inputs and times. If there are too many states, outputs and then timers
-//! are left out of them and may have any value, so that no possible state is missing.
+//! The search follows all passes from power-up, for any inputs and times. If there are too many states, outputs and
+//! then timers are left out of them and may have any value, so that no possible state is missing.
 
 use super::source::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};

@@ -120,8 +120,8 @@ impl Source {
         asks - tests.take_while(|one| one.op.is_test()).count()
     }
 
-    /// The positions of a routine between passes, as instruction indices: its head, then the conditions of its WAITs, and in the
-    /// main routine the targets of jumps back (which may be the head again).
+    /// The positions of a routine between passes, as instruction indices: its head, then the conditions of its WAITs,
+    /// and in the main routine the targets of jumps back (which may be the head again).
     #[must_use]
     pub fn stands(&self, routine: &Routine) -> Vec<usize> {
         let mut places = vec![routine.body.start];

@@ -10,8 +10,8 @@ use serde::de::value::{self, StrDeserializer};
 use scanbound_front::catalog::{self, Catalog, Line, Row};
 pub(crate) use scanbound_front::catalog::{Amount, Extent};
 
-/// The extensions of the MELSEC catalog: the role `a`, and the column `pulse`, which contains `P` if the instruction has a
-/// pulse form.
+/// The extensions of the MELSEC catalog: the role `a`, and the column `pulse`, which contains `P` if the instruction
+/// has a pulse form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Vocabulary;
 
@@ -64,8 +64,8 @@ pub enum Operation {
     Havoc,
     /// They may get any value whether its condition is true or false.
     HavocAlways,
-    /// They may get any value at any moment, even later than this scan: the instruction starts something that runs in parallel
-    /// with the program.
+    /// They may get any value at any moment, even later than this scan: the instruction starts something that runs in
+    /// parallel with the program.
     HavocAnytime,
     /// It writes no device, and needs a condition.
     Nothing,
@@ -153,8 +153,9 @@ pub const EVERYWHERE: &str = "*";
 /// Prefixes of the dedicated instructions of modules and networks.
 const DEDICATED: [&str; 12] =
     ["G.", "GP.", "Z.", "ZP.", "J.", "JP.", "D.", "DP.", "S.", "SP.", "M.", "MP."];
-/// Dedicated instructions (without a number at the end) that write no device of their own station except their operands:
-/// messages to and from other stations and modules, sockets, files, positioning, other CPUs, the clock. Sorted.
+/// Dedicated instructions (without a number at the end) that write no device of their own station except their
+/// operands: messages to and from other stations and modules, sockets, files, positioning, other CPUs, the clock.
+/// Sorted.
 const WRITES_ONLY_OPERANDS: [&str; 75] = [
     "ABRST", "BBLKRD", "BBLKWR", "BIDIN", "BIDOUT", "BUFRCVS", "CCPASET", "CHGA", "CHGAS", "CHGT",
     "CHGV", "CHGVS", "CSET", "DATE+", "DATE-", "DATERD", "DDRD", "DDWR", "DEVLD", "DEVST", "FREAD",
@@ -169,8 +170,8 @@ const WRITES_ONLY_OPERANDS: [&str; 75] = [
 const DEDICATED_CLASS: &str = "dedicated";
 /// Dedicated instructions that finish before the next instruction. The results of the others arrive later.
 const SYNCHRONOUS: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
-/// The largest number of words that a dedicated instruction moves, except file access: MRECV of an Ethernet module (QJ71E71
-/// manual).
+/// The largest number of words that a dedicated instruction moves, except file access: MRECV of an Ethernet module
+/// (QJ71E71 manual).
 const DEDICATED_WORDS: u64 = 6517;
 /// File access instructions; their control data say how many words they move.
 const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
@@ -178,9 +179,9 @@ const FILE_WORDS: u64 = 65_535;
 /// A mnemonic is suggested only if at most one letter in this many would have to change.
 const LETTERS_PER_SLIP: usize = 3;
 
-/// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up one:
-/// each operand is read and written up to the end of its area, and, unless the name tells what it does, every other device
-/// may be written too.
+/// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up
+/// one: each operand is read and written up to the end of its area, and, unless the name tells what it does, every
+/// other device may be written too.
 ///
 /// # Errors
 ///
@@ -208,8 +209,8 @@ pub fn find(mnemonic: &str, operands: usize) -> Result<CatalogMatch, NotFound> {
     Err(NotFound::Unknown)
 }
 
-/// The mnemonic without its pulse suffix: `MOV` of `MOVP`, `+_U` of `+P_U`, `$MOV_WS` of `$MOVP_WS`, `Z.OPEN` of `ZP.OPEN`.
-/// `None` if it has none.
+/// The mnemonic without its pulse suffix: `MOV` of `MOVP`, `+_U` of `+P_U`, `$MOV_WS` of `$MOVP_WS`, `Z.OPEN` of
+/// `ZP.OPEN`. `None` if it has none.
 pub fn unpulsed(mnemonic: &str) -> Option<String> {
     if mnemonic.contains('.')
         && let Some((prefix, rest)) = mnemonic.split_once("P.")

@@ -1,9 +1,9 @@
 //! Reads the program CSV of GX Works2, GX Works3 and GX Developer.
 //!
-//! Row 1 is a title, row 2 names the CPU, row 3 has the headings of seven columns: step number, line statement, instruction,
-//! device, blank, PI statement, note. Columns are found by position, because headings exist in every language. GX Works3
-//! imports operands in four forms (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV file format" of programs): on their
-//! own rows, in the device cell, in the instruction cell, or mixed.
+//! Row 1 is a title, row 2 names the CPU, row 3 has the headings of seven columns: step number, line statement,
+//! instruction, device, blank, PI statement, note. Columns are found by position, because headings exist in every
+//! language. GX Works3 imports operands in four forms (GX Works3 Operating Manual, SH(NA)-081215ENG, "CSV file format"
+//! of programs): on their own rows, in the device cell, in the instruction cell, or mixed.
 
 use ::csv::{ReaderBuilder, StringRecord};
 use scanbound_base::code::Code;
@@ -84,8 +84,8 @@ fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Op
         let above = index.checked_sub(1).map(|above| &records[above]);
         let known = record.len() > DEVICE
             && INSTRUCTION_HEADS.contains(&plain(&record[INSTRUCTION]).as_str());
-        // Headings in an unknown language: seven words, none a number, below the row of the CPU. Lines of Structured Text may have
-        // as many commas, so those are excluded.
+        // Headings in an unknown language: seven words, none a number, below the row of the CPU. Lines of Structured
+        // Text may have as many commas, so those are excluded.
         let shaped = record.len() == 7
             && record.iter().take(DEVICE + 1).all(|head| !head.trim().is_empty())
             && !record[STEP].trim().starts_with(|c: char| c.is_ascii_digit())
@@ -218,8 +218,8 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Moves to the record that the CSV reader reports at a byte offset; line ends there may belong to the record before. Returns
-    /// its true offset.
+    /// Moves to the record that the CSV reader reports at a byte offset; line ends there may belong to the record
+    /// before. Returns its true offset.
     fn start_of(&mut self, byte: u64) -> usize {
         let bytes = self.text.as_bytes();
         let mut start =

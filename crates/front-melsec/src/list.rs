@@ -28,8 +28,8 @@ const FOREIGN: [&str; 13] = [
     "DIFD", "NOT",
 ];
 
-/// Whether a file begins like list text: its first instruction can begin a MELSEC program, and at least half of the first
-/// lines are common mnemonics or mnemonics with MELSEC devices.
+/// Whether a file begins like list text: its first instruction can begin a MELSEC program, and at least half of the
+/// first lines are common mnemonics or mnemonics with MELSEC devices.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -72,8 +72,8 @@ fn is_common(word: &str) -> bool {
     contact || COMMON.contains(&upper.as_str())
 }
 
-/// Whether a word looks like a device, constant or string of MELSEC. Lists of other vendors also have LD and OUT, but with
-/// bare numbers; prose has words without numbers.
+/// Whether a word looks like a device, constant or string of MELSEC. Lists of other vendors also have LD and OUT, but
+/// with bare numbers; prose has words without numbers.
 fn is_device(word: &str) -> bool {
     word.starts_with('"')
         || (!word.starts_with(|c: char| c.is_ascii_digit())

@@ -117,8 +117,8 @@ impl Timed {
         [self.value, self.contact, self.coil].into_iter().chain(memory)
     }
 
-    /// The hidden bit that records whether the coil of a non-retentive timer was on at its last execution. Only the timer's own
-    /// instructions write it.
+    /// The hidden bit that records whether the coil of a non-retentive timer was on at its last execution. Only the
+    /// timer's own instructions write it.
     pub fn ran(self, index: u32) -> Option<Cell> {
         let is_plain = self.contact == TIMER.contact && !self.retentive;
         is_plain.then_some(Cell { area: const { area("T ran ") }, index })
@@ -185,8 +185,8 @@ pub fn networks(family: Family) -> Vec<(Region, String)> {
     names.iter().filter_map(cells).collect()
 }
 
-/// The state of a CPU after power-up with cleared memory. Edge relays, hidden bits, and long timers and counters are left
-/// out, because no manual page defines them.
+/// The state of a CPU after power-up with cleared memory. Edge relays, hidden bits, and long timers and counters are
+/// left out, because no manual page defines them.
 #[must_use]
 pub fn power_up(family: Family) -> PowerUp {
     let cleared = [
@@ -424,8 +424,8 @@ pub fn kind(letters: &str, index: u32, family: Family) -> Option<DeviceType> {
 }
 
 impl Name {
-    /// The device type in a family; `None` if the family has no such device. `index` separates special relays and registers of
-    /// the FX from ordinary ones.
+    /// The device type in a family; `None` if the family has no such device. `index` separates special relays and
+    /// registers of the FX from ordinary ones.
     #[must_use]
     pub fn kind(&self, index: u32, family: Family) -> Option<DeviceType> {
         // High-speed counters of the FX5 and long timers of iQ-R: no manual page says when their contacts change.

@@ -372,8 +372,8 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
 /// The device name of a step in an SFC block.
 pub const SFC_BLOCK: &str = "BL";
 
-/// Parses `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`. Each part may have an index, a word may have a bit number, and each part
-/// may have a digit designation.
+/// Parses `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`. Each part may have an index, a word may have a bit number, and each
+/// part may have a digit designation.
 fn foreign(text: &str, family: Family) -> Result<Operand, String> {
     let wrong = || format!("`{text}`: write module access as U0\\G100, link access as J1\\W10");
     let (unit, rest) = text.split_once(['\\', '¥']).ok_or_else(wrong)?;

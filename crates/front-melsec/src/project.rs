@@ -75,7 +75,8 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
     })
 }
 
-/// Checks that all files are for the same CPU. For example, FX numbers inputs and outputs in octal, Q and L in hexadecimal.
+/// Checks that all files are for the same CPU. For example, FX numbers inputs and outputs in octal, Q and L in
+/// hexadecimal.
 fn check_cpus(project: &mut RawProject) {
     let mut named = project.files.iter().filter_map(|file| Some((file, file.cpu.as_deref()?)));
     let Some((first, cpu)) = named.next() else { return };

@@ -48,8 +48,8 @@ impl Resolved<'_> {
         self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem))
     }
 
-    /// Which programs need not run in every scan: those that are called by name (their type is usually standby) and those that
-    /// are stopped. If an operand is not a name, it may mean any program.
+    /// Which programs need not run in every scan: those that are called by name (their type is usually standby) and
+    /// those that are stopped. If an operand is not a name, it may mean any program.
     pub(super) fn may_be_skipped(&self) -> Vec<bool> {
         let mut skip_targets = vec![false; self.files.len()];
         for item in &self.items {

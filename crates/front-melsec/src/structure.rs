@@ -1,5 +1,5 @@
-//! The control structure of a project: labels, jumps, calls, loops, master control regions, step ladders and program ends. It
-//! is checked before lowering.
+//! The control structure of a project: labels, jumps, calls, loops, master control regions, step ladders and program
+//! ends. It is checked before lowering.
 
 mod targets;
 

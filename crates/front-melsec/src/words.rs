@@ -7,14 +7,14 @@ use scanbound_front::WordPositions;
 use scanbound_front::numbering::{self, NumberedLine};
 use scanbound_front::{Faults, shown};
 
-/// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real projects
-/// have some ten thousand instructions.
+/// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real
+/// projects have some ten thousand instructions.
 const MAX_INSTRUCTIONS: usize = 400_000;
 /// The longest line, in bytes.
 const LONGEST: usize = 64 * 1024;
 
-/// Splits at blanks and TABs. A word that begins with `"` extends to its closing `"`, including blanks. `Err` holds the text
-/// from an unclosed quotation mark.
+/// Splits at blanks and TABs. A word that begins with `"` extends to its closing `"`, including blanks. `Err` holds the
+/// text from an unclosed quotation mark.
 pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
     let mut words = Vec::new();
     let mut rest = text.trim();
@@ -113,7 +113,8 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
 /// Checks of a whole file: step numbers ascend, END exists, and nothing follows it.
 pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
     let file = faults.file();
-    // The number of steps of most instructions is unknown, and a label may have the step number of the next instruction.
+    // The number of steps of most instructions is unknown, and a label may have the step number of the next
+    // instruction.
     let numbered = instructions.iter().filter(|one| !is_pointer(&one.mnemonic));
     let numbered = numbered.map(|one| NumberedLine {
         line: one.line,

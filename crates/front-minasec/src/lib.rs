@@ -1,9 +1,10 @@
-//! The MINASEC-U, a PLC made of 74HC logic ICs: eight instructions, 32 one-bit devices, 256 words that all run in each scan.
+//! The MINASEC-U, a PLC made of 74HC logic ICs: eight instructions, 32 one-bit devices, 256 words that all run in each
+//! scan.
 //!
 //! The source is the machine's description, 「PLCのつくりかた」 (Minagi Yū, first edition, August 2025): the encoding from its
-//! chapter on the instruction set, the devices from its table of element names and the counter circuit. That table exchanges
-//! the words input and output for X and Y; the text, the terminals and the machine code of the test program do not, and this
-//! crate follows them.
+//! chapter on the instruction set, the devices from its table of element names and the counter circuit. That table
+//! exchanges the words input and output for X and Y; the text, the terminals and the machine code of the test program
+//! do not, and this crate follows them.
 
 pub mod assembly;
 pub mod decode;

@@ -10,12 +10,12 @@ use scanbound_front::Faults;
 /// The number of bytes in a written record.
 const RECORD: usize = 16;
 
-/// The sizes of the memory ICs that fit the board (HM6116, HM6264, HM62256). The board connects address lines from A8 on to
-/// ground, so only the first 256 bytes are the program.
+/// The sizes of the memory ICs that fit the board (HM6116, HM6264, HM62256). The board connects address lines from A8
+/// on to ground, so only the first 256 bytes are the program.
 const CHIPS: [usize; 3] = [2048, 8192, 32_768];
 
-/// Whether a file is the program memory or a whole memory IC: it has one of these lengths and bytes that no text has, and the
-/// part that the board cannot reach is empty or repeats the reachable part.
+/// Whether a file is the program memory or a whole memory IC: it has one of these lengths and bytes that no text has,
+/// and the part that the board cannot reach is empty or repeats the reachable part.
 #[must_use]
 pub fn is_image(bytes: &[u8]) -> bool {
     if CHIPS.contains(&bytes.len()) {

@@ -125,8 +125,9 @@ impl Device {
         }
     }
 
-    /// Parses a device name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0` and the counter's
-    /// clear `C0CLR`. Timers and the counter may have two digits (`T00`), as in places of the description. Upper or lower case.
+    /// Parses a device name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0` and the
+    /// counter's clear `C0CLR`. Timers and the counter may have two digits (`T00`), as in places of the description.
+    /// Upper or lower case.
     #[must_use]
     pub fn from_name(text: &str) -> Option<Device> {
         let name = text.to_ascii_uppercase();

@@ -1,5 +1,5 @@
-//! For the price of an instruction: the cells and word bits that its operands access. This is known even if the instruction's
-//! effects are only "any value".
+//! For the price of an instruction: the cells and word bits that its operands access. This is known even if the
+//! instruction's effects are only "any value".
 
 use super::catalog::{Amount, Extent, Role};
 use super::extent::length;

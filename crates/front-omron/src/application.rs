@@ -125,8 +125,8 @@ fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
     }
 }
 
-/// A count in a word whose value is known only during analysis. On the C series it is BCD, which the analysis of word values
-/// does not support.
+/// A count in a word whose value is known only during analysis. On the C series it is BCD, which the analysis of word
+/// values does not support.
 fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -> Option<Counted> {
     let Operand::Word(count) = *item.operands.get(operand)? else { return None };
     // With `!`, the input is read again before, so the word may differ from what the program saw or wrote.

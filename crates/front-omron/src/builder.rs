@@ -102,9 +102,9 @@ impl OmronBuilder {
         self.out.choice()
     }
 
-    /// A choice that earlier scans determine: elapsed time, or a value from the last scan. A single scan may have any value;
-    /// in a run from power-up it is unknown. If the instruction may run several times in a scan, it is an ordinary choice,
-    /// because the earlier execution is not modelled.
+    /// A choice that earlier scans determine: elapsed time, or a value from the last scan. A single scan may have any
+    /// value; in a run from power-up it is unknown. If the instruction may run several times in a scan, it is an
+    /// ordinary choice, because the earlier execution is not modelled.
     pub(super) fn earlier_choice(&mut self) -> ChoiceId {
         if self.repeated {
             return self.out.choice();
@@ -119,8 +119,8 @@ impl OmronBuilder {
         Logic::Bit(BitSource::Free(self.earlier_choice()))
     }
 
-    /// A new cell in which the instruction remembers one of its inputs. `None` if it may run several times in a scan or be
-    /// skipped in an interlock.
+    /// A new cell in which the instruction remembers one of its inputs. `None` if it may run several times in a scan or
+    /// be skipped in an interlock.
     pub(super) fn edge_memory(&mut self) -> Option<Cell> {
         let is_modelled = !self.repeated && !self.interlocked;
         is_modelled.then(|| {
@@ -201,8 +201,8 @@ impl OmronBuilder {
         }
     }
 
-    /// Whether a value has an edge since the next instruction last executed. If this instruction may run several times in a scan
-    /// or be skipped in an interlock, the answer is a free bit.
+    /// Whether a value has an edge since the next instruction last executed. If this instruction may run several times
+    /// in a scan or be skipped in an interlock, the answer is a free bit.
     pub(super) fn edge(&mut self, value: Logic, edge: Edge) -> Logic {
         let Some(memory) = self.edge_memory() else { return self.unknown_edge(value, edge) };
         self.remembered.push(always(Write::Bit(BitTarget::Cell(memory), value.clone())));
@@ -289,8 +289,8 @@ impl OmronBuilder {
         }
     }
 
-    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because its condition does not match
-    /// the on-time and off-time of tables.
+    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because its
+    /// condition does not match the on-time and off-time of tables.
     pub(super) fn key(&self, item: &Item<'_>, use_larger_time: bool) -> TimingKey {
         let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];

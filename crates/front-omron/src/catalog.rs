@@ -17,10 +17,10 @@ const MEANINGS: &str = "\
     shift-words step subtract task test test-not timer timer-holding timer-unknown word-and word-or word-xnr \
     word-xor";
 
-/// The extensions of the OMRON catalog: the roles `t` (timer), `k` (counter) and `tk` (either), the meaning keywords, and the
-/// columns `family` (`c`, `cs`, `*` for both), `number` (function number; `~`: the user may assign it) and `flags`: the
-/// condition flags that the instruction may change in addition to its meaning; `*` means all, `~` those that some CPUs of
-/// CS, CJ and CP turn off and others leave unchanged.
+/// The extensions of the OMRON catalog: the roles `t` (timer), `k` (counter) and `tk` (either), the meaning keywords,
+/// and the columns `family` (`c`, `cs`, `*` for both), `number` (function number; `~`: the user may assign it) and
+/// `flags`: the condition flags that the instruction may change in addition to its meaning; `*` means all, `~` those
+/// that some CPUs of CS, CJ and CP turn off and others leave unchanged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Vocabulary;
 

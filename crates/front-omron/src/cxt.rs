@@ -1,11 +1,12 @@
 //! Reads CX-Programmer's text files (`.cxt`): programs, the mnemonics of rungs, symbols, the CPU.
 //!
 //! `Key:=value;` is a value. After `Key:=` alone follows a block (BEGIN to END), a text between two equal marks
-//! `$?St$Bk?_#[n]`, or a list of lines (BEGIN_LIST). A rung's mnemonics have the key `SL`. Symbols are in `VariableList`: name,
-//! address, type, three other columns and the comment. Task numbers from 256 on are cyclic tasks, lower ones interrupt tasks.
+//! `$?St$Bk?_#[n]`, or a list of lines (BEGIN_LIST). A rung's mnemonics have the key `SL`. Symbols are in
+//! `VariableList`: name, address, type, three other columns and the comment. Task numbers from 256 on are cyclic tasks,
+//! lower ones interrupt tasks.
 //!
-//! Nothing within `Programs` is skipped: each program must have its sections, each section as many rungs as it states, and each
-//! rung its mnemonics. Other blocks that may contain code are refused.
+//! Nothing within `Programs` is skipped: each program must have its sections, each section as many rungs as it states,
+//! and each rung its mnemonics. Other blocks that may contain code are refused.
 
 use super::list;
 use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};

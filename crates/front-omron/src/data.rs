@@ -85,7 +85,8 @@ fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
     all.collect()
 }
 
-/// Registers that are written implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the number of matches in DR0.
+/// Registers that are written implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the number of matches
+/// in DR0.
 fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
     let index = memory.index_register(0).filter(|_| found);
@@ -385,7 +386,8 @@ fn comparison(
     Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
-/// Whether the limits of ZCP are constants in the right order. Otherwise it may be an error that leaves the flags unchanged.
+/// Whether the limits of ZCP are constants in the right order. Otherwise it may be an error that leaves the flags
+/// unchanged.
 fn limits_in_order(item: &Item<'_>) -> bool {
     let limit = |at: usize| match item.operands.get(at) {
         Some(&Operand::Constant(value, _)) => Some(value),

@@ -25,8 +25,8 @@ use scanbound_ir::{
 /// The largest number of errors about stated ranges that are listed.
 const MAX_FAULTS: usize = 100;
 
-/// The largest number of instructions. The largest CPUs hold 400 K steps; a contact takes one step, most other instructions
-/// two to seven.
+/// The largest number of instructions. The largest CPUs hold 400 K steps; a contact takes one step, most other
+/// instructions two to seven.
 const MAX_INSTRUCTIONS: usize = 300 * 1024;
 
 /// Refuses a project with more instructions than any CPU can hold.
@@ -76,7 +76,8 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     super::loops::apply_stated_ranges(&mut decoder.builder);
     decoder.arrange(project, options);
     let Decoder { mut builder, mut faults, used: [read, written], .. } = decoder;
-    // A written word is an output. Other words are inputs, and so are words with a single bit that is read but not written.
+    // A written word is an output. Other words are inputs, and so are words with a single bit that is read but not
+    // written.
     let is_input = |(word, bits): &(&u32, &u16)| match written.get(word) {
         None => true,
         Some(written) => **bits & !written != 0,
@@ -308,9 +309,9 @@ impl Decoder {
         self.tasks.push((program.task, program.name.clone(), start..self.builder.next(), end));
     }
 
-    /// Records by how much each WDT extends the cycle time monitoring time: 10 ms for each unit of its operand on CS, CJ and CP.
-    /// The value for the C series (100 ms) is unverified, so no bound uses it. Also records whether an instruction may let
-    /// interrupts wait.
+    /// Records by how much each WDT extends the cycle time monitoring time: 10 ms for each unit of its operand on CS,
+    /// CJ and CP. The value for the C series (100 ms) is unverified, so no bound uses it. Also records whether an
+    /// instruction may let interrupts wait.
     fn note_scan_control(&mut self, items: &[Item<'_>], starts: &[Option<usize>]) {
         const MS: u64 = 1_000_000_000;
         const MAX_UNITS: u32 = 0x0F9F;
@@ -502,7 +503,8 @@ impl Decoder {
         });
         let cyclic = tasks.iter().filter(|(task, ..)| matches!(task, Task::Cyclic(_))).count();
         for (task, name, range, end) in tasks {
-            // A list does not say when its program runs. If the facts state an interrupt of its name, it is an interrupt program.
+            // A list does not say when its program runs. If the facts state an interrupt of its name, it is an
+            // interrupt program.
             if let (Task::Each, stated @ Some(_)) = (task, options.facts.interrupt(&name)) {
                 self.builder.out.interrupt(name, range.start, stated);
                 continue;

@@ -250,7 +250,8 @@ fn meaning(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> 
             let left = name.starts_with("ASL");
             own(builder, Operation::Shift { left, signed: false }, wide, vec![constant(1)])
         }
-        // The control word: the low byte is the number of places; the high digit is 0 to shift in zeros, 8 to shift in the end bit.
+        // The control word: the low byte is the number of places; the high digit is 0 to shift in zeros, 8 to shift in
+        // the end bit.
         "NASL" | "NASR" | "NSLL" | "NSRL" => {
             let wide = if name.starts_with("NS") { 2 } else { 1 };
             let left = matches!(name, "NASL" | "NSLL");
@@ -345,7 +346,8 @@ fn moved(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
                 target(builder, item, 2, count)?,
             )
         }
-        // The control word: low digit is the first source digit, the next is the number of digits minus 1, then the first target digit.
+        // The control word: low digit is the first source digit, the next is the number of digits minus 1, then the
+        // first target digit.
         "MOVD" => {
             let (from, more, to) = (digit(1, 0)?, digit(1, 1)?, digit(1, 2)?);
             if from > 3 || more > 3 || to > 3 || digit(1, 3)? > 0 {

@@ -3,8 +3,8 @@
 use super::builder::OmronBuilder;
 use scanbound_ir::{Step, WordSource, flow};
 
-/// Limits loop counts to the stated ranges of their words. A range is about the start of the scan, so it applies only to words
-/// that the program does not write.
+/// Limits loop counts to the stated ranges of their words. A range is about the start of the scan, so it applies only
+/// to words that the program does not write.
 pub(super) fn apply_stated_ranges(builder: &mut OmronBuilder) {
     for (at, word) in std::mem::take(&mut builder.counted) {
         let stated =

@@ -311,8 +311,8 @@ impl Memory {
         known.iter().map(named).collect()
     }
 
-    /// The state of a CPU after power-up with cleared memory: data words are 0. An I/O word that the program does not write is an
-    /// input.
+    /// The state of a CPU after power-up with cleared memory: data words are 0. An I/O word that the program does not
+    /// write is an input.
     pub(super) fn power_up(self) -> PowerUp {
         let cells = |area: u16, first: u32, end: u32| Region::Range {
             first: Cell { area: AreaId(area), index: first },
@@ -355,8 +355,8 @@ impl Memory {
         }
     }
 
-    /// The hidden bit that records whether a timer's condition was on at its last execution. Only the timer's own instructions
-    /// write it.
+    /// The hidden bit that records whether a timer's condition was on at its last execution. Only the timer's own
+    /// instructions write it.
     pub(super) fn runs(self, flag: Cell) -> Cell {
         let area = match self.family {
             Family::C => 8,

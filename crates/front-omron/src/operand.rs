@@ -165,7 +165,8 @@ impl Reader<'_> {
     /// Parses an address; `None` if the text does not look like one.
     fn address(&self, text: &str, want: Expected) -> Option<Result<Operand, OperandError>> {
         let upper = text.to_ascii_uppercase();
-        // Index registers: `,IR0`, `+5,IR0`, `DR0,IR0`, with increment or decrement: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+        // Index registers: `,IR0`, `+5,IR0`, `DR0,IR0`, with increment or decrement: `,IR0+`, `,IR0++`, `,-IR0`,
+        // `,--IR0`.
         if upper.split_once(',').is_some_and(|(_, register)| {
             register.trim_start().trim_start_matches('-').starts_with("IR")
         }) {

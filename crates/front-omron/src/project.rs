@@ -78,7 +78,8 @@ pub fn read(
     Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
 }
 
-/// A warning for CPUs with parallel processing: with asynchronous memory access, peripheral servicing may write at any moment.
+/// A warning for CPUs with parallel processing: with asynchronous memory access, peripheral servicing may write at any
+/// moment.
 fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     let device = cpu.trim().to_ascii_uppercase();
     let can = ["CS1", "CJ1"].iter().any(|name| device.starts_with(name)) && device.contains("-H");
@@ -91,7 +92,8 @@ fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     can.then(|| Diagnostic::file(Code::Parallel, file, message, help).warning())
 }
 
-/// Warns of programs without END. A program of the C series may be split into several files; then only the last has END.
+/// Warns of programs without END. A program of the C series may be split into several files; then only the last has
+/// END.
 fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let is_end = |raw: &RawInstruction| {
         raw.mnemonic.eq_ignore_ascii_case("END")
@@ -112,8 +114,8 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     told.collect()
 }
 
-/// The instructions with their addresses. On the C series each occupies one. In other lists the numbers may be rung numbers:
-/// if several instructions have the same one, the list is not checked.
+/// The instructions with their addresses. On the C series each occupies one. In other lists the numbers may be rung
+/// numbers: if several instructions have the same one, the list is not checked.
 fn numbered(
     instructions: &[RawInstruction],
     by_one: bool,

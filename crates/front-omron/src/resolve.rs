@@ -13,7 +13,8 @@ use scanbound_front::shown;
 #[derive(Debug, Clone)]
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
-    /// Its catalog name, with the connection of a comparison (`AND=`); for a user-defined instruction the name as written.
+    /// Its catalog name, with the connection of a comparison (`AND=`); for a user-defined instruction the name as
+    /// written.
     pub(super) name: String,
     /// Its catalog row; `None` for a user-defined instruction.
     pub(super) row: Option<&'static Row>,

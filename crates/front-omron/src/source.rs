@@ -16,8 +16,8 @@ pub const CXT: &str = "omron-cxt";
 /// The memory map and the instruction set of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// C200H and similar (C200HS, C200HX, CQM1, CPM): two-digit function numbers, areas IR, HR, AR, LR, DM, and one area for
-    /// timers and counters.
+    /// C200H and similar (C200HS, C200HX, CQM1, CPM): two-digit function numbers, areas IR, HR, AR, LR, DM, and one
+    /// area for timers and counters.
     C,
     /// CS, CJ, CP: three-digit function numbers, areas CIO, W, H, A, D, E, and separate areas for timers and counters.
     Cs,

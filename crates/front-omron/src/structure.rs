@@ -1,4 +1,5 @@
-//! The control structure of a program: its end, subroutines, jumps, loops and interlocks. It is checked before lowering.
+//! The control structure of a program: its end, subroutines, jumps, loops and interlocks. It is checked before
+//! lowering.
 
 use scanbound_base::code::Code;
 use std::collections::BTreeMap;

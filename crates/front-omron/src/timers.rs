@@ -36,7 +36,8 @@ struct Setting {
     source: Option<WordSource>,
     /// Whether it is BCD.
     is_decimal: bool,
-    /// The condition under which it is not valid BCD. The instruction may then be an error and leave the flag unchanged.
+    /// The condition under which it is not valid BCD. The instruction may then be an error and leave the flag
+    /// unchanged.
     wrong: Logic,
     /// As `wrong`, or the set value is 0; the flag then does not depend on elapsed time.
     odd: Logic,
@@ -85,8 +86,8 @@ impl Setting {
         }
     }
 
-    /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value is not longer than
-    /// one scan.
+    /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value is not
+    /// longer than one scan.
     fn elapsed(&self, builder: &mut OmronBuilder, item: &Item<'_>, flag: Cell) -> Logic {
         let (Some(unit), Some(setting)) = (step(item), self.source) else {
             return self.over(builder);
@@ -167,8 +168,8 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
                         let bit = |cell, value| fired(Write::Bit(BitTarget::Cell(cell), value));
                         effects.push(bit(flag, Logic::Const(false)));
                         effects.push(fired(havoc_present(flag, choice)));
-                        // Whether a timer restarts while its condition stays on is unknown, and so is where an accumulative
-                        // timer continues.
+                        // Whether a timer restarts while its condition stays on is unknown, and so is where an
+                        // accumulative timer continues.
                         let value = builder.free_bit();
                         effects.push(bit(builder.memory.runs(flag), value));
                     }
@@ -327,7 +328,8 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     }
 }
 
-/// The branches of an instruction of which it detects edges, each with its memory. `None` if the memory is not modelled.
+/// The branches of an instruction of which it detects edges, each with its memory. `None` if the memory is not
+/// modelled.
 struct Inputs(Vec<(u32, Option<Cell>)>);
 
 impl Inputs {

@@ -52,8 +52,8 @@ impl Builder {
         self.program.instructions.len()
     }
 
-    /// Adds an instruction and returns its index. If its effects exceed the cell budget, every region that they write gets any
-    /// value, and the program lists this as an over-approximation.
+    /// Adds an instruction and returns its index. If its effects exceed the cell budget, every region that they write
+    /// gets any value, and the program lists this as an over-approximation.
     pub fn add(
         &mut self,
         timing: Option<TimingKey>,
@@ -81,14 +81,15 @@ impl Builder {
         at
     }
 
-    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; without it, one.
+    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; without
+    /// it, one.
     pub fn interrupt(&mut self, name: String, entry: usize, stated: Option<u32>) {
         let (times, stated) = (stated.unwrap_or(1), stated.is_some());
         self.program.interrupts.push(Interrupt { name, entry, times, stated });
     }
 
-    /// Directs a call to a stub for a routine that is missing from the files. The stub is added at the end. Without `known`, it
-    /// takes no time and may write everything.
+    /// Directs a call to a stub for a routine that is missing from the files. The stub is added at the end. Without
+    /// `known`, it takes no time and may write everything.
     pub fn call_absent(&mut self, call: usize, name: &str, known: Option<StatedRoutine>) {
         let entry = self.next();
         let stated = known.is_some();
@@ -143,8 +144,8 @@ impl Builder {
         choice
     }
 
-    /// A new choice for the ticks (of length `unit`) that one scan may take, as a word. Each timer has its own choice, so that
-    /// timers do not depend on each other.
+    /// A new choice for the ticks (of length `unit`) that one scan may take, as a word. Each timer has its own choice,
+    /// so that timers do not depend on each other.
     pub fn scan_ticks(&mut self, unit: Picos, is_decimal: bool) -> ChoiceId {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::ScanTicks { unit, is_decimal });

@@ -1,8 +1,8 @@
 //! The language of the instruction catalogs of all fronts, and its parser.
 //!
-//! A catalog is a CSV text. The first line names the columns, in any order; lines that begin with `#` are comments. Each
-//! other line is one form of an instruction: a mnemonic that takes other operands in another form has several lines. The
-//! columns `also` and `units` and the dialect's own columns are optional.
+//! A catalog is a CSV text. The first line names the columns, in any order; lines that begin with `#` are comments.
+//! Each other line is one form of an instruction: a mnemonic that takes other operands in another form has several
+//! lines. The columns `also` and `units` and the dialect's own columns are optional.
 //!
 //! | column | content |
 //! |---|---|
@@ -36,9 +36,9 @@
 //! | `e` | a real number (two words) |
 //! | `$` | a text up to its closing NUL |
 //!
-//! Each dialect has a [`Vocabulary`] with its own roles, meaning keywords and columns. Three keywords exist in all dialects:
-//! `havoc` (everything that the instruction writes gets any value when it fires), `havoc-always` (the same also when its
-//! condition is false) and `nothing` (it writes nothing).
+//! Each dialect has a [`Vocabulary`] with its own roles, meaning keywords and columns. Three keywords exist in all
+//! dialects: `havoc` (everything that the instruction writes gets any value when it fires), `havoc-always` (the same
+//! also when its condition is false) and `nothing` (it writes nothing).
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -143,7 +143,8 @@ pub enum Extent {
     Bits(Amount),
     /// Words. In a bit area a word is sixteen bits, or as many as the digit designation (`K4M0`) says.
     Words(Amount),
-    /// Devices of the type that is written there: a bit, a word, or a timer or counter with contact, coil and current value.
+    /// Devices of the type that is written there: a bit, a word, or a timer or counter with contact, coil and current
+    /// value.
     Devices(Amount),
     /// A text up to its closing NUL, of unknown length.
     Text,

@@ -45,8 +45,8 @@ impl Named {
     }
 }
 
-/// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: the code pages of the
-/// vendors' tools and that of Western Europe.
+/// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: the code pages of
+/// the vendors' tools and that of Western Europe.
 pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
         return Vec::new();
@@ -68,8 +68,8 @@ pub struct Undecodable {
     pub cut: bool,
 }
 
-/// Decodes a file. Several code pages may fit the bytes: the first one whose text contains one of `known_words` is used,
-/// otherwise the first one that fits.
+/// Decodes a file. Several code pages may fit the bytes: the first one whose text contains one of `known_words` is
+/// used, otherwise the first one that fits.
 ///
 /// # Errors
 /// No encoding fits. The place is where decoding failed, in the encoding that came furthest.

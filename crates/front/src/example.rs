@@ -1,5 +1,5 @@
-//! Example lines of instructions. `explain` and the calibration decode them, so that an instruction's properties are written
-//! only in the catalog.
+//! Example lines of instructions. `explain` and the calibration decode them, so that an instruction's properties are
+//! written only in the catalog.
 
 use super::catalog::{Extent, Operand, Role, Row, Vocabulary};
 

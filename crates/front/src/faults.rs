@@ -87,7 +87,8 @@ impl<'a> Faults<'a> {
         !self.errors.is_empty()
     }
 
-    /// The collected list: errors in the order of their lines, then warnings. Use it if several stages read the same file.
+    /// The collected list: errors in the order of their lines, then warnings. Use it if several stages read the same
+    /// file.
     pub fn in_order(mut self) -> Vec<Diagnostic> {
         self.errors.sort_by_key(|fault| (fault.line, fault.step));
         self.into_diagnostics()

@@ -20,7 +20,8 @@ pub struct Dialect {
     pub sniff: Sniff,
 }
 
-/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful files.
+/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful
+/// files.
 #[derive(Debug, Clone, Copy)]
 pub enum Sniff {
     /// Whether a file whose text begins like this is in the dialect.
@@ -50,15 +51,15 @@ pub trait Front: Sync {
         Vec::new()
     }
 
-    /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables name it.
-    /// `None` if this front does not have the family, or the family not the instruction.
+    /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables
+    /// name it. `None` if this front does not have the family, or the family not the instruction.
     fn examples(&self, name: &str, family: &str) -> Option<Examples> {
         let _ = (name, family);
         None
     }
 
-    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to another
-    /// front.
+    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to
+    /// another front.
     ///
     /// # Errors
     /// All errors of all files.
@@ -116,8 +117,8 @@ pub struct MachineOptions {
     pub clock: bool,
     /// Whether the CPU reads its inputs once in a scan.
     pub latched: bool,
-    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices that
-    /// are written through `@`.
+    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices
+    /// that are written through `@`.
     pub index: bool,
 }
 
@@ -131,8 +132,8 @@ pub struct Options<'a> {
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
     /// The user's facts.
     pub facts: &'a Facts,
-    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound needs.
-    /// Otherwise such a call is an error.
+    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound
+    /// needs. Otherwise such a call is an error.
     pub absent_calls_take_no_time: bool,
     /// The task whose scan is analysed, if the project has several.
     pub task: Option<&'a str>,

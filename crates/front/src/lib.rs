@@ -1,7 +1,7 @@
 //! What a front is (the traits), and what all fronts share.
 //!
-//! A front reads the dialects of one kind of PLC and lowers their programs to a [`Program`](scanbound_ir::Program), which
-//! does not show which front made it.
+//! A front reads the dialects of one kind of PLC and lowers their programs to a [`Program`](scanbound_ir::Program),
+//! which does not show which front made it.
 
 pub mod absent;
 pub mod builder;

@@ -1,5 +1,5 @@
-//! Checks the addresses at the start of a list's lines: a missing, repeated or unordered address shows that a line was lost,
-//! repeated or moved.
+//! Checks the addresses at the start of a list's lines: a missing, repeated or unordered address shows that a line was
+//! lost, repeated or moved.
 
 use super::{Faults, shown};
 use scanbound_base::code::Code;

@@ -72,8 +72,8 @@ pub struct Caret<'a> {
 }
 
 impl Caret<'_> {
-    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them. It shows
-    /// the source line on which that word is.
+    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them.
+    /// It shows the source line on which that word is.
     pub fn at(
         &self,
         part: &str,

@@ -129,8 +129,8 @@ impl Fronts {
         })
     }
 
-    /// Reads a project's files: programs in the given order, and device comments. Without `dialect` it is recognised by the
-    /// content.
+    /// Reads a project's files: programs in the given order, and device comments. Without `dialect` it is recognised by
+    /// the content.
     ///
     /// # Errors
     /// The errors and warnings of all files.
@@ -202,8 +202,8 @@ impl Fronts {
         }
     }
 
-    /// The error for a file that is in another dialect than the user stated. If the stated dialect can read part of it, the
-    /// error names the first line that it cannot read.
+    /// The error for a file that is in another dialect than the user stated. If the stated dialect can read part of it,
+    /// the error names the first line that it cannot read.
     fn other_dialect(self, input: &Input, found: &Dialect, named: &Dialect) -> Diagnostic {
         let is_named = |own: &Dialect| own.name == named.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_named));
@@ -249,8 +249,8 @@ fn empty(input: &Input, message: &str) -> Diagnostic {
 }
 
 impl Input {
-    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in this
-    /// one, or is a binary image that one of the fronts reads.
+    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in
+    /// this one, or is a binary image that one of the fronts reads.
     pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
         let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
             Sniff::Bytes(sniff) => Some(sniff),

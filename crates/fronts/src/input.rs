@@ -1,7 +1,7 @@
 //! Reads the files and directories that the user names.
 //!
-//! A program that is missing from a scan makes its bound too low. So every named file must be readable, and so must every
-//! file in a named directory, unless an `--ignore` pattern excludes it or it is clearly not a program (`plain`).
+//! A program that is missing from a scan makes its bound too low. So every named file must be readable, and so must
+//! every file in a named directory, unless an `--ignore` pattern excludes it or it is clearly not a program (`plain`).
 
 mod ignore;
 mod plain;
@@ -38,8 +38,8 @@ pub struct Gathered {
 /// Reads the named files, and from named directories all that may be a program or device comments.
 ///
 /// # Errors
-/// Each path that cannot be read, is named twice, or is a directory without a program; each file of a directory that may be
-/// a program but cannot be read as one. The list includes the warnings.
+/// Each path that cannot be read, is named twice, or is a directory without a program; each file of a directory that
+/// may be a program but cannot be read as one. The list includes the warnings.
 pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagnostic>> {
     let gathered = survey(paths, ignore);
     match gathered.warnings.iter().any(|fault| fault.severity == Severity::Error) {

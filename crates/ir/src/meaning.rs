@@ -276,7 +276,8 @@ pub enum Operation {
     Repeat,
     /// The sum of the signed numbers in the first input, each of this many words. The result has twice as many words.
     Total(u8),
-    /// The mean of the signed numbers in the first input, each of this many words, in as many words. Unknown if it is not an integer.
+    /// The mean of the signed numbers in the first input, each of this many words, in as many words. Unknown if it is
+    /// not an integer.
     Mean(u8),
     /// The maximum or minimum of the signed numbers in the first input. One result: the value, the position (from 1) of
     /// its first occurrence, the number of occurrences.

@@ -101,8 +101,8 @@ pub struct Timekeeping {
     pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
     /// Choices that say whether a timer has expired.
     pub expiries: BTreeMap<ChoiceId, Expiry>,
-    /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs from power-up do not track. There
-    /// their value is unknown.
+    /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs from power-up do not track.
+    /// There their value is unknown.
     pub untracked: BTreeSet<ChoiceId>,
     /// Areas of words whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,

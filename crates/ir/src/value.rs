@@ -255,7 +255,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Whether code with these frames runs in an interrupt routine. `entries` are the first instructions of these routines.
+    /// Whether code with these frames runs in an interrupt routine. `entries` are the first instructions of these
+    /// routines.
     #[must_use]
     pub fn in_interrupt(frames: &[Frame], entries: &BTreeSet<usize>) -> bool {
         frames.first().is_some_and(|frame| entries.contains(&frame.at))

@@ -19,8 +19,8 @@ pub enum Protocol {
     FinsUdp,
     /// FINS over TCP.
     FinsTcp,
-    /// Host Link in C-mode, on a serial line or over TCP through a serial device server: the unit's number, and the line's
-    /// settings, unless it is already set.
+    /// Host Link in C-mode, on a serial line or over TCP through a serial device server: the unit's number, and the
+    /// line's settings, unless it is already set.
     HostLink(u8, Option<serial::Settings>),
 }
 

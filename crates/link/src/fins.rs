@@ -1,7 +1,7 @@
 //! Frames of FINS, over UDP and over TCP: requests and answers.
 //!
-//! Only the commands that read are supported: memory areas (0101), the CPU's state (0601) and its cycle times (0620), as CS and
-//! CJ CPUs have them (CS/CJ-series Communications Commands, sections 5-2 and 5-3).
+//! Only the commands that read are supported: memory areas (0101), the CPU's state (0601) and its cycle times (0620),
+//! as CS and CJ CPUs have them (CS/CJ-series Communications Commands, sections 5-2 and 5-3).
 
 use super::device::{Area, AreaKind, Device};
 use super::fault::Wrong;
@@ -101,7 +101,8 @@ pub fn accepted<'a>(frame: &'a [u8], request: &[u8]) -> Result<&'a [u8], Wrong> 
     let Some((end, data)) = rest.split_at_checked(2) else {
         return Err(Wrong::no("it has no end code"));
     };
-    // Bit 7 of the first byte: an error of the network. Bits 6 and 7 of the second byte: a CPU error that does not stop it.
+    // Bit 7 of the first byte: an error of the network. Bits 6 and 7 of the second byte: a CPU error that does not stop
+    // it.
     match (end[0] & 0x7F, end[1] & 0x3F) {
         (0, 0) => Ok(data),
         (main, sub) => Err(Wrong::EndCode {

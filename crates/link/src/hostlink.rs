@@ -1,14 +1,14 @@
 //! Frames of Host Link in C-mode, for CPUs that have only a serial port.
 //!
-//! `@`, the unit's number, a header, text, a check sum (all characters so far joined by exclusive or, in two hexadecimal
-//! digits), `*` and a carriage return. Only headers that read, or do nothing: RR (inputs, outputs and relays), RH, RL
-//! (links), RJ (auxiliary), RD (data), RC (present values of timers and counters), RG (their flags), R#, R$ and R% (their
-//! set values), MS (state), TS (test).
+//! `@`, the unit's number, a header, text, a check sum (all characters so far joined by exclusive or, in two
+//! hexadecimal digits), `*` and a carriage return. Only headers that read, or do nothing: RR (inputs, outputs and
+//! relays), RH, RL (links), RJ (auxiliary), RD (data), RC (present values of timers and counters), RG (their flags),
+//! R#, R$ and R% (their set values), MS (state), TS (test).
 //!
-//! After OMRON's manuals: C200HS Operation Manual W235, section 11-3; C200HX/HG/HE Operation Manual W303, sections 8-2 and
-//! 10-3 (words a frame holds, end codes); CJ-series Communications Commands Reference Manual W342, section 4-3 (R$ and R%
-//! give the first such instruction from the program address on). A request is never so long that its answer takes more
-//! than one frame, since what comes in one frame is from one moment.
+//! After OMRON's manuals: C200HS Operation Manual W235, section 11-3; C200HX/HG/HE Operation Manual W303, sections 8-2
+//! and 10-3 (words a frame holds, end codes); CJ-series Communications Commands Reference Manual W342, section 4-3 (R$
+//! and R% give the first such instruction from the program address on). A request is never so long that its answer
+//! takes more than one frame, since what comes in one frame is from one moment.
 
 mod answer;
 

@@ -1,7 +1,7 @@
 //! Reads PLCs and serves emulated ones: frames of SLMP, FINS and Host Link, and the connections that carry them.
 //!
-//! Pure functions encode and decode frames (`slmp`, `fins`, `hostlink`), for both ends. [`client`] sends requests over a
-//! connection; there is no request that writes. [`server`] answers for an emulated CPU. [`registers`] lists
+//! Pure functions encode and decode frames (`slmp`, `fins`, `hostlink`), for both ends. [`client`] sends requests over
+//! a connection; there is no request that writes. [`server`] answers for an emulated CPU. [`registers`] lists
 //! where a CPU stores its scan times. [`station`] reads a unit on a serial line and recovers when frames are
 //! lost; [`pty`] is a serial line between two programs.
 

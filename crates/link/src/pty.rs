@@ -24,7 +24,8 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Opens a pseudo-terminal. With `link`, the other end also has this name; an existing link of this name is replaced.
+    /// Opens a pseudo-terminal. With `link`, the other end also has this name; an existing link of this name is
+    /// replaced.
     ///
     /// # Errors
     /// The system has no pseudo-terminal, or the name is used by something other than a link.

@@ -123,7 +123,8 @@ impl Listening {
         self.spoken
     }
 
-    /// Serves until `over` is set, each connection on its own thread. Requests are passed to the thread that holds the memory.
+    /// Serves until `over` is set, each connection on its own thread. Requests are passed to the thread that holds the
+    /// memory.
     pub fn serve(self, requests: Sender<Request>, over: Arc<AtomicBool>) {
         match self.socket {
             Socket::Udp(socket) => datagrams(&socket, self.spoken, &requests, &over),

@@ -10,8 +10,8 @@ pub struct Bounds {
     pub upper: Picos,
     /// The time of a replayed scan.
     pub lower: Picos,
-    /// Every scan takes at least this long if the table's times are those of the machine: the time that no condition avoids,
-    /// without the service factor, because services need not run.
+    /// Every scan takes at least this long if the table's times are those of the machine: the time that no condition
+    /// avoids, without the service factor, because services need not run.
     pub least: Picos,
     /// The timing table.
     pub table: String,

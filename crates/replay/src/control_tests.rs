@@ -1,4 +1,5 @@
-//! Tests of the interpreter's control: stack, slots, master control regions, jumps, calls, loops and the order of routines.
+//! Tests of the interpreter's control: stack, slots, master control regions, jumps, calls, loops and the order of
+//! routines.
 
 use super::*;
 use scanbound_base::time::Picos;

@@ -108,8 +108,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         is_current.then_some((first, timed))
     }
 
-    /// The present value of the current timer at the start of the scan, or with a `setting` the rest that is left of it.
-    /// `None` if no other instruction has read the value before, or it is unknown.
+    /// The present value of the current timer at the start of the scan, or with a `setting` the rest that is left of
+    /// it. `None` if no other instruction has read the value before, or it is unknown.
     fn stood(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
         let (first, timed) = self.current_timer()?;
         let read = self.presents.get(&timed.present).copied().flatten();

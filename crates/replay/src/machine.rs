@@ -75,8 +75,8 @@ pub(super) struct Machine<'p, F> {
     stopped: Option<Stopped>,
     /// How many more instructions may be executed.
     remaining: u64,
-    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met. `undecided`
-    /// counts the loops met so far.
+    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met.
+    /// `undecided` counts the loops met so far.
     once: Vec<bool>,
     undecided: usize,
     /// Whether only the total time is wanted.
@@ -150,8 +150,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         )
     }
 
-    /// As [`Self::real`], and returns the final state. `undecided` such loops count as already met: from `MAX_UNDECIDED_LOOPS` on,
-    /// the run stops at a loop of which it is unknown whether it makes one iteration.
+    /// As [`Self::real`], and returns the final state. `undecided` such loops count as already met: from
+    /// `MAX_UNDECIDED_LOOPS` on, the run stops at a loop of which it is unknown whether it makes one iteration.
     pub(super) fn real_from(mut self, most: u64, undecided: usize) -> (RealRun, State<'p, F>) {
         (self.remaining, self.undecided) = (most, undecided);
         let replay = self.scan();

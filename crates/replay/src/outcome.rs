@@ -25,8 +25,8 @@ pub struct Replay {
     pub total: Picos,
     /// The executed instructions, in order.
     pub events: Vec<Event>,
-    /// Indices into `Program::stated_ranges` of the user's ranges that the start values violate. Only cells that the scan read
-    /// count. If the list is not empty, the user's statements exclude this scan.
+    /// Indices into `Program::stated_ranges` of the user's ranges that the start values violate. Only cells that the
+    /// scan read count. If the list is not empty, the user's statements exclude this scan.
     pub broken_ranges: Vec<usize>,
     /// Indices into `Program::invariants` of the invariants that the start values violate. If the list is not empty, no
     /// scan starts with these values. In a real run, the conditions of `PowerUp::in_every_reading` follow behind the
@@ -70,11 +70,11 @@ pub struct RealRun {
     pub stopped: Option<Stopped>,
     /// The results of operations that the run computed.
     pub learned: Knowledge,
-    /// Ranges that hold at the start of the scan and not at its end: the index into `Program::stated_ranges` and the value at
-    /// the end. Empty if the run stopped early.
+    /// Ranges that hold at the start of the scan and not at its end: the index into `Program::stated_ranges` and the
+    /// value at the end. Empty if the run stopped early.
     pub range_violations: Vec<(usize, i64)>,
-    /// Those of `Program::stated_exclusions` that hold at the start and certainly not at the end. Empty if the run stopped
-    /// early.
+    /// Those of `Program::stated_exclusions` that hold at the start and certainly not at the end. Empty if the run
+    /// stopped early.
     pub exclusion_violations: Vec<usize>,
     /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
     /// entry is an error in the analysis.

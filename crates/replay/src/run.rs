@@ -344,8 +344,8 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
     found
 }
 
-/// All regions that the program may write in the areas in which it has inputs; the regions need not be inputs. If a bit of a
-/// word is written, the whole word counts.
+/// All regions that the program may write in the areas in which it has inputs; the regions need not be inputs. If a bit
+/// of a word is written, the whole word counts.
 fn written(program: &Program) -> Vec<Region> {
     let inputs = &program.power_up.inputs;
     let all = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));

@@ -84,8 +84,8 @@ impl TimerMemory {
         }
     }
 
-    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, or if
-    /// the timer was running and was not executed in the last scan: manuals do not say how much of that time counts.
+    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, or
+    /// if the timer was running and was not executed in the last scan: manuals do not say how much of that time counts.
     pub(super) fn execute(
         &mut self,
         timed: &TimerOrCounter,

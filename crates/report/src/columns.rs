@@ -41,7 +41,8 @@ pub fn columns(indent: usize, rows: &[Vec<Cell>]) -> String {
     fitted(indent, rows, usize::MAX)
 }
 
-/// The same on a page of this width: the last field of a row goes on below itself, or where it has no room below its row.
+/// The same on a page of this width: the last field of a row goes on below itself, or where it has no room below its
+/// row.
 #[must_use]
 pub fn fitted(indent: usize, rows: &[Vec<Cell>], width: usize) -> String {
     let mut widths: Vec<usize> = Vec::new();

@@ -9,8 +9,8 @@ use std::fmt::Write;
 /// More places of one fact are counted, not shown.
 const MAX_PLACES: usize = 5;
 
-/// The file. What can be stated stands behind one `#`, what is told of it behind two: without the first of each line all
-/// of it is TOML. `absent` are the routines that are not there.
+/// The file. What can be stated stands behind one `#`, what is told of it behind two: without the first of each line
+/// all of it is TOML. `absent` are the routines that are not there.
 #[must_use]
 pub fn file(audit: &Audit, offers: &[Offer], absent: &[MissingRoutine]) -> String {
     let mut text = head(audit, offers, absent);

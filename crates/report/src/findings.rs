@@ -216,8 +216,8 @@ pub fn of_audit(audit: &Audit, check: Option<&Check>) -> Vec<Finding> {
     placed(found, &audit.files)
 }
 
-/// What has no place of its own, or a directory for one, is told of the first file: code hosts take no finding without a
-/// file, nor do they see through a `.` in front.
+/// What has no place of its own, or a directory for one, is told of the first file: code hosts take no finding without
+/// a file, nor do they see through a `.` in front.
 fn placed(mut found: Vec<Finding>, files: &[String]) -> Vec<Finding> {
     let whole = files.first().map(|file| (file.clone(), None));
     let within = |file: &str, directory: &str| {

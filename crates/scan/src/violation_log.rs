@@ -50,8 +50,8 @@ impl ViolationLog {
         ViolationLog::of_words(program.trusted_ranges.iter().map(word).enumerate())
     }
 
-    /// An empty record that watches these words, each with the index used in [`Violation::Word`] and its range. If several
-    /// are the same cell, only the last is watched; numbers of two words are not watched.
+    /// An empty record that watches these words, each with the index used in [`Violation::Word`] and its range. If
+    /// several are the same cell, only the last is watched; numbers of two words are not watched.
     pub fn of_words(words: impl Iterator<Item = (usize, StartRange)>) -> ViolationLog {
         let word = |(place, range): (usize, StartRange)| match range.cells[..] {
             [cell] => Some((cell, Watched { place, range, broken: Lit::FALSE })),

@@ -59,7 +59,8 @@ pub enum Kind {
 /// A box, timer module or counter module. Arcs connect places with transitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// Name, page, line and address. The address is the relay of the box, of the timer's box (b), or of the counter's c.
+    /// Name, page, line and address. The address is the relay of the box, of the timer's box (b), or of the counter's
+    /// c.
     pub head: Head,
     /// Its type.
     pub kind: Kind,
@@ -72,7 +73,8 @@ pub struct Place {
 pub struct Transition {
     /// Name, page, line and address.
     pub head: Head,
-    /// Whether it is an emergency-stop transition: it fires if any of its places is marked, and removes all their marks.
+    /// Whether it is an emergency-stop transition: it fires if any of its places is marked, and removes all their
+    /// marks.
     pub is_stop: bool,
 }
 
@@ -103,8 +105,8 @@ pub struct Arc {
 /// The signal that a gate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Signal {
-    /// An inner gate, an index into [`Diagram::places`]: of a box whether it is marked, of a timer whether it has timed out (P),
-    /// of a counter whether it has counted up (bc).
+    /// An inner gate, an index into [`Diagram::places`]: of a box whether it is marked, of a timer whether it has timed
+    /// out (P), of a counter whether it has counted up (bc).
     Place(usize),
     /// An outer gate: an index into [`Diagram::outers`].
     Outer(usize),
@@ -117,7 +119,8 @@ pub struct Gate {
     pub transition: usize,
     /// The signal that it reads.
     pub signal: Signal,
-    /// Whether it blocks the transition while the signal is 1 (inhibiting); otherwise it blocks while the signal is 0 (permissive).
+    /// Whether it blocks the transition while the signal is 1 (inhibiting); otherwise it blocks while the signal is 0
+    /// (permissive).
     pub is_inhibiting: bool,
     /// Its source line.
     pub line: u32,

@@ -1,4 +1,5 @@
-//! Checks the structure of a net: elements with a wrong number of arcs, addresses that are used twice or cannot be used.
+//! Checks the structure of a net: elements with a wrong number of arcs, addresses that are used twice or cannot be
+//! used.
 
 use super::address::Address;
 use super::{Diagram, Direction, Head, Kind};

@@ -1,8 +1,9 @@
-//! S-nets: Petri nets for sequence control, with gates, timers, counters and emergency stops; read, checked, translated.
+//! S-nets: Petri nets for sequence control, with gates, timers, counters and emergency stops; read, checked,
+//! translated.
 //!
-//! A [`Diagram`] is a net as it is drawn: boxes, transitions, arcs and gates on pages, with the addresses for its code. [`text`]
-//! reads and writes it as text; [`faults`] reports errors in its structure. The net and its rules follow the paper by Nishimi
-//! and Kinoshita; `docs/snet.md` explains them.
+//! A [`Diagram`] is a net as it is drawn: boxes, transitions, arcs and gates on pages, with the addresses for its code.
+//! [`text`] reads and writes it as text; [`faults`] reports errors in its structure. The net and its rules follow the
+//! paper by Nishimi and Kinoshita; `docs/snet.md` explains them.
 
 pub mod address;
 pub mod check;

@@ -1,8 +1,8 @@
 //! Reads the state of a net from a C200H that runs its code, over Host Link.
 //!
-//! A poll requests the words of the net's relays, and the flags, current values and set values of its timers and counters. The
-//! values in one response are from the same moment, those in different responses are not; so a reading states the number of
-//! responses. If one request fails, the poll gives no reading.
+//! A poll requests the words of the net's relays, and the flags, current values and set values of its timers and
+//! counters. The values in one response are from the same moment, those in different responses are not; so a reading
+//! states the number of responses. If one request fails, the poll gives no reading.
 
 use super::address::{Address, Area};
 use super::{Diagram, Kind};
@@ -19,8 +19,8 @@ const GAP: u32 = 8;
 /// The state of a place.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PlaceReading {
-    /// Its relay: of a box whether it is marked, of a timer its box (b), of a counter whether it has started (c); `None` without an
-    /// address.
+    /// Its relay: of a box whether it is marked, of a timer its box (b), of a counter whether it has started (c);
+    /// `None` without an address.
     pub relay: Option<bool>,
     /// The completion flag of its timer or counter (P, bc).
     pub over: Option<bool>,

@@ -1,7 +1,8 @@
-//! The net's rule: which transitions can fire, the effect of firing (one transition at a time), and when timers time out.
+//! The net's rule: which transitions can fire, the effect of firing (one transition at a time), and when timers time
+//! out.
 //!
-//! A state is a few words of bits. A box has a bit for its mark; a timer has bits for its box's mark and for the timeout (P); a
-//! counter has bits for started (c) and counted up (bc), and its count.
+//! A state is a few words of bits. A box has a bit for its mark; a timer has bits for its box's mark and for the
+//! timeout (P); a counter has bits for started (c) and counted up (bc), and its count.
 
 use super::{Diagram, Direction, Kind, Signal};
 

@@ -1,7 +1,8 @@
-//! The code's rule: in one scan, all transitions are evaluated with the marks at its start, then all enabled ones fire together.
+//! The code's rule: in one scan, all transitions are evaluated with the marks at its start, then all enabled ones fire
+//! together.
 //!
-//! The code computes each transition's relay first, then each box: `(marked or an input fires) and no output fires`, then timers
-//! and counters. A counter counts when its input's relay turns on, not while it stays on.
+//! The code computes each transition's relay first, then each box: `(marked or an input fires) and no output fires`,
+//! then timers and counters. A counter counts when its input's relay turns on, not while it stays on.
 
 use super::rules::{Rules, State};
 use std::collections::BTreeSet;
@@ -36,8 +37,8 @@ impl Rules {
             || one.gates.iter().any(opposite)
     }
 
-    /// Sets of transitions that must each fire before another one of the set, in a circle. `exclusive` tells which two never fire in
-    /// the same scan.
+    /// Sets of transitions that must each fire before another one of the set, in a circle. `exclusive` tells which two
+    /// never fire in the same scan.
     pub(super) fn circles(&self, exclusive: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let mut graph = petgraph::graphmap::DiGraphMap::<usize, ()>::new();
         for one in 0..self.transitions() {
@@ -90,8 +91,8 @@ impl Rules {
         bare
     }
 
-    /// An order in which the net could fire these transitions one after another with the same result as the scan; `None` if there
-    /// is none: then code and net differ.
+    /// An order in which the net could fire these transitions one after another with the same result as the scan;
+    /// `None` if there is none: then code and net differ.
     #[must_use]
     pub fn order(&self, state: &[u64], outers: &[bool], fired: &[usize]) -> Option<Vec<usize>> {
         let end = self.forget(&self.scan(state, fired));

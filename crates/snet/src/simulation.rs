@@ -1,4 +1,5 @@
-//! Simulates a net in time. By the net's rule one transition fires in each step; by the code's rule all that can fire in a scan do.
+//! Simulates a net in time. By the net's rule one transition fires in each step; by the code's rule all that can fire
+//! in a scan do.
 
 use super::rules::{Rules, State};
 use super::{Diagram, Kind};
@@ -127,8 +128,8 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Makes one step: due timers time out, then `choose` selects one of the transitions that can fire (by the code's rule all
-    /// fire).
+    /// Makes one step: due timers time out, then `choose` selects one of the transitions that can fire (by the code's
+    /// rule all fire).
     pub fn step(&mut self, choose: impl FnOnce(&[usize]) -> usize) -> Happened {
         let run_out = self.run_out();
         let firable = self.firable();

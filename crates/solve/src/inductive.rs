@@ -31,9 +31,9 @@ pub struct BitTransition {
     pub end: Lit,
 }
 
-/// The largest set of candidates found such that a scan that starts with all of them true also ends with all of them true.
-/// A candidate is a list of indices into `bits`; it says that these bits are never all on. `None` if the limits end the
-/// search; then nothing is known.
+/// The largest set of candidates found such that a scan that starts with all of them true also ends with all of them
+/// true. A candidate is a list of indices into `bits`; it says that these bits are never all on. `None` if the limits
+/// end the search; then nothing is known.
 #[must_use]
 pub fn inductive(
     model: &ScanModel,

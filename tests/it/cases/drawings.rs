@@ -317,8 +317,9 @@ fn read_case(name: &str) -> String {
     std::fs::read_to_string(case(name)).expect("the case")
 }
 
-/// Elements of a drawing: `a` a variable that is read, `> a` one that is written, `AND 1 2` a function of these elements, `t:TON IN=1
-/// PT=2` an instance, `EN=3` its pin of that name, `5.Q` an output, `[a] 1` a contact, `(a) 1` a coil, `|` the left rail.
+/// Elements of a drawing: `a` a variable that is read, `> a` one that is written, `AND 1 2` a function of these
+/// elements, `t:TON IN=1 PT=2` an instance, `EN=3` its pin of that name, `5.Q` an output, `[a] 1` a contact, `(a) 1` a
+/// coil, `|` the left rail.
 fn elements(all: &[&str], numbers: &[u32]) -> String {
     let from = |text: &str| {
         let (id, output) = text.split_once('.').map_or((text, String::new()), |(id, output)| {

@@ -548,8 +548,8 @@ fn one_input_has_one_value_under_all_its_names() {
     let two = "PROGRAM p VAR a AT %IX0.0 : BOOL; m : BOOL; END_VAR g := a; END_PROGRAM
         PROGRAM q VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM VAR_GLOBAL g : BOOL; END_VAR";
     assert_eq!(exact(two), (0, 0));
-    // Which byte of a word comes first, and whether %IW1 is the bytes 1 and 2 or 2 and 3, differs by controller: nothing
-    // is refuted by one of them alone.
+    // Which byte of a word comes first, and whether %IW1 is the bytes 1 and 2 or 2 and 3, differs by controller:
+    // nothing is refuted by one of them alone.
     for text in [
         "PROGRAM p VAR a AT %IX0.0 : BOOL; b AT %IW0 : WORD; END_VAR IF NOT a AND b.0 THEN Op4(); END_IF; END_PROGRAM",
         "PROGRAM p VAR a AT %IX2.0 : BOOL; b AT %IW1 : WORD; END_VAR IF NOT a AND b.0 THEN Op4(); END_IF; END_PROGRAM",

@@ -254,7 +254,8 @@ fn the_page_draws_inputs_as_the_report_has_them() {
             .collect();
         assert_eq!(numbers.len() as u64, report["program"]["blocks"].as_u64().expect("rungs"));
         for rung in page["ladder"].as_array().expect("rungs") {
-            // Symbol, text, label, line, comments, timed, reached, runs: the first contact of a rung runs if it conducts.
+            // Symbol, text, label, line, comments, timed, reached, runs: the first contact of a rung runs if it
+            // conducts.
             let element = &rung[3][0];
             let text = element[1].as_str().expect("a text");
             let Some(device) = text.strip_prefix("LD X") else { continue };

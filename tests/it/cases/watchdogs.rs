@@ -47,7 +47,8 @@ fn wdt_restarts_the_watchdog() {
     assert_eq!(report["scan"]["cycle_ps"], report["scan"]["upper_ps"]);
 }
 
-/// Programs for a Q26UDV in which BMOV takes 1 ms and all else next to nothing, and what becomes of its watchdog of 200 ms.
+/// Programs for a Q26UDV in which BMOV takes 1 ms and all else next to nothing, and what becomes of its watchdog of 200
+/// ms.
 const RESTARTED: [(&str, &str, &str); 12] = [
     ("nested", "FOR K100\nFOR K1000\nLD SM400\nBMOV D0 D100 K10\nWDT\nNEXT\nNEXT\nEND\n", "proved"),
     (

@@ -27,7 +27,8 @@ fn run(files: &[(&str, &str)], command: &str, arguments: &str) -> Run {
     Run::of(&output)
 }
 
-/// A project of a block that takes 4 us and a program: declarations of types, variables, what stands beside them, and a body.
+/// A project of a block that takes 4 us and a program: declarations of types, variables, what stands beside them, and a
+/// body.
 fn project(types: &str, variables: &str, beside: &str, body: &str) -> String {
     format!(
         "<project xmlns=\"http://www.plcopen.org/xml/tc6_0200\"><types><dataTypes>{types}</dataTypes><pous>\

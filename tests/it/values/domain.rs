@@ -156,7 +156,8 @@ fn what_power_up_leaves_is_kept_where_a_range_is_taken_closer() {
     assert_eq!(all, [19, 32_767, 32_767, 32_767]);
 }
 
-/// Nor is what others than the program set: special units have their words in D20000 and on, input units theirs up to 319.
+/// Nor is what others than the program set: special units have their words in D20000 and on, input units theirs up to
+/// 319.
 #[test]
 fn words_of_units_are_not_trusted() {
     let counted = |word: &str| {
@@ -202,7 +203,8 @@ fn a_stated_index_reaches_to_its_ends() {
     assert_eq!((stated(9), stated(10)), (Ok(19), Ok(32_767)));
 }
 
-/// An interrupt comes at any moment: an index that it writes is none that is known, nor is a word that an index leads to.
+/// An interrupt comes at any moment: an index that it writes is none that is known, nor is a word that an index leads
+/// to.
 #[test]
 fn what_interrupts_write_is_no_known_index_and_no_known_count() {
     let of = |main: &str, routine: &str| {

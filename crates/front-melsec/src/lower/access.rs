@@ -119,7 +119,8 @@ impl Lowering<'_> {
         name == "R" && self.modes.switches_file_register
     }
 
-    /// The value of a bit operand when it is read; reports an error if it is invalid. Of timers and counters it is the contact.
+    /// The value of a bit operand when it is read; reports an error if it is invalid. Of timers and counters it is the
+    /// contact.
     pub fn read_bit(&mut self, text: &str) -> Option<Logic> {
         let device = self.device(text)?;
         Some(match device.place {
@@ -291,8 +292,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// Whether the current value has two words, as in 32-bit counters of the FX and long timers and counters of iQ-R. These are
-    /// not modelled.
+    /// Whether the current value has two words, as in 32-bit counters of the FX and long timers and counters of iQ-R.
+    /// These are not modelled.
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
             Place::At(_, _) if matches!(device.name, "LT" | "LST" | "LC") => true,
@@ -308,8 +309,8 @@ impl Lowering<'_> {
             && matches!(device.place, Place::At(DeviceType::Timed(_), timer) if has_own_clock(timer))
     }
 
-    /// Whether a number of `words` words that begins in ordinary devices of the FX extends into special ones, which change by
-    /// themselves.
+    /// Whether a number of `words` words that begins in ordinary devices of the FX extends into special ones, which
+    /// change by themselves.
     fn reaches_special(&self, device: &Device, words: usize) -> bool {
         let (first, count) = match device.place {
             Place::At(DeviceType::Word(_) | DeviceType::Timed(_), first) => (first, words as u32),
@@ -473,8 +474,8 @@ impl Lowering<'_> {
         ));
     }
 
-    /// The regions that `count` cells from an operand on may occupy; `None` means up to the end of the area. Empty for constants
-    /// and for memory of modules.
+    /// The regions that `count` cells from an operand on may occupy; `None` means up to the end of the area. Empty for
+    /// constants and for memory of modules.
     pub fn regions(&mut self, text: &str, count: Option<u32>) -> Option<Vec<Region>> {
         let Operand::Device(device) = self.operand(text)? else { return Some(Vec::new()) };
         if is_index_register(&device, count.unwrap_or(REST), self.family) {
@@ -563,7 +564,8 @@ fn word_cells(family: Family, first: AreaId, index: u32, words: usize) -> Vec<Ce
     (0..words as u32).map(|n| low.plus(n)).collect()
 }
 
-/// The words of a digit designation: for each word, its first bit and the number of bits, or `None` beyond the designation.
+/// The words of a digit designation: for each word, its first bit and the number of bits, or `None` beyond the
+/// designation.
 fn digit_words(first: Cell, digits: u8, words: usize) -> impl Iterator<Item = Option<(Cell, u8)>> {
     (0..words as u32).map(move |n| {
         let bits = (4 * u32::from(digits)).saturating_sub(16 * n).min(16);

@@ -1,5 +1,5 @@
-//! For the price of an instruction: the types of its operands, and the cells and word bits that it accesses. This is known
-//! even if the instruction's effects are only "any value".
+//! For the price of an instruction: the types of its operands, and the cells and word bits that it accesses. This is
+//! known even if the instruction's effects are only "any value".
 
 use super::access::REST;
 use super::state::Lowering;
@@ -86,8 +86,8 @@ impl Lowering<'_> {
             .collect()
     }
 
-    /// The number of units of an extent, and whether they are words. If unknown it is `REST`, and the price then uses the
-    /// instruction's own units.
+    /// The number of units of an extent, and whether they are words. If unknown it is `REST`, and the price then uses
+    /// the instruction's own units.
     fn units_of(&self, raw: &RawInstruction, extent: Extent) -> (u32, bool) {
         let counted = |operand: usize| {
             let count = raw.operands.get(operand).and_then(|text| self.constant(text));

@@ -1,4 +1,5 @@
-//! Lowers application instructions by their catalog row, exactly or with any value as the result, and user instructions.
+//! Lowers application instructions by their catalog row, exactly or with any value as the result, and user
+//! instructions.
 
 use super::access::{BitPlace, WordPlace};
 use super::state::{Lowering, timing};
@@ -230,7 +231,8 @@ impl Lowering<'_> {
         Some(Some(self.write_number(&raw.operands[last], words, number)?))
     }
 
-    /// The number of words of an operand, if it is known and small enough. Blocks of digit designations are not supported.
+    /// The number of words of an operand, if it is known and small enough. Blocks of digit designations are not
+    /// supported.
     fn block_words(&mut self, raw: &RawInstruction, extent: Extent) -> Option<usize> {
         let (unit, count) = match extent {
             Extent::Words(Amount::Fixed(words)) => return Some(words as usize),
@@ -437,8 +439,8 @@ impl Lowering<'_> {
             ) {
                 count = count.and_then(|count| count.checked_mul(16));
             }
-            // Each result fills the digits of the designation, one after another. Whether several words are one result or several is
-            // unknown. No word fills more than sixteen bits.
+            // Each result fills the digits of the designation, one after another. Whether several words are one result
+            // or several is unknown. No word fills more than sixteen bits.
             if let (Extent::Words(Amount::Fixed(words)), Place::Digits(_, _, digits)) =
                 (extent, device.place)
             {

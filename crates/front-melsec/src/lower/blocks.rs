@@ -1,5 +1,5 @@
-//! Block instructions: shifts by one place, element-wise arithmetic, comparisons with three result bits. They are exact if
-//! the cells are known.
+//! Block instructions: shifts by one place, element-wise arithmetic, comparisons with three result bits. They are exact
+//! if the cells are known.
 
 use super::access::{BitPlace, WordPlace};
 use super::state::Lowering;
@@ -143,8 +143,8 @@ impl Lowering<'_> {
         Some(Some(parts.map(write).collect()))
     }
 
-    /// Stores a constant text, two characters a word, the first in the low byte. If a word holds only the closing NUL, its high
-    /// byte is unknown.
+    /// Stores a constant text, two characters a word, the first in the low byte. If a word holds only the closing NUL,
+    /// its high byte is unknown.
     pub(super) fn constant_text(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
         let text = match self.parsed(&raw.operands[0]) {
             Ok(Operand::Text(text)) if text.is_ascii() && text.len() <= LONGEST_CONSTANT => text,

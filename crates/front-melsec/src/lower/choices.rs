@@ -26,9 +26,9 @@ impl Lowering<'_> {
         WordSource::Free(self.out.external_choice())
     }
 
-    /// Whether something outside the program determines the device at each read: direct inputs, module memory, links. Not
-    /// included are special relays and registers that instructions set (carry, errors), and dates and times, which do not have
-    /// arbitrary values.
+    /// Whether something outside the program determines the device at each read: direct inputs, module memory, links.
+    /// Not included are special relays and registers that instructions set (carry, errors), and dates and times, which
+    /// do not have arbitrary values.
     pub(super) fn is_external(&self, device: &Device) -> bool {
         match device.place {
             // A step of an SFC program is inside the PLC.
@@ -48,7 +48,8 @@ impl Lowering<'_> {
         choice
     }
 
-    /// The contact and current value of a timer whose coil is on, from its current value before. The elapsed time is external.
+    /// The contact and current value of a timer whose coil is on, from its current value before. The elapsed time is
+    /// external.
     pub(super) fn elapsed(
         &mut self,
         (ran, value): (Option<Cell>, Cell),
@@ -60,7 +61,8 @@ impl Lowering<'_> {
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(ran.unwrap_or(value), setting, unit);
         self.out.set_expiry([over, number], Expiry { previous: Some(before), ..on_delay });
-        // A run tracks the time of a timer that restarts each time. It does not track retentive timers, nor current values.
+        // A run tracks the time of a timer that restarts each time. It does not track retentive timers, nor current
+        // values.
         let is_retentive = ran.is_none();
         let untracked = [Some(over).filter(|_| is_retentive), Some(number)];
         self.out.program.timekeeping.untracked.extend(untracked.into_iter().flatten());
@@ -383,7 +385,8 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The number of devices that an area surely has: every CPU of the family has them, or the program names the last one.
+    /// The number of devices that an area surely has: every CPU of the family has them, or the program names the last
+    /// one.
     pub(super) fn points(&self, cells: AreaId, letters: &str) -> Option<u32> {
         let named = match (letters, self.is_switched(letters)) {
             ("D" | "W", _) | (_, true) => None,

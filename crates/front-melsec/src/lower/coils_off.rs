@@ -6,7 +6,8 @@ use scanbound_ir::{BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, Wh
 use std::collections::BTreeSet;
 
 impl Lowering<'_> {
-    /// Makes each instruction optional in the routines that `calls_with_coils_off` call, directly or through other calls.
+    /// Makes each instruction optional in the routines that `calls_with_coils_off` call, directly or through other
+    /// calls.
     pub(super) fn allow_coils_off(&mut self) {
         let mut open: Vec<usize> = self
             .targets

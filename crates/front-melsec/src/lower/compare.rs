@@ -71,8 +71,8 @@ impl Lowering<'_> {
         Some(self.free_bit())
     }
 
-    /// A string equals a constant if its words equal the constant's: two characters a word, the first in the low byte, and a
-    /// zero byte at the end.
+    /// A string equals a constant if its words equal the constant's: two characters a word, the first in the low byte,
+    /// and a zero byte at the end.
     fn compared_text(
         &mut self,
         raw: &RawInstruction,

@@ -1,6 +1,7 @@
-//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. If an instruction runs
-//! repeatedly in a scan, the value that it remembers between its executions may be anything. For M2800 to M3071 of the FX,
-//! only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
+//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. If an
+//! instruction runs repeatedly in a scan, the value that it remembers between its executions may be anything. For M2800
+//! to M3071 of the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF
+//! and similar).
 
 use super::state::{Edge, Lowering};
 use crate::memory::{Family, area};
@@ -38,8 +39,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// After each coil of such a relay, only one pulse contact detects the edge. Contacts that may run several times in a scan
-    /// are not restricted.
+    /// After each coil of such a relay, only one pulse contact detects the edge. Contacts that may run several times in
+    /// a scan are not restricted.
     pub(super) fn limit_edges_to_one_contact(&mut self) {
         if self.edges.single.is_empty() {
             return;
@@ -61,8 +62,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Restricts these contacts with a hidden bit that records that the edge was detected. It is cleared at the start of the
-    /// scan and at each coil.
+    /// Restricts these contacts with a hidden bit that records that the edge was detected. It is cleared at the start
+    /// of the scan and at each coil.
     fn limit_to_one_contact(&mut self, relay: Cell, coils: &[usize], contacts: &[usize]) {
         let seen = self.memory();
         let name = format!("edge of {} was detected", self.out.program.cell_name(relay));
@@ -117,8 +118,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Which instructions may run several times in a scan: those in loops, in interrupt programs, and in routines that are called
-/// at two places or from such code.
+/// Which instructions may run several times in a scan: those in loops, in interrupt programs, and in routines that are
+/// called at two places or from such code.
 fn repeated_instructions(program: &Program) -> Vec<bool> {
     let mut again = vec![false; program.instructions.len()];
     for (begin, end) in flow::loops(program) {

@@ -1,5 +1,5 @@
-//! Operation errors: invalid operands, blocks that exceed their area, nesting that is too deep. Most CPUs stop at such an
-//! error by default; those of MELSEC-F record it and continue.
+//! Operation errors: invalid operands, blocks that exceed their area, nesting that is too deep. Most CPUs stop at such
+//! an error by default; those of MELSEC-F record it and continue.
 
 use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent};

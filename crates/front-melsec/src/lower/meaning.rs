@@ -118,7 +118,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether an operand is a valid bit number. Q and L use its lowest bits; on the others it may be an operation error.
+    /// Whether an operand is a valid bit number. Q and L use its lowest bits; on the others it may be an operation
+    /// error.
     fn is_bit_number(&self, text: &str, bits: i64) -> bool {
         matches!(self.family, Family::Q | Family::L)
             || self.constant(text).is_some_and(|bit| (0..bits).contains(&bit))
@@ -134,8 +135,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Rotation or shift of a number by a constant from 1 to its number of bits minus 1. For other constants the families
-    /// differ.
+    /// Rotation or shift of a number by a constant from 1 to its number of bits minus 1. For other constants the
+    /// families differ.
     fn moved(&mut self, name: &str, text: &str, by: &str, words: usize) -> Option<Meaning> {
         // A digit designation rotates within its own bits.
         if !self.is_whole(text, words) {

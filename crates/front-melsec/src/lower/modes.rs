@@ -20,8 +20,8 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     pub counts_elsewhere: bool,
-    /// The smallest possible number of devices of each area whose devices are contiguous: the highest one that the program
-    /// names.
+    /// The smallest possible number of devices of each area whose devices are contiguous: the highest one that the
+    /// program names.
     pub named: BTreeMap<AreaId, u32>,
     /// The same for all areas, contiguous or not.
     pub highest: BTreeMap<AreaId, u32>,
@@ -53,8 +53,8 @@ fn device(operand: &Result<Operand, String>) -> Option<&Device> {
     }
 }
 
-/// The smallest possible number of devices of each contiguous area. D and W are not contiguous: extended registers follow
-/// with other numbers.
+/// The smallest possible number of devices of each contiguous area. D and W are not contiguous: extended registers
+/// follow with other numbers.
 fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
     let mut named: BTreeMap<AreaId, u32> = BTreeMap::new();
     for operand in items.iter().flat_map(|item| &item.operands) {
@@ -72,8 +72,8 @@ fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
     named
 }
 
-/// Whether an instruction may access one of these special relays of the FX (`M8023`) or FX5 (`SM8023`): directly, as part of
-/// a digit designation or a ZRST range, or through an index.
+/// Whether an instruction may access one of these special relays of the FX (`M8023`) or FX5 (`SM8023`): directly, as
+/// part of a digit designation or a ZRST range, or through an index.
 fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
     let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
     let in_name = |operand: &Result<Operand, String>| match operand {

@@ -64,7 +64,8 @@ impl Lowering<'_> {
             self.timed_effects(target, &device, setting, mnemonic)
         } else {
             let value = match self.parsed(target) {
-                // In a step ladder, OUT activates another state, as SET does. Whether it can also clear that state is unknown.
+                // In a step ladder, OUT activates another state, as SET does. Whether it can also clear that state is
+                // unknown.
                 Ok(Operand::Device(device)) if self.state.is_some() && device.name == "S" => {
                     let (Some(now), free) = (self.read_bit(target), self.free_bit()) else {
                         return;
@@ -134,8 +135,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The effects of a timer or counter coil. The contact can be true only while the coil is on; a retentive one keeps its
-    /// contact and current value while the coil is off.
+    /// The effects of a timer or counter coil. The contact can be true only while the coil is on; a retentive one keeps
+    /// its contact and current value while the coil is off.
     fn timed_effects(
         &mut self,
         text: &str,
@@ -205,8 +206,8 @@ impl Lowering<'_> {
         effects
     }
 
-    /// Whether the timer may already have started: its coil was on when it was last executed, or its preset is not longer than
-    /// one scan. A retentive timer continues from its current value.
+    /// Whether the timer may already have started: its coil was on when it was last executed, or its preset is not
+    /// longer than one scan. A retentive timer continues from its current value.
     fn has_started(
         &mut self,
         ran: Option<Cell>,

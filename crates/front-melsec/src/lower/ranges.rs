@@ -14,8 +14,8 @@ use scanbound_ir::{Approximated, Cell, Effect, Region, StartRange, Write};
 /// The largest number of errors that are listed; more are only counted.
 const MAX_FAULTS: usize = 100;
 
-/// What can be written in the device or device range that `text` names. If the program switches file register blocks, `R`
-/// may be any word of the file register.
+/// What can be written in the device or device range that `text` names. If the program switches file register blocks,
+/// `R` may be any word of the file register.
 pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
     let (kind, first, count) = devices(text, family)?;
     let is_switched = switches && upper(text.trim()).starts_with('R');
@@ -87,8 +87,8 @@ impl Lowering<'_> {
         kept
     }
 
-    /// The smallest and largest count in an operand, and whether it is a constant. For a word it is 0 to `largest`; later
-    /// analysis narrows this.
+    /// The smallest and largest count in an operand, and whether it is a constant. For a word it is 0 to `largest`;
+    /// later analysis narrows this.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
@@ -108,8 +108,8 @@ impl Lowering<'_> {
         kind.cell(index)
     }
 
-    /// Adds the stated ranges of words as constraints on the scan's start. Returns an error for each text that is not a word,
-    /// and for each range that could mean one word or two.
+    /// Adds the stated ranges of words as constraints on the scan's start. Returns an error for each text that is not a
+    /// word, and for each range that could mean one word or two.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let facts = self.options.facts;
         let mut faults = absent::faults(facts, |text| written(text, self.family, false));

@@ -21,8 +21,8 @@ impl Lowering<'_> {
         self.add(Some(key("MC", "master")), effects, begins);
     }
 
-    /// Begins a state of a step ladder. It is lowered to a master control region that runs while its relay is on, and perhaps
-    /// once more afterwards, to switch its coils off.
+    /// Begins a state of a step ladder. It is lowered to a master control region that runs while its relay is on, and
+    /// perhaps once more afterwards, to switch its coils off.
     pub(super) fn state_begins(&mut self, text: &str, relays: &[Cell]) {
         let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
         self.approximate(format!(

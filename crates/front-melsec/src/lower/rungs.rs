@@ -1,4 +1,5 @@
-//! Lowers contacts and connections: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; finds where rungs begin.
+//! Lowers contacts and connections: LD to ORI, edges, ANB, ORB, MPS, MRD, MPP, INV, MEP, MEF, EGP, EGF; finds where
+//! rungs begin.
 
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
@@ -83,8 +84,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether a later ANB or ORB connects the block that begins here with what is before it: then the rung continues after
-    /// its output.
+    /// Whether a later ANB or ORB connects the block that begins here with what is before it: then the rung continues
+    /// after its output.
     fn is_joined_later(&self) -> bool {
         if self.rung.depth == 0 {
             return false;
@@ -278,8 +279,8 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The condition on which an instruction fires: the rung's result, or for a pulse form its rising edge. The write of the
-    /// remembered value is then added to the effects.
+    /// The condition on which an instruction fires: the rung's result, or for a pulse form its rising edge. The write
+    /// of the remembered value is then added to the effects.
     pub(super) fn fires(&mut self, pulsed: bool, effects: &mut Vec<Effect>) -> Logic {
         if !pulsed {
             return Logic::Condition;

@@ -1,4 +1,5 @@
-//! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant scan.
+//! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant
+//! scan.
 
 use super::state::Lowering;
 use crate::catalog::{Operation, Role};
@@ -10,8 +11,8 @@ use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
 /// The time base of D8000 and D8039, in picoseconds.
 const MS: u64 = 1_000_000_000;
-/// The number of the register with the watchdog time, and of the register and relay for the constant scan (FX3 programming
-/// manual; FX5: special devices compatible with FX).
+/// The number of the register with the watchdog time, and of the register and relay for the constant scan (FX3
+/// programming manual; FX5: special devices compatible with FX).
 const WATCHDOG: u32 = 8000;
 const CONSTANT: u32 = 8039;
 /// The longest block of an FX instruction.
@@ -199,8 +200,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether an index may lead to the device, if the program assigns only constants to this index register. A computed index
-    /// is assumed not to exceed the end of the area, as everywhere.
+    /// Whether an index may lead to the device, if the program assigns only constants to this index register. A
+    /// computed index is assumed not to exceed the end of the area, as everywhere.
     fn index_reaches(&self, device: &Device, special: u32) -> bool {
         let Some(index) = device.index else { return false };
         let register = format!("{}{}", index.letters, index.register);

@@ -231,8 +231,8 @@ pub(super) struct OverflowHavoc {
     pub(super) regions: Vec<Region>,
 }
 
-/// The key for an instruction's time: its name with the letters of its device, its name, and for a pulse form the name without
-/// the suffix. The operand types are added when the instruction is added.
+/// The key for an instruction's time: its name with the letters of its device, its name, and for a pulse form the name
+/// without the suffix. The operand types are added when the instruction is added.
 pub fn timing(
     mnemonic: &str,
     pulsed: bool,

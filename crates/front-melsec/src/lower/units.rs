@@ -21,8 +21,8 @@ const FX_MAX: i64 = 512;
 const MAX_DEVICES: i64 = 0x100_0000;
 
 impl Lowering<'_> {
-    /// The units of a catalog instruction, for times per unit: the count of its counting operand, else the characters of
-    /// constant texts, else the length of its longest operand.
+    /// The units of a catalog instruction, for times per unit: the count of its counting operand, else the characters
+    /// of constant texts, else the length of its longest operand.
     pub(super) fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
             let (low, high, _) = self.block_count(raw, entry, operand);
@@ -66,8 +66,8 @@ impl Lowering<'_> {
         words.iter().all(|word| matches!(word, WordSource::Cell(_))).then_some(words)
     }
 
-    /// The largest count with which the instruction surely executes: everything that it accesses exists in each CPU of the
-    /// family. 0 if unknown.
+    /// The largest count with which the instruction surely executes: everything that it accesses exists in each CPU of
+    /// the family. 0 if unknown.
     fn executable_count(&mut self, raw: &RawInstruction, entry: &Entry, counting: usize) -> u64 {
         let mut all = None;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
@@ -176,8 +176,8 @@ impl Lowering<'_> {
         if is_short { FX_MAX } else { 65_535 }
     }
 
-    /// The smallest and largest count of words or bits, and whether it is known. Counts are unsigned, so a negative number is a
-    /// large count.
+    /// The smallest and largest count of words or bits, and whether it is known. Counts are unsigned, so a negative
+    /// number is a large count.
     pub(super) fn block_count(
         &mut self,
         raw: &RawInstruction,

@@ -1,5 +1,5 @@
-//! Control transfers between the items of a project: label resolution, standby programs, forbidden jumps, routines without
-//! an end.
+//! Control transfers between the items of a project: label resolution, standby programs, forbidden jumps, routines
+//! without an end.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::take;
@@ -53,9 +53,9 @@ impl Checker<'_, '_> {
         self.fault_at(item, Code::NoLabel, message, &help);
     }
 
-    /// Finds the files that contain only routines: they begin with one, and no jump leads past its return. Such a program would
-    /// stop the CPU if it ran by itself, so its type is standby: it runs only where it is called. If all files are like this,
-    /// none is on standby, because something must run.
+    /// Finds the files that contain only routines: they begin with one, and no jump leads past its return. Such a
+    /// program would stop the CPU if it ran by itself, so its type is standby: it runs only where it is called. If all
+    /// files are like this, none is on standby, because something must run.
     pub(super) fn standby(&mut self) {
         let parts = &self.structure.parts;
         let is_routines = |items: &Range<usize>| {

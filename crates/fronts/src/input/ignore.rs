@@ -38,8 +38,8 @@ impl Ignore {
         Ok(Ignore { patterns: patterns.into_iter().map(read).collect::<Result<_, String>>()? })
     }
 
-    /// Whether a pattern excludes a file or directory. A pattern without `/` is compared with its name, one with `/` with its
-    /// path, both the full one and that below `directory`.
+    /// Whether a pattern excludes a file or directory. A pattern without `/` is compared with its name, one with `/`
+    /// with its path, both the full one and that below `directory`.
     pub(super) fn matches(&self, path: &Path, directory: Option<&Path>) -> bool {
         let inner = directory.and_then(|directory| path.strip_prefix(directory).ok());
         let name = path.file_name().map(Path::new);

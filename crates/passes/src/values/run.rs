@@ -22,8 +22,8 @@ const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// The number of iterations of other loops before widening begins.
 const TURNS: u64 = 3;
-/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MAX_WIDENINGS` times,
-/// and its result is narrowed afterwards.
+/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MAX_WIDENINGS`
+/// times, and its result is narrowed afterwards.
 const CHEAP_WORK: u64 = 10_000;
 const MAX_WIDENINGS: u64 = 16;
 

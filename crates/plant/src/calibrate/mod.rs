@@ -1,5 +1,5 @@
-//! Calibrates a CPU: writes a program that measures by itself what instructions take, and makes a timing table of what it
-//! found.
+//! Calibrates a CPU: writes a program that measures by itself what instructions take, and makes a timing table of what
+//! it found.
 //!
 //! An instruction is measured by the difference of two blocks that are alike but for the number of its copies: what a
 //! loop, a rung and a scan cost besides cancels out. Each block is chosen by a step word; the CPU's own scan-time

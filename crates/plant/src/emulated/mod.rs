@@ -1,8 +1,8 @@
 //! An emulated CPU: runs a program scan by scan with a table's times, and keeps the scan times as a CPU does.
 //!
 //! It scans what [`replay`](scanbound_replay) executes of each instruction, so a test against it is one against the
-//! analysis' judge. Timers and counters go by its own clock (`Program::timekeeping`), whose ticks are those of one clock
-//! for all: a timer is over up to one tick early, as CPUs are. What comes from outside is 0 unless it is set.
+//! analysis' judge. Timers and counters go by its own clock (`Program::timekeeping`), whose ticks are those of one
+//! clock for all: a timer is over up to one tick early, as CPUs are. What comes from outside is 0 unless it is set.
 
 mod memory;
 

@@ -137,8 +137,8 @@ impl<W: Write> Dump<W> {
         Ok(())
     }
 
-    /// Writes the changes up to this time that the machine does not report: those of the terminals, and the end of the scan's
-    /// pulse.
+    /// Writes the changes up to this time that the machine does not report: those of the terminals, and the end of the
+    /// scan's pulse.
     fn until(&mut self, at: Picos) -> io::Result<()> {
         loop {
             let plant = self.plant.as_slice().first().copied().filter(|change| change.at <= at);

@@ -1,4 +1,5 @@
-//! Which statement lowers a bound most as text: the answer, and a statement after the other with the bound that it gives.
+//! Which statement lowers a bound most as text: the answer, and a statement after the other with the bound that it
+//! gives.
 
 use crate::columns::{fitted, left, paint, right};
 use crate::format::{Detail, Extent};

@@ -18,7 +18,8 @@ fn rung(drawn: &Drawn) -> Value {
     json!([rung.number, rung.file, rung.elements.first().map(|one| one.at.line), elements, paths])
 }
 
-/// Symbol, text, label, line, comments, executions that have a time, those reached, those that run, part in the bound, most.
+/// Symbol, text, label, line, comments, executions that have a time, those reached, those that run, part in the bound,
+/// most.
 fn element(one: &Element, notes: &Notes) -> Value {
     let uses = notes.uses;
     json!([

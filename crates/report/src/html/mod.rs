@@ -1,5 +1,5 @@
-//! An audit as one page for a browser, without a network: the bound and its parts, what to do, and all rungs drawn as ladder
-//! with the longest scan lit.
+//! An audit as one page for a browser, without a network: the bound and its parts, what to do, and all rungs drawn as
+//! ladder with the longest scan lit.
 //!
 //! The page holds data and draws it itself, a rung when it comes into view: so it stays small where a project is large.
 

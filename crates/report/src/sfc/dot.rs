@@ -14,8 +14,8 @@ pub fn render(studies: &[Study<'_>]) -> String {
             escaped(&study.name)
         );
         for (at, step) in study.chart.steps.iter().enumerate() {
-            // Macro steps are clusters, opened at their first step and closed behind their last; each comes behind those
-            // that it stands in.
+            // Macro steps are clusters, opened at their first step and closed behind their last; each comes behind
+            // those that it stands in.
             for (own, one) in study.chart.macros.iter().enumerate() {
                 if one.steps.first() == Some(&at) {
                     let name = escaped(&one.name);

@@ -73,8 +73,8 @@ impl Elsewhere {
 }
 
 impl Study<'_> {
-    /// Whether nothing is wrong with how the chart hangs together. That a stored action is not reset in it is no fault: what
-    /// it controls may be reset elsewhere.
+    /// Whether nothing is wrong with how the chart hangs together. That a stored action is not reset in it is no fault:
+    /// what it controls may be reset elsewhere.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.analysis.findings.iter().all(|finding| matches!(finding, Finding::NeverReset(..)))

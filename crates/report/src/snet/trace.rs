@@ -5,7 +5,8 @@ use scanbound_snet::{Diagram, Kind};
 use std::io::{self, Write};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
-/// Names of what is traced besides transitions, in the order of their values: marks, timers' and counters' parts, gates.
+/// Names of what is traced besides transitions, in the order of their values: marks, timers' and counters' parts,
+/// gates.
 fn names(diagram: &Diagram) -> Vec<(String, u32)> {
     let mut found = Vec::new();
     for (at, place) in diagram.places.iter().enumerate() {

@@ -36,8 +36,8 @@ impl Row {
     }
 }
 
-/// The programs and the rungs with the most time, and all others together. Where a search ended early and left much of the bound
-/// open, its parts say nothing.
+/// The programs and the rungs with the most time, and all others together. Where a search ended early and left much of
+/// the bound open, its parts say nothing.
 pub(super) fn largest(audit: &Audit, extent: Extent) -> String {
     let upper = at_most(audit.bound.upper);
     let left_open = audit.breakdown(By::Program).into_iter();
@@ -102,8 +102,8 @@ pub(crate) struct PartRow {
     pub(crate) is_code: bool,
 }
 
-/// The parts with the most time, the others together, and what belongs to no part of the program: what is shown of their
-/// times adds up to what is shown of the bound. In short, what each scan costs is one row.
+/// The parts with the most time, the others together, and what belongs to no part of the program: what is shown of
+/// their times adds up to what is shown of the bound. In short, what each scan costs is one row.
 pub(crate) fn shown(audit: &Audit, by: By, top: usize, is_short: bool) -> Vec<PartRow> {
     let rows = rows(audit, by, top, is_short);
     let times: Vec<Picos> = rows.iter().map(|row| row.time).collect();

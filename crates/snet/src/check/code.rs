@@ -1,4 +1,5 @@
-//! Compares the code's rule with the net's rule: reports each scan that the net could not follow, with a shortest run to it.
+//! Compares the code's rule with the net's rule: reports each scan that the net could not follow, with a shortest run
+//! to it.
 
 use super::step::{Options, Step};
 use super::structure::at_most_one;
@@ -26,7 +27,8 @@ pub enum Cause {
     TakenTwice(usize, usize, usize),
     /// Two transitions put a mark in one place: a mark is lost.
     FilledTwice(usize, usize, usize),
-    /// A transition fires together with an emergency stop (the first index) that removes the same mark: the mark escapes the stop.
+    /// A transition fires together with an emergency stop (the first index) that removes the same mark: the mark
+    /// escapes the stop.
     Escapes(usize, usize, usize),
     /// A transition fires in two consecutive scans, but the counter after it counts once.
     CountedOnce(usize, usize),

@@ -1,4 +1,5 @@
-//! Explores all reachable states of a net for all values of outer gates: deadlocks, transitions that never fire, blocked marks.
+//! Explores all reachable states of a net for all values of outer gates: deadlocks, transitions that never fire,
+//! blocked marks.
 
 use super::step::Step;
 use crate::rules::{Rules, State};
@@ -57,7 +58,8 @@ fn step(rules: &Rules, number: u32) -> Step {
     number.checked_sub(rules.transitions()).map_or(Step::Fire(number), Step::RunOut)
 }
 
-/// The successors of a state; whether another transition than an emergency stop is enabled, and whether an emergency stop is.
+/// The successors of a state; whether another transition than an emergency stop is enabled, and whether an emergency
+/// stop is.
 fn follow(
     diagram: &Diagram,
     rules: &Rules,

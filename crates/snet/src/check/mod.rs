@@ -26,8 +26,8 @@ pub struct Check {
 }
 
 impl Check {
-    /// Whether no error was found: there is no deadlock except after an emergency stop, and the code follows the net in all states
-    /// that were explored.
+    /// Whether no error was found: there is no deadlock except after an emergency stop, and the code follows the net in
+    /// all states that were explored.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.markings.dead.iter().all(|dead| dead.is_after_stop)

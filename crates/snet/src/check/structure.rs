@@ -41,8 +41,8 @@ pub struct Structure {
     pub complete: bool,
 }
 
-/// The net as an ordinary Petri net: without emergency stops, and with timers as boxes. A counter is a place from which its
-/// output removes as many tokens as the set value.
+/// The net as an ordinary Petri net: without emergency stops, and with timers as boxes. A counter is a place from which
+/// its output removes as many tokens as the set value.
 #[must_use]
 pub fn plain(diagram: &Diagram) -> Net {
     let transition = |at: usize| {

@@ -253,8 +253,8 @@ fn columns(
     vertices.iter_mut().for_each(|vertex| vertex.x += 1 - left);
 }
 
-/// Columns as near as possible to the wished ones, in the same order and with these distances: neighbours that would be too
-/// near form a group around the mean of their wishes.
+/// Columns as near as possible to the wished ones, in the same order and with these distances: neighbours that would be
+/// too near form a group around the mean of their wishes.
 fn fitted(wished: &[i32], apart: &[i32]) -> Vec<i32> {
     let mut offset = vec![0; wished.len()];
     for at in 1..wished.len() {

@@ -1,8 +1,8 @@
-//! Computes where the elements of a net are drawn and along which lines its arcs run, on a grid of text characters. A picture
-//! has a fixed number of points for each grid cell.
+//! Computes where the elements of a net are drawn and along which lines its arcs run, on a grid of text characters. A
+//! picture has a fixed number of points for each grid cell.
 //!
-//! A page whose elements all have positions is drawn with them. Any other page is arranged in layers, from the marked places
-//! down; arcs that lead up run between the columns.
+//! A page whose elements all have positions is drawn with them. Any other page is arranged in layers, from the marked
+//! places down; arcs that lead up run between the columns.
 
 mod drawn;
 mod layers;

@@ -1,9 +1,9 @@
 //! Nets as PNML (ISO/IEC 15909-2), place/transition nets, the exchange format of Petri net tools.
 //!
-//! Boxes, timers, counters and outer gates are places with capacity 1: a transition's output places also inhibit it. Permissive
-//! gates are read arcs, inhibiting gates are inhibitor arcs, arcs to an emergency stop are reset arcs. Everything else
-//! (addresses, timers, counters, pages of gates, arbiters) is in tool-specific elements; a net without them is read as boxes
-//! and transitions.
+//! Boxes, timers, counters and outer gates are places with capacity 1: a transition's output places also inhibit it.
+//! Permissive gates are read arcs, inhibiting gates are inhibitor arcs, arcs to an emergency stop are reset arcs.
+//! Everything else (addresses, timers, counters, pages of gates, arbiters) is in tool-specific elements; a net without
+//! them is read as boxes and transitions.
 
 mod node;
 mod read;

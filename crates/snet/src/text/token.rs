@@ -39,7 +39,8 @@ impl<'a> Token<'a> {
 /// Words with a meaning in a statement, which cannot be names.
 const KEYWORDS: [&str; 6] = ["marked", "if", "not", "at", "TIM", "CNT"];
 
-/// Whether this can be the name of an element or page: letters and digits of any script, and `_ - / ( ) '`; not a keyword.
+/// Whether this can be the name of an element or page: letters and digits of any script, and `_ - / ( ) '`; not a
+/// keyword.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     let fits = |c: char| c.is_alphanumeric() || "_-/()'ー・".contains(c);

@@ -4,8 +4,8 @@ use crate::address::{Address, TIMERS};
 use crate::{Diagram, Kind};
 use std::collections::BTreeSet;
 
-/// Assigns free relays and numbers: to outer gates from 00000 on, to other elements from 03000 on, to timers and counters
-/// numbers from 000 on. If there are not enough, some elements stay without.
+/// Assigns free relays and numbers: to outer gates from 00000 on, to other elements from 03000 on, to timers and
+/// counters numbers from 000 on. If there are not enough, some elements stay without.
 pub fn assign(diagram: &mut Diagram) {
     let mut taken: BTreeSet<Address> = (diagram.outers.iter().map(|one| &one.head))
         .chain(diagram.transitions.iter().map(|one| &one.head))

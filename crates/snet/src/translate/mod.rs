@@ -1,6 +1,7 @@
 //! Translates a net to code for a PLC, in the order of the paper's translator:
 //!
-//! emergency stops, transitions, boxes, timers, counters. Each element is a group of instructions that ends in OUT, TIM or CNT.
+//! emergency stops, transitions, boxes, timers, counters. Each element is a group of instructions that ends in OUT, TIM
+//! or CNT.
 
 mod assign;
 mod c200h;

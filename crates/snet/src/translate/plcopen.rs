@@ -1,7 +1,7 @@
 //! Writes a net as a sequential function chart, if possible: boxes become steps.
 //!
-//! A chart has no emergency stops and no counters, and each of its transitions needs a step before and after it. The other
-//! parts of the firing rule (empty output boxes, gates) become part of the transition condition.
+//! A chart has no emergency stops and no counters, and each of its transitions needs a step before and after it. The
+//! other parts of the firing rule (empty output boxes, gates) become part of the transition condition.
 
 use crate::address::Area;
 use crate::{Diagram, Direction, Head, Kind, Signal};

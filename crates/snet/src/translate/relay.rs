@@ -11,11 +11,11 @@ use scanbound_base::diagnostic::Diagnostic;
 pub enum Spelling {
     /// C200H: word and bit.
     C200h,
-    /// CS, CJ and CP: internal relays keep word and bit, holding relays are H, link relays are CIO 1000 and above; only special
-    /// relays with a predefined symbol can be used.
+    /// CS, CJ and CP: internal relays keep word and bit, holding relays are H, link relays are CIO 1000 and above; only
+    /// special relays with a predefined symbol can be used.
     Cx,
-    /// MELSEC: a relay's number is its word times 16 plus its bit; internal relays are M, holding relays L, link relays B, and
-    /// internal relays of outer gates X.
+    /// MELSEC: a relay's number is its word times 16 plus its bit; internal relays are M, holding relays L, link relays
+    /// B, and internal relays of outer gates X.
     Melsec,
 }
 

@@ -1,7 +1,8 @@
-//! Parses a MELSEC-Q/L list, limited to the instructions in code of nets, and converts it to the operations of C200H code.
+//! Parses a MELSEC-Q/L list, limited to the instructions in code of nets, and converts it to the operations of C200H
+//! code.
 //!
-//! A relay's number is its word times 16 plus its bit. X and M of the same number are two relays; the addresses of outer gates
-//! tell which of them the net means.
+//! A relay's number is its word times 16 plus its bit. X and M of the same number are two relays; the addresses of
+//! outer gates tell which of them the net means.
 
 use super::words::{Line, Word, faulty, gather, setting};
 use crate::address::{Address, Area};

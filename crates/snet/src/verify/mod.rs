@@ -1,9 +1,10 @@
-//! Verifies code against a net: compares each relay's next value, and each timer's and counter's conditions, as functions of relays.
+//! Verifies code against a net: compares each relay's next value, and each timer's and counter's conditions, as
+//! functions of relays.
 //!
-//! Instructions are executed symbolically in their order. A SAT solver compares each function with the one of the net's own
-//! code: first as a function of the values written so far, so that an error is reported where it is made; if these differ, as a
-//! function of the relays at the start of the scan, because other code may compute the same. If nothing differs, both codes do
-//! the same in each scan, from any start state.
+//! Instructions are executed symbolically in their order. A SAT solver compares each function with the one of the net's
+//! own code: first as a function of the values written so far, so that an error is reported where it is made; if these
+//! differ, as a function of the relays at the start of the scan, because other code may compute the same. If nothing
+//! differs, both codes do the same in each scan, from any start state.
 
 mod circuit;
 mod melsec;

@@ -1,5 +1,5 @@
-//! Every figure of a report that follows from others of it is worked out again: text against JSON, JSON against itself, and
-//! the headline against the verdicts of checks. A line with a figure that is not known here makes the test fail.
+//! Every figure of a report that follows from others of it is worked out again: text against JSON, JSON against itself,
+//! and the headline against the verdicts of checks. A line with a figure that is not known here makes the test fail.
 
 use super::pattern::{Found, down, exactly, fits, near, normal, share, up};
 use scanbound::audit::verdict::{Check, Margin, Verdict};

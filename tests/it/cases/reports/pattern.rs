@@ -11,8 +11,8 @@ pub fn normal(line: &str) -> String {
 }
 
 /// What the names of a pattern stand for in a line; none where it does not fit. `{t:NAME}` is a time with its unit,
-/// `{p:NAME}` a percentage, `{n:NAME}` a whole number, `{w:NAME}` a word, `{*}` anything. What stands in `[[` and `]]` may
-/// be missing.
+/// `{p:NAME}` a percentage, `{n:NAME}` a whole number, `{w:NAME}` a word, `{*}` anything. What stands in `[[` and `]]`
+/// may be missing.
 pub fn fits(pattern: &str, line: &str) -> Option<Found> {
     go(pattern, line).map(|found| found.into_iter().collect())
 }
@@ -111,8 +111,8 @@ const UNITS: [(&str, u128); 8] = [
 #[derive(Debug, Clone)]
 pub struct Shown {
     pub ps: u128,
-    /// What its last digit is worth; of times of four digits or fewer that of the fourth, since zeros at the end are left
-    /// out.
+    /// What its last digit is worth; of times of four digits or fewer that of the fourth, since zeros at the end are
+    /// left out.
     pub step: u128,
     /// What its last digit is worth as it stands there.
     pub digit: u128,

@@ -1,5 +1,5 @@
-//! Charts as pictures: the flow from top to bottom, with action blocks, and bars beside the steps over which an action may
-//! be stored.
+//! Charts as pictures: the flow from top to bottom, with action blocks, and bars beside the steps over which an action
+//! may be stored.
 
 mod flow;
 mod shape;

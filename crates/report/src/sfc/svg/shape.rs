@@ -52,8 +52,8 @@ pub(super) enum What {
     Text(String, Option<String>, &'static str),
     /// The head of an arrow that points down to here.
     Head,
-    /// A step: how wide its box is, and how far to the right and down its blocks reach. The place is in the midst of its upper
-    /// edge.
+    /// A step: how wide its box is, and how far to the right and down its blocks reach. The place is in the midst of
+    /// its upper edge.
     Step(usize, i32, i32, i32),
 }
 
