@@ -279,7 +279,10 @@ impl Resolver<'_> {
 
     /// The instance of which a method or an action is named; an interface stands for one.
     fn owner(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Place, Fault> {
-        let mut place = self.place(scope, path, line)?;
+        let mut place = match self.path(scope, path, line)? {
+            Found::Property(property) => self.given_whole(scope, property, line)?,
+            _ => self.place(scope, path, line)?,
+        };
         if let Type::Interface(unit) = *self.tree.types.get(place.ty) {
             place.steps.push(Step::Dereference);
             place.ty = self.block(unit);
@@ -630,6 +633,9 @@ impl Resolver<'_> {
         let around = self.before.len();
         match self.path(scope, target, line) {
             Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
+            Ok(Found::Property(_)) if !given.is_empty() => {
+                return Err(property_here(line, &show::path(target)));
+            }
             Ok(Found::Property(property)) => {
                 let kind = as_statement(self.property_read(scope, &property, line)?);
                 let read = Statement { kind, text: show::path(target).into(), line };

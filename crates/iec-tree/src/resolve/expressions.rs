@@ -3,7 +3,7 @@
 use super::paths::{Found, property_here};
 use super::{Resolver, Scope};
 use crate::standard::{beside, operated};
-use crate::tree::{Expr, ExprKind, Place, Step};
+use crate::tree::{Expr, ExprKind, Place};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, EITHER, Literal, Operator};
@@ -39,14 +39,15 @@ impl Resolver<'_> {
                 Found::Constant(constant) => return Ok(constant),
                 Found::Property(property) => {
                     let found = self.property_read(scope, &property, line)?;
-                    let Type::Reference(Refers::Reference, to) = *self.tree.types.get(found.ty)
-                    else {
+                    if !matches!(
+                        self.tree.types.get(found.ty),
+                        Type::Reference(Refers::Reference, _)
+                    ) {
                         return Ok(found);
-                    };
-                    let mut place = self.given(scope, property, line)?;
-                    place.steps.push(Step::Dereference);
-                    place.ty = to;
-                    (ExprKind::Read(place), to)
+                    }
+                    let place = self.given_whole(scope, property, line)?;
+                    let ty = place.ty;
+                    (ExprKind::Read(place), ty)
                 }
                 Found::Place(place) => {
                     let ty = place.ty;

@@ -390,6 +390,21 @@ impl Resolver<'_> {
         Ok(owner)
     }
 
+    /// The same, where that is a reference what it refers to.
+    pub(super) fn given_whole(
+        &mut self,
+        scope: Scope,
+        property: Property,
+        line: u32,
+    ) -> Result<Place, Fault> {
+        let mut place = self.given(scope, property, line)?;
+        if let Type::Reference(Refers::Reference, to) = *self.tree.types.get(place.ty) {
+            place.steps.push(Step::Dereference);
+            place.ty = to;
+        }
+        Ok(place)
+    }
+
     /// What a path means that names no part of what a property gives.
     pub(super) fn one_path(
         &mut self,
