@@ -132,7 +132,7 @@ fn emitted(
             first = emit.first_scan();
         }
         if number == 0 {
-            constants = emit.begin_constants(project);
+            constants = first_values::has_constants(project).then(|| emit.begin_constants());
             image = emit.begin_image(project);
         }
         // What tasks call is theirs: they may be in the midst of the same routine at once.

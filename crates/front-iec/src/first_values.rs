@@ -1,45 +1,20 @@
 //! What variables begin with before the first scan, as they are declared, and what constants hold in every scan.
 
-use super::assembler::Assembler;
 use super::emit::{Emit, Place};
+pub(super) use super::lower::first_values::{FIRST_SCAN, First, FirstValue};
 use super::types::{Kind, Ty, elementary, holding, lineage};
 use super::value::{real, within};
-use scanbound_front::builder::always;
 use scanbound_iec::ast::{Argument, Expr, Literal};
 use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
 use scanbound_iec_tree::constants::{Constants, Scope};
-use scanbound_ir::{
-    BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, When, WordSource,
-    WordTarget, Write, flow,
-};
-
-/// The name of the bit that is on in the first scan alone.
-pub(super) const FIRST_SCAN: &str = "first scan";
+use scanbound_ir::{Logic, Number, Step};
 
 /// More elements of an array are not looked at one by one.
 const MAX_ELEMENTS: usize = 20_000;
 
 /// How many constants may refer to each other in a row.
 const DEPTH: u32 = 100;
-
-/// What a variable, or a part of one, begins with.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum First {
-    Zero,
-    /// A bit that is on.
-    On(Cell),
-    /// A number that is not 0, from this cell on.
-    Words(Cell, Number),
-    /// Something that is not worked out.
-    Unknown,
-}
-
-/// A variable without parts, or several of one value: where they lie, and what they begin with.
-pub(super) struct FirstValue {
-    pub(super) regions: Vec<Region>,
-    pub(super) first: First,
-}
 
 /// A declaration: the type, what is written as initial value, if anything, and what hides global names in that.
 #[derive(Clone, Copy)]
@@ -369,100 +344,6 @@ impl Emit<'_> {
     }
 }
 
-impl Assembler {
-    /// Where constants get their values as each scan begins; which, is given when all of them are known.
-    pub(super) fn begin_constants(&mut self, project: &Project) -> Option<usize> {
-        let units = project.pous.iter().map(|pou| &pou.variables);
-        let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-        all.any(is_given).then(|| {
-            self.at(1, "constants");
-            self.builder.add(None, Vec::new(), Step::Nothing)
-        })
-    }
-
-    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
-    /// hold something that is not known.
-    pub(super) fn give_constants(
-        &mut self,
-        at: Option<usize>,
-        all: Vec<(String, Vec<FirstValue>)>,
-    ) {
-        let Some(at) = at else { return };
-        let mut effects = Vec::new();
-        for (name, found) in all {
-            let is_unknown = found.iter().any(|one| one.first == First::Unknown);
-            for FirstValue { regions, first } in found {
-                match first {
-                    First::Zero => effects.extend(regions.into_iter().flat_map(zeros)),
-                    First::On(cell) => {
-                        let on = Logic::Const(true);
-                        effects.push(always(Write::Bit(BitTarget::Cell(cell), on)));
-                    }
-                    First::Words(cell, number) => effects.push(always(words(cell, number))),
-                    First::Unknown => {
-                        let choice = self.builder.choice();
-                        let any = regions.into_iter().map(|region| Write::Havoc(region, choice));
-                        effects.extend(any.map(always));
-                    }
-                }
-            }
-            if is_unknown {
-                let why =
-                    format!("the value of the constant {name} is not worked out: it may be any");
-                self.program().approximate(at, why);
-            }
-        }
-        self.program().instructions[at].effects = effects;
-    }
-
-    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a parameter
-    /// that somebody else may set.
-    pub(super) fn note_first_values(
-        &mut self,
-        at: Option<usize>,
-        values: Vec<FirstValue>,
-        shared: &[Region],
-        known: &mut PowerUp,
-    ) {
-        let Some(at) = at else { return };
-        let program = &self.builder.program;
-        let Step::Act { fires: Logic::Bit(bit) } = &program.instructions[at].step else { return };
-        let BitSource::Cell(first) = *bit else { return };
-        let written: Vec<Region> =
-            (0..program.instructions.len()).flat_map(|at| flow::written(program, at)).collect();
-        let meets = |all: &[Region], one: &FirstValue| {
-            one.regions.iter().any(|own| all.iter().any(|other| flow::overlap(*own, *other)))
-        };
-        for one in values {
-            if meets(shared, &one) || !meets(&written, &one) {
-                continue;
-            }
-            known.cleared.extend(&one.regions);
-            match &one.first {
-                // What survives a loss of power is not turned on anew.
-                First::On(cell) if meets(&known.latched, &one) => {
-                    known.values.insert(*cell, 1);
-                }
-                First::On(cell) => {
-                    let write = Write::Bit(BitTarget::Cell(*cell), Logic::Const(true));
-                    let effect = Effect { when: When::Fired, write };
-                    self.program().instructions[at].effects.push(effect);
-                    known.first_scan = vec![first];
-                    known.after_clear = Some(BitTarget::Cell(first));
-                }
-                First::Words(cell, Number::Words(words)) => {
-                    for (cell, word) in (0..).map(|at| cell.plus(at)).zip(words) {
-                        if let WordSource::Const(word) = word {
-                            known.values.insert(cell, *word);
-                        }
-                    }
-                }
-                First::Words(..) | First::Zero | First::Unknown => {}
-            }
-        }
-    }
-}
-
 /// Whether a variable is a constant that gets its value as each scan begins. Inputs may be constant, too, and are handed over.
 pub(super) fn is_given(one: &Variable) -> bool {
     one.constant && one.at.is_none() && matches!(one.section, Section::Local | Section::Global)
@@ -494,24 +375,6 @@ fn is_for(one: &Argument, name: &str) -> bool {
     one.name.as_ref().is_some_and(|own| same(own, name))
 }
 
-/// What writes 0 to some cells.
-fn zeros(region: Region) -> Vec<Effect> {
-    let Region::Range { first, count } = region else { return Vec::new() };
-    let zero = |cell: Cell| match Assembler::is_bit(cell) {
-        true => Write::Bit(BitTarget::Cell(cell), Logic::Const(false)),
-        false => words(cell, Number::Words(vec![WordSource::Const(0)])),
-    };
-    (0..count).map(|at| always(zero(first.plus(at)))).collect()
-}
-
-fn words(cell: Cell, number: Number) -> Write {
-    let count = match &number {
-        Number::Words(words) => words.len(),
-        _ => 0,
-    };
-    Write::Words((0..).map(|at| WordTarget::Cell(cell.plus(at))).take(count).collect(), number)
-}
-
 /// Whether any variable is declared with a first value, or a type gives one: nothing is to be written without one.
 pub(super) fn any(project: &Project) -> bool {
     let lists = project.globals.iter().map(|(_, list)| list);
@@ -521,4 +384,11 @@ pub(super) fn any(project: &Project) -> bool {
             || matches!(&one.of, TypeRef::Struct(parts) if parts.iter().any(|one| one.initial.is_some()))
     });
     of_types || all.flatten().any(|one| one.initial.is_some() && !one.constant)
+}
+
+/// Whether there are constants.
+pub(super) fn has_constants(project: &Project) -> bool {
+    let units = project.pous.iter().map(|pou| &pou.variables);
+    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    all.any(is_given)
 }

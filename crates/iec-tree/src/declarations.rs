@@ -65,6 +65,57 @@ pub enum First {
     Unknown,
 }
 
+/// What a variable begins with before the first scan, as its declaration and its type say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Initial {
+    /// 0, with all that it has.
+    Zero,
+    /// A number that is not 0: 1 for a bit that is on, milliseconds for a time, the bits of a real.
+    Number(i64),
+    /// What each part begins with, of a structure or a block of the standard's.
+    Parts(Vec<Initial>),
+    /// What each element begins with; the last index counts fastest.
+    Elements(Vec<Initial>),
+    /// Something that is not worked out.
+    Unknown,
+    /// Nothing is said here: of text, and of what stands in instances of the project's blocks.
+    Nothing,
+}
+
+impl Initial {
+    /// Whether all of it begins with 0.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        match self {
+            Initial::Zero => true,
+            Initial::Parts(all) | Initial::Elements(all) => {
+                !all.is_empty() && all.iter().all(Initial::is_zero)
+            }
+            Initial::Number(_) | Initial::Unknown | Initial::Nothing => false,
+        }
+    }
+
+    /// Of how many variables without parts it says something.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        match self {
+            Initial::Parts(all) | Initial::Elements(all) => all.iter().map(Initial::size).sum(),
+            Initial::Nothing => 0,
+            Initial::Zero | Initial::Number(_) | Initial::Unknown => 1,
+        }
+    }
+
+    /// Whether any of it is a number that is known.
+    #[must_use]
+    pub fn has_number(&self) -> bool {
+        match self {
+            Initial::Parts(all) | Initial::Elements(all) => all.iter().any(Initial::has_number),
+            Initial::Number(_) => true,
+            Initial::Zero | Initial::Unknown | Initial::Nothing => false,
+        }
+    }
+}
+
 /// A variable.
 #[derive(Debug, Clone)]
 pub struct Variable {
@@ -82,6 +133,8 @@ pub struct Variable {
     pub initial: Option<Expr>,
     /// What it begins with without that.
     pub first: First,
+    /// What it begins with before the first scan.
+    pub begins: Initial,
     /// Whether what its type gives it at first calls anything.
     pub type_calls: bool,
     /// Its address.
@@ -151,6 +204,15 @@ pub enum Code {
     Chart(Box<Chart>),
     /// What could not be read, and why.
     Unread(Fault),
+}
+
+impl Variable {
+    /// Whether it is a constant that has its value whenever a scan begins. Inputs may be constant, too, and are handed over.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        let is_own = matches!(self.section, Section::Local | Section::Global);
+        self.constant && self.at.is_none() && is_own
+    }
 }
 
 impl Code {

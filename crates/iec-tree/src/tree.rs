@@ -27,12 +27,19 @@ pub struct Tree {
     pub globals: Vec<GlobalList>,
     /// The instances of programs.
     pub programs: Vec<ProgramInstance>,
+    /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has the
+    /// largest number, then the one with the longest interval.
+    pub tasks: Vec<Task>,
     /// Direct addresses that code names.
     pub addresses: Vec<Address>,
     /// Values that lists and drawings keep.
     pub temporaries: Vec<Temporary>,
     /// What is known of each program instance's inputs and outputs, in the order of the project's.
     pub connected: Vec<Connected>,
+    /// Whether a declaration gives values to the variables of an instance of the project's blocks.
+    pub gives_parts: bool,
+    /// Whether something is executed before the first scan that may write variables.
+    pub begins_before: bool,
 }
 
 impl Tree {
@@ -58,6 +65,12 @@ impl Tree {
     #[must_use]
     pub fn address(&self, id: AddressId) -> &Address {
         &self.addresses[id.index()]
+    }
+
+    /// The task of this name.
+    #[must_use]
+    pub fn task(&self, name: &str) -> Option<usize> {
+        self.tasks.iter().position(|task| scanbound_iec::same(&task.name, name))
     }
 
     /// A unit and those that it extends, the last the first of all.
@@ -112,11 +125,24 @@ pub struct ProgramInstance {
     pub unit: UnitId,
 }
 
+/// A task, and what it runs.
+#[derive(Debug, Clone)]
+pub struct Task {
+    /// Its name, for messages.
+    pub name: String,
+    /// Its interval in nanoseconds, where it has one.
+    pub interval: Option<i64>,
+    /// Its priority: a large number is a low one.
+    pub priority: Option<i64>,
+    /// The instances of programs in their order, by their numbers; or what is wrong with one.
+    pub programs: Vec<Result<usize, Fault>>,
+}
+
 /// What the inputs and outputs of an instance of a program are connected to.
 #[derive(Debug, Clone)]
 pub struct Connected {
-    /// The instance's name.
-    pub instance: String,
+    /// The instance, by its number among those of the tree.
+    pub instance: Option<usize>,
     /// Inputs with their values, and outputs with the places that take them; or what is wrong with one.
     pub pairs: Vec<Result<Pair, Fault>>,
     /// The file.

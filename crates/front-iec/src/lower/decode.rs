@@ -1,27 +1,25 @@
 //! From a project to a program by the typed tree: tasks, instances of programs, routines.
 
-use super::super::address::Located;
 use super::super::assembler::Assembler;
 use super::super::declared;
-use super::super::decode::{
-    LARGEST, Options as ChartOptions, changed_by_others, finish, merged, one_name_each, tasks, told,
-};
-use super::super::emit::Place;
-use super::super::first_values;
+use super::super::decode::{LARGEST, Options as ChartOptions, changed_by_others, merged, told};
+use super::address::{self, Located};
 use super::calls::Callee;
-use super::places::{Context, Found, Instance};
+use super::first_values::FIRST_SCAN;
+use super::places::{Context, Found, Instance, Spot};
 use super::{Entry, Lower, Options};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::normalized;
 use scanbound_base::location::Location;
+use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, Project, Section, Task, same};
-use scanbound_iec_tree::declarations::{Routine, RoutineKind, Stated};
+use scanbound_iec::{PouKind, Project, Section};
+use scanbound_iec_tree::declarations::{Owner, Routine, RoutineKind, Stated};
 use scanbound_iec_tree::resolve;
-use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter};
-use scanbound_ir::{MissingRoutine, Program, Region, Step, Write, flow};
+use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
+use scanbound_ir::{MissingRoutine, Program, Region, SourceFile, Step, Write, flow};
 
 /// What a project means.
 ///
@@ -57,13 +55,14 @@ pub(in super::super) fn decode(
     own.deadline = asked.deadline;
     own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     own.assembler().faults.extend(project.unread.iter().cloned());
-    let mut tasks = tasks(project, own.assembler());
-    let is_asked = |task: &Task| {
-        asked.task.is_some_and(|name| same(name, &super::super::decode::named_task(task)))
-    };
-    if let Some(at) = tasks.iter().position(is_asked) {
-        let first = tasks.remove(at);
-        tasks.insert(0, first);
+    if tree.tasks.iter().all(|task| task.programs.is_empty()) {
+        let help = "give the file that has the PROGRAM which the task runs";
+        let fault = Fault::new(1, "the project has no program").code(FaultCode::NoProgram);
+        own.assembler().faults.push((0, fault.help(help)));
+    }
+    let mut tasks: Vec<&Task> = tree.tasks.iter().collect();
+    if let Some(at) = asked.task.and_then(|name| tree.task(name)) {
+        tasks[..=at].rotate_right(1);
     }
     own.program_of(&tasks, charts, asked)
 }
@@ -71,11 +70,11 @@ pub(in super::super) fn decode(
 impl<'t> Lower<'t> {
     fn program_of(
         mut self,
-        tasks: &[Task],
+        tasks: &[&Task],
         charts: ChartOptions,
         asked: &scanbound_front::Options<'_>,
     ) -> Result<Program, Vec<Diagnostic>> {
-        let project = self.project;
+        let (project, tree) = (self.project, self.tree);
         let mut entries = Vec::new();
         let mut main = 0..0;
         let (mut first, mut image, mut constants) = (None, None, None);
@@ -86,19 +85,25 @@ impl<'t> Lower<'t> {
         for (number, task) in tasks.iter().enumerate() {
             entries.push(self.builder.next());
             // Of several tasks it is not told which one begins.
-            if tasks.len() == 1 && first_values::any(project) {
+            if tasks.len() == 1 && self.has_first_values() {
                 first = self.first_scan();
             }
             if number == 0 {
-                constants = self.assembler().begin_constants(project);
-                image = self.assembler().begin_image(project);
+                let mut all = self.tree.variables.iter();
+                if all.any(|one| is_lasting(one.owner) && one.is_given()) {
+                    constants = Some(self.assembler().begin_constants());
+                }
+                image = self.begin_image();
             }
             // What tasks call is theirs: they may be in the midst of the same routine at once.
             self.routines.task = number;
             self.routines.known.clear();
             self.effects.clear();
-            for (name, of) in &task.instances {
-                self.program_called(task, name, of);
+            for program in &task.programs {
+                match program {
+                    Ok(at) => self.program_called(*at),
+                    Err(fault) => self.assembler().faults.push((0, fault.clone())),
+                }
             }
             let last = if number == 0 { Step::End } else { Step::Return };
             self.assembler().builder.add(None, Vec::new(), last);
@@ -107,28 +112,22 @@ impl<'t> Lower<'t> {
             }
             self.called_routines();
         }
-        one_name_each(tasks, self.assembler());
         let given_back = std::mem::take(&mut self.given_back);
         changed_by_others(self.assembler(), &entries, &given_back);
         let located = self.located();
-        let shared = super::super::address::share(self.assembler(), &located, &given_back);
+        let shared = address::share(self.assembler(), &located, &given_back);
         let shared = merged(shared);
-        self.assembler().begin_shared(image, &located);
-        let gives = resolve::gives_parts(project);
-        let given = self.given_constants(gives);
+        self.begin_shared(image, &located);
+        let given = self.given_constants();
         self.assembler().give_constants(constants, given);
-        let instances = self.instances.iter().map(|one| self.old_instance(one));
-        let globals = self.memory.globals.values().chain(self.memory.addresses.values());
-        let all: Vec<Place> = instances.chain(globals.map(|spot| self.old_place(spot))).collect();
-        self.assembler().bound_bytes(&located, &all);
+        self.bound_bytes(&located);
         let own = self.of_functions();
         self.assembler().settle(&own);
         if !self.faults.is_empty() {
             let faults = std::mem::take(&mut self.assembler().faults);
             return Err(told(project, faults));
         }
-        let begins = charts.begins_with_more || super::super::decode::begins_before(project);
-        let (mut known, values) = self.power_up(gives, begins);
+        let (mut known, values) = self.power_up(charts.begins_with_more);
         // What shares memory begins with what either of them declares.
         known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));
         known.latched = merged(known.latched);
@@ -137,38 +136,34 @@ impl<'t> Lower<'t> {
         known.cleared = merged(known.cleared);
         self.program().power_up = known;
         let program = std::mem::take(&mut self.assembler().builder.program);
-        Ok(finish(program, project, tasks, &entries, main, asked))
+        Ok(finish(program, tree, project, tasks, &entries, main, asked))
+    }
+
+    /// Whether any variable begins with a number that is not 0: nothing is to be written without one.
+    fn has_first_values(&self) -> bool {
+        let mut all = self.tree.variables.iter();
+        all.any(|one| is_lasting(one.owner) && !one.is_given() && one.begins.has_number())
     }
 
     /// Places the instances of programs: code of each task may name those of others.
-    fn place_programs(&mut self, tasks: &[Task]) {
+    fn place_programs(&mut self, tasks: &[&Task]) {
         for task in tasks {
-            let mut own = Vec::new();
-            for (name, _) in &task.instances {
-                let at = self.tree.programs.iter().position(|one| same(&one.name, name));
-                let placed = at.map(|at| self.program_instance(at));
-                own.extend(placed.and_then(Result::ok));
-            }
+            let placed = task.programs.iter().flatten().map(|&at| self.program_instance(at));
+            let own = placed.filter_map(Result::ok).collect();
             self.routines.tasks.push(own);
         }
     }
 
     /// An instance of a program, and its call.
-    fn program_called(&mut self, task: &Task, name: &str, of: &str) {
+    fn program_called(&mut self, at: usize) {
         let tree = self.tree;
-        let Some(at) = tree.programs.iter().position(|one| same(&one.name, name)) else {
-            let message = format!("the program {of} of the task {} is not there", task.name);
-            let fault = Fault::new(1, message)
-                .code(FaultCode::UnknownType)
-                .help("give the file that declares it");
-            return self.assembler().faults.push((0, fault));
-        };
-        let unit = tree.unit(tree.programs[at].unit);
+        let program = &tree.programs[at];
+        let unit = tree.unit(program.unit);
         self.file = unit.file;
         match self.program_instance(at) {
             Ok(instance) => {
-                self.at(unit.line, &format!("PROGRAM {name}"));
-                let connected = tree.connected.iter().find(|one| same(&one.instance, name));
+                self.at(unit.line, &format!("PROGRAM {}", program.name));
+                let connected = tree.connected.iter().find(|one| one.instance == Some(at));
                 connected.into_iter().for_each(|one| self.connect(instance, one, false));
                 let key = Assembler::key(&["PROGRAM", "CAL"], "call");
                 self.call_as(key, instance, Entry::Body);
@@ -183,7 +178,8 @@ impl<'t> Lower<'t> {
         let around = std::mem::replace(&mut self.file, connected.file);
         let file = u32::try_from(self.file).unwrap_or(u32::MAX);
         let place = Location { file, line: connected.line, step: None };
-        let text = format!("PROGRAM {}", connected.instance).into();
+        let name = connected.instance.map_or("", |at| &self.tree.programs[at].name);
+        let text = format!("PROGRAM {name}").into();
         self.assembler().builder.at(place, text, [].into());
         for pair in &connected.pairs {
             let done = match pair {
@@ -269,26 +265,29 @@ impl<'t> Lower<'t> {
             for id in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
                 let Some(address) = &tree.variable(*id).at else { continue };
                 let part = self.member(&spot, unit, *id);
-                found.extend(part.and_then(|part| Located::new(&self.old_place(&part), address)));
+                found.extend(part.and_then(|part| self.located_at(&part, address)));
             }
         }
         for id in tree.globals.iter().flat_map(|list| &list.variables) {
             let Some(address) = &tree.variable(*id).at else { continue };
             let spot = self.memory.globals.get(id);
-            found.extend(spot.and_then(|spot| Located::new(&self.old_place(spot), address)));
+            found.extend(spot.and_then(|spot| self.located_at(spot, address)));
         }
         for (id, spot) in &self.memory.addresses {
-            let address = &tree.address(*id).text;
-            found.extend(Located::new(&self.old_place(spot), address));
+            found.extend(self.located_at(spot, &tree.address(*id).text));
         }
         found
+    }
+
+    fn located_at(&self, spot: &Spot, address: &str) -> Option<Located> {
+        Located::new(spot, self.tree.types.kind(spot.ty), address)
     }
 
     /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
     fn first_scan(&mut self) -> Option<usize> {
         let bool = scanbound_iec_tree::types::Elementary::Bool;
         let ty = self.tree.types.elementary(bool);
-        let spot = self.placed(first_values::FIRST_SCAN, ty, 1).ok()?;
+        let spot = self.placed(FIRST_SCAN, ty, 1).ok()?;
         self.at(1, "first values");
         let fires = scanbound_ir::Logic::cell(spot.tag.cell()?);
         Some(self.assembler().builder.add(None, Vec::new(), Step::Act { fires }))
@@ -433,5 +432,60 @@ impl<'t> Lower<'t> {
         if known.iter().all(|(own, _)| *own != name) {
             known.push((name, place));
         }
+    }
+}
+
+/// Whether a variable lasts from scan to scan, or may: methods begin anew.
+fn is_lasting(owner: Owner) -> bool {
+    !matches!(owner, Owner::Routine(_))
+}
+
+/// A program with what is known of its tasks and files.
+fn finish(
+    mut program: Program,
+    tree: &Tree,
+    project: &Project,
+    tasks: &[&Task],
+    entries: &[usize],
+    main: std::ops::Range<usize>,
+    asked: &scanbound_front::Options<'_>,
+) -> Program {
+    program.mains = vec![main];
+    if tasks.len() > 1 {
+        program.tasks = tasks.iter().map(|task| known_task(tree, task)).collect();
+        // Where tasks have one image of inputs, one that begins refreshes it while another runs.
+        program.volatile.extend(program.power_up.inputs.clone());
+    }
+    for (task, &entry) in program.tasks.iter().zip(entries).skip(1) {
+        // What a task of a lower priority writes is there between scans.
+        let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.uninterrupted);
+        let (times, name) = (stated.unwrap_or(0), task.name.clone());
+        let stated = stated.is_some();
+        program.interrupts.push(scanbound_ir::Interrupt { name, entry, times, stated });
+    }
+    let all = program.instructions.len();
+    let mut counts = vec![0; project.files.len()];
+    for one in program.instructions.iter().filter(|one| one.timing.is_some()) {
+        counts[one.place.file as usize] += 1;
+    }
+    let files =
+        project.files.iter().zip(counts).enumerate().map(|(at, (name, count))| SourceFile {
+            name: name.clone(),
+            instructions: if at == 0 { 0..all } else { all..all },
+            count,
+        });
+    program.files = files.collect();
+    program
+}
+
+/// A task as reports show it.
+fn known_task(tree: &Tree, task: &Task) -> scanbound_ir::Task {
+    let interval = task.interval.and_then(|time| u64::try_from(time).ok()).filter(|&time| time > 0);
+    let programs = task.programs.iter().flatten();
+    scanbound_ir::Task {
+        name: task.name.clone(),
+        interval: interval.and_then(|time| time.checked_mul(1000)).map(Picos),
+        priority: task.priority,
+        programs: programs.map(|&at| tree.programs[at].name.clone()).collect(),
     }
 }

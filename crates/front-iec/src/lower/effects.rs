@@ -1,7 +1,7 @@
 //! What code reads, writes and calls: as cells, for each instance by itself, so that two names of one variable are one thing.
 //! Variables with addresses have the bits of these, too, in both ways in which controllers count them.
 
-use super::super::address::bits;
+use super::address::bits;
 use super::places::{Context, Spot};
 use super::{Entry, Lower};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};

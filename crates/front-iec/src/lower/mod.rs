@@ -1,6 +1,7 @@
 //! From the typed tree to the program, in one walk. It compares no names.
 
 mod actions;
+mod address;
 mod aliases;
 mod calls;
 mod charts;
@@ -10,7 +11,9 @@ mod effects;
 mod elements;
 mod enable;
 mod extents;
+pub(super) mod first_values;
 mod forget;
+mod inputs;
 mod loops;
 mod places;
 mod references;
@@ -32,7 +35,6 @@ use places::{Instance, Spot};
 use references::Targets;
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::Project;
-use scanbound_iec_tree::constants::Constants;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
 use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, Role, Type};
@@ -90,7 +92,6 @@ struct Lower<'t> {
     assembler: Assembler,
     tree: &'t Tree,
     project: &'t Project,
-    constants: Constants<'t>,
     options: Options,
     memory: Memory,
     instances: Vec<Instance>,
@@ -170,7 +171,6 @@ impl<'t> Lower<'t> {
             assembler: Assembler::new(program, tally),
             tree,
             project,
-            constants: Constants::new(project),
             options,
             memory: Memory { layouts: vec![None; tree.types.count()], ..Memory::default() },
             instances: Vec::new(),

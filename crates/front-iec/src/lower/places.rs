@@ -1,11 +1,10 @@
 //! Where variables lie: instances, frames of methods, global variables and parts of them.
 
 use super::super::assembler::Assembler;
-use super::super::types::{Refers, Ty};
 use super::{Lower, VARIABLES};
 use scanbound_base::code::Code;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, TypeRef};
+use scanbound_iec::PouKind;
 use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
@@ -518,51 +517,6 @@ impl<'t> Lower<'t> {
             *words = self.copied(now, 2);
         }
         Found::Element(element)
-    }
-
-    /// A type as the parts have it that both roads share.
-    pub(super) fn old_type(&self, ty: TypeId) -> Ty {
-        let tree = self.tree;
-        match tree.types.get(ty) {
-            Typed::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
-            Typed::Array(dimensions, of) => Ty::Array {
-                dimensions: dimensions.clone().into(),
-                of: Arc::new(self.old_type(*of)),
-            },
-            Typed::Struct(id) => {
-                let parts = tree.types.parts(*id).iter();
-                let parts = parts.map(|(name, ty)| (name.clone(), self.old_type(*ty)));
-                Ty::Parts(Arc::new(parts.collect()))
-            }
-            Typed::Block(unit) => Ty::Parts(Arc::new(self.old_parts(*unit))),
-            Typed::Standard(block) => {
-                let pins = block.pins().map(|pin| {
-                    (pin.name().to_owned(), pin.of().kind().map_or(Ty::Bit, Ty::Number))
-                });
-                Ty::Standard(block.name(), Arc::new(pins.collect()))
-            }
-            Typed::Reference(..) | Typed::Interface(_) => {
-                Ty::Reference(Refers::Pointer, Arc::new(TypeRef::Text(None)))
-            }
-            _ => Ty::Text(1),
-        }
-    }
-
-    fn old_parts(&self, unit: UnitId) -> super::super::types::Parts {
-        let members = self.tree.members(unit).into_iter().map(|one| self.tree.variable(one));
-        members.map(|one| (one.name.clone(), self.old_type(one.ty))).collect()
-    }
-
-    /// A spot as the parts have it that both roads share.
-    pub(super) fn old_place(&self, spot: &Spot) -> super::super::emit::Place {
-        let ty = self.old_type(spot.ty);
-        super::super::emit::Place { name: spot.name.clone(), tag: spot.tag.clone(), ty }
-    }
-
-    /// An instance as they have it.
-    pub(super) fn old_instance(&self, one: &Instance) -> super::super::emit::Place {
-        let ty = Ty::Parts(Arc::new(self.old_parts(one.unit)));
-        super::super::emit::Place { name: one.spot.name.clone(), tag: one.spot.tag.clone(), ty }
     }
 
     /// Whether a unit is a function.

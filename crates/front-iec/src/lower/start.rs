@@ -1,19 +1,15 @@
 //! What is known of the state after power-up, and what keeps its values when the power fails.
 
-use super::super::first_values::{First, FirstValue, Firsts, is_given};
 use super::Lower;
+use super::first_values::{First, FirstValue};
 use super::places::{Instance, Spot};
-use scanbound_iec::{PouKind, Section, Variable};
+use scanbound_iec::PouKind;
 use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, flow};
 
-impl<'t> Lower<'t> {
-    /// What is known of the state after power-up. `gives_parts`: whether a declaration gives an instance values for its parts.
-    pub(super) fn power_up(
-        &mut self,
-        gives_parts: bool,
-        begins_with_more: bool,
-    ) -> (PowerUp, Vec<FirstValue>) {
+impl Lower<'_> {
+    /// What is known of the state after power-up. `begins_with_more`: more is executed before the first scan than the tree has.
+    pub(super) fn power_up(&mut self, begins_with_more: bool) -> (PowerUp, Vec<FirstValue>) {
         let mut known = PowerUp {
             declares_latched: true,
             cleared: vec![Region::Area(AreaId(2)), Region::Area(AreaId(3))],
@@ -31,7 +27,7 @@ impl<'t> Lower<'t> {
         }
         for Instance { unit, spot } in &instances {
             // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
-            if gives_parts && tree.unit(*unit).kind != PouKind::Program {
+            if tree.gives_parts && tree.unit(*unit).kind != PouKind::Program {
                 continue;
             }
             for id in tree.lineage(*unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
@@ -55,7 +51,7 @@ impl<'t> Lower<'t> {
             }
         }
         // What is called before the first scan may leave other values in variables.
-        if begins_with_more {
+        if begins_with_more || tree.begins_before {
             known.cleared.retain(|own| matches!(own, Region::Area(_)));
             values.clear();
         }
@@ -72,48 +68,23 @@ impl<'t> Lower<'t> {
         if one.retain {
             known.latched.extend(spot.tag.regions());
         }
-        let Some((variable, scope)) = self.declared(id).filter(|one| !is_given(one.0)) else {
+        if one.is_given() {
             return Vec::new();
-        };
-        let firsts = Firsts { project: self.project, constants: &self.constants };
-        let mut values = firsts.of(variable, &self.old_place(spot), &scope);
+        }
+        let mut values = Vec::new();
+        self.first_values(&one.begins, spot, &mut values);
         let zeros = values.extract_if(.., |one| one.first == First::Zero);
         known.cleared.extend(zeros.flat_map(|one| one.regions));
         values.retain(|one| one.first != First::Unknown);
         values
     }
 
-    /// A variable as it is declared, and what hides global names there.
-    fn declared(&self, id: VarId) -> Option<(&'t Variable, Vec<&'t [Variable]>)> {
-        let (tree, project) = (self.tree, self.project);
-        let kept = |all: &'t [Variable], at: usize| {
-            let is_kept =
-                |one: &&Variable| one.section != Section::External && !one.name.is_empty();
-            all.iter().filter(is_kept).nth(at)
-        };
-        match tree.variable(id).owner {
-            Owner::Unit(unit) => {
-                let at = tree.unit(unit).variables.iter().position(|&one| one == id)?;
-                let units = tree.lineage(unit).into_iter();
-                let scope = units.map(|unit| &project.pous[unit.index()].variables[..]);
-                Some((kept(&project.pous[unit.index()].variables, at)?, scope.collect()))
-            }
-            Owner::Global(list) => {
-                let at = tree.globals[list].variables.iter().position(|&one| one == id)?;
-                let (name, all) = &project.globals[list];
-                let scope = if name.is_empty() { Vec::new() } else { vec![&all[..]] };
-                Some((&all[at], scope))
-            }
-            Owner::Routine(_) => None,
-        }
-    }
-
     /// The constants by their names, with what they hold.
-    pub(super) fn given_constants(&mut self, gives_parts: bool) -> Vec<(String, Vec<FirstValue>)> {
+    pub(super) fn given_constants(&mut self) -> Vec<(String, Vec<FirstValue>)> {
         let tree = self.tree;
         let mut all = Vec::new();
         for Instance { unit, spot } in self.instances.clone() {
-            let is_handed = gives_parts && tree.unit(unit).kind != PouKind::Program;
+            let is_handed = tree.gives_parts && tree.unit(unit).kind != PouKind::Program;
             for id in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
                 if let Some(part) = self.member(&spot, unit, *id) {
                     all.push((*id, part, is_handed));
@@ -125,10 +96,12 @@ impl<'t> Lower<'t> {
         }
         let mut found = Vec::new();
         for (id, spot, is_handed) in all {
-            let declared = self.declared(id).filter(|one| is_given(one.0));
-            let Some((variable, scope)) = declared else { continue };
-            let firsts = Firsts { project: self.project, constants: &self.constants };
-            let mut values = firsts.of(variable, &self.old_place(&spot), &scope);
+            let one = tree.variable(id);
+            if !one.is_given() {
+                continue;
+            }
+            let mut values = Vec::new();
+            self.first_values(&one.begins, &spot, &mut values);
             if is_handed {
                 values.iter_mut().for_each(|one| one.first = First::Unknown);
             }

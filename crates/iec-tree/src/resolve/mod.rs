@@ -4,18 +4,21 @@ mod calls;
 mod charts;
 mod expressions;
 mod index;
+mod initial;
 mod paths;
 mod stated;
 mod statements;
+mod tasks;
 mod types;
 
 pub use charts::orders;
 
 use crate::constants::Constants;
 use crate::declarations::{
-    Code, First, Owner, Routine, RoutineId, RoutineKind, TempId, Unit, UnitId, VarId, Variable,
+    Code, First, Initial, Owner, Routine, RoutineId, RoutineKind, TempId, Unit, UnitId, VarId,
+    Variable,
 };
-use crate::tree::{Call, Connected, Expr, ExprKind, Pair, ProgramInstance, Tree};
+use crate::tree::{Call, Connected, Expr, ExprKind, Pair, Tree};
 use crate::types::{Type, TypeId};
 use index::Index;
 use scanbound_base::code::Code as FaultCode;
@@ -24,6 +27,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
 pub use stated::Facts;
 use std::collections::BTreeMap;
+pub use tasks::gives_parts;
 
 /// What the typed tree cannot represent yet.
 pub const NOT_YET: &str = "not in the typed tree";
@@ -41,49 +45,18 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         project,
         facts,
         constants: Constants::new(project),
-        tree: Tree::default(),
+        tree: Tree { gives_parts: tasks::gives_parts(project), ..Tree::default() },
         index: Index::new(project),
-        gives_parts: gives_parts(project),
         kept: ByName::new(),
         before: Vec::new(),
     };
     own.declare();
     own.initial_values();
+    own.tree.begins_before = own.begins_before();
     own.bodies();
     own.state_routines();
     own.connections();
     own.tree
-}
-
-/// Whether a declaration gives values to the variables of an instance of the project's blocks.
-#[must_use]
-pub fn gives_parts(project: &Project) -> bool {
-    let gives_to = |initial: &Option<ast::Expr>, of: &TypeRef| {
-        !matches!(initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, of)
-    };
-    let gives = |one: &Declared| gives_to(&one.initial, &one.of);
-    let parts = project.types.iter().filter_map(|one| match &one.of {
-        TypeRef::Struct(parts) => Some(parts),
-        _ => None,
-    });
-    let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
-    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
-    all.any(gives) || project.types.iter().any(|one| gives_to(&one.initial, &one.of))
-}
-
-/// Whether variables of a type are, or hold, instances of the project's blocks.
-fn holds_block(project: &Project, of: &TypeRef) -> bool {
-    match of {
-        TypeRef::Named(name) => {
-            let is_block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
-            let own = project.types.iter().find(|one| same(&one.name, name));
-            project.pous.iter().any(is_block)
-                || own.is_some_and(|own| holds_block(project, &own.of))
-        }
-        TypeRef::Array(_, of) => holds_block(project, of),
-        TypeRef::Struct(parts) => parts.iter().any(|one| holds_block(project, &one.of)),
-        _ => false,
-    }
 }
 
 /// A project while it is resolved.
@@ -93,7 +66,6 @@ struct Resolver<'p> {
     constants: Constants<'p>,
     tree: Tree,
     index: Index,
-    gives_parts: bool,
     /// The values that the body keeps, by the names that its reader gave them.
     kept: ByName<TempId>,
     /// Calls of properties of which a part is named: they come before what names it.
@@ -167,19 +139,7 @@ impl<'p> Resolver<'p> {
             self.unit_variables(UnitId::at(number));
         }
         self.global_variables();
-        let listed: Vec<(String, String)> =
-            match project.tasks.iter().all(|one| one.instances.is_empty()) {
-                false => project.tasks.iter().flat_map(|task| task.instances.clone()).collect(),
-                true => {
-                    let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
-                    programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect()
-                }
-            };
-        for (name, of) in listed {
-            if let Some(unit) = self.index.program(&of) {
-                self.tree.programs.push(ProgramInstance { name, unit });
-            }
-        }
+        self.tasks();
     }
 
     /// The interfaces that a unit implements, or is, with those that they extend.
@@ -286,6 +246,7 @@ impl<'p> Resolver<'p> {
             owner,
             initial: None,
             first,
+            begins: Initial::Unknown,
             type_calls: self.type_calls(&one.of, &mut Vec::new()),
             at: one.at.clone(),
             constant: one.constant,
@@ -349,8 +310,20 @@ impl<'p> Resolver<'p> {
     }
 
     fn initial_one(&mut self, scope: Scope, id: VarId, one: &Declared) {
+        let ty = self.tree.variable(id).ty;
+        if scope.method.is_none() {
+            let project = self.project;
+            let around: Vec<&[Declared]> = match (scope.unit, scope.list) {
+                (Some(unit), _) => self.around(unit, None),
+                (_, Some(list)) if !project.globals[list].0.is_empty() => {
+                    vec![&project.globals[list].1]
+                }
+                _ => Vec::new(),
+            };
+            self.tree.variables[id.index()].begins = self.begins(one, ty, &around);
+        }
         let Some(initial) = &one.initial else { return };
-        let found = self.initial(scope, initial, self.tree.variable(id).ty, one.line);
+        let found = self.initial(scope, initial, ty, one.line);
         self.tree.variables[id.index()].initial = Some(found);
     }
 
@@ -457,14 +430,14 @@ impl<'p> Resolver<'p> {
     fn connections(&mut self) {
         for one in &self.project.connected {
             let pairs = one.given.iter().map(|pair| self.pair(one, pair)).collect();
-            let (instance, file, line) = (one.name.clone(), one.file, one.line);
+            let (instance, file, line) = (self.instance_named(&one.name), one.file, one.line);
             self.tree.connected.push(Connected { instance, pairs, file, line });
         }
     }
 
     fn pair(&mut self, of: &scanbound_iec::Connected, one: &ast::Argument) -> Result<Pair, Fault> {
         let line = of.line;
-        let program = self.tree.programs.iter().find(|own| same(&own.name, &of.name));
+        let program = self.instance_named(&of.name).map(|at| &self.tree.programs[at]);
         let name = one.name.clone().unwrap_or_default();
         let section = if one.is_output { Section::Output } else { Section::Input };
         let own = program.and_then(|program| self.index.member(program.unit, &name));

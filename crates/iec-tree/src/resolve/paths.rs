@@ -206,9 +206,8 @@ impl Resolver<'_> {
         let all = &self.tree.programs;
         let of =
             |one: &crate::tree::ProgramInstance| self.project.pous[one.unit.index()].name.as_str();
-        all.iter()
-            .position(|one| same(&one.name, name))
-            .or_else(|| all.iter().position(|one| same(of(one), name)))
+        let named = self.instance_named(name);
+        named.or_else(|| all.iter().position(|one| same(of(one), name)))
     }
 
     fn direct(&mut self, text: &str) -> Place {
@@ -243,7 +242,8 @@ impl Resolver<'_> {
             Some(id) => {
                 let one = self.tree.variable(id);
                 let is_own = matches!(one.owner, Owner::Unit(_));
-                let is_fixed = one.section == Section::Local && one.constant && !self.gives_parts;
+                let is_fixed =
+                    one.section == Section::Local && one.constant && !self.tree.gives_parts;
                 if !(is_own && is_fixed) {
                     return None;
                 }

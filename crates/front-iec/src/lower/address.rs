@@ -1,0 +1,232 @@
+//! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
+
+use super::super::assembler::Assembler;
+use super::places::Spot;
+use scanbound_base::code::Code;
+use scanbound_front::builder::always;
+use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::types::Kind;
+use scanbound_ir::{
+    BitTarget, Cell, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
+};
+use std::collections::BTreeSet;
+
+/// An area, and from where to where in it, in both ways of counting.
+pub(super) type Bits = (char, [(u64, u64); 2]);
+
+/// The bits that an address takes: counted in bytes, as some count, and in units of its own size, as others do.
+pub(super) fn bits(address: &str) -> Option<Bits> {
+    let rest = address.strip_prefix('%')?;
+    let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
+    let rest = &rest[1..];
+    let digits = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    let size = match rest[..rest.len() - digits.len()].chars().next() {
+        None | Some('X') => 1,
+        Some('B') => 8,
+        Some('W') => 16,
+        Some('D') => 32,
+        Some(_) => 64,
+    };
+    let numbers: Option<Vec<u64>> = digits.split('.').map(|part| part.parse().ok()).collect();
+    let numbers = numbers.filter(|numbers| !numbers.is_empty())?;
+    let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
+    let at = match (size, numbers.len()) {
+        // A bit of a byte.
+        (1, 2..) => [first.checked_mul(8)?.checked_add(last)?; 2],
+        (1, _) => [first; 2],
+        _ => [first.checked_mul(8)?, first.checked_mul(size)?],
+    };
+    Some((area, at.map(|at| (at, at.saturating_add(size)))))
+}
+
+/// A variable with an address.
+pub(super) struct Located {
+    pub(super) spot: Spot,
+    /// The kind of number that it is.
+    kind: Option<Kind>,
+    address: String,
+    pub(super) taken: Bits,
+}
+
+impl Located {
+    /// A variable at an address that is known.
+    pub(super) fn new(spot: &Spot, kind: Option<Kind>, address: &str) -> Option<Located> {
+        let address = address.to_ascii_uppercase();
+        let (area, mut taken) = bits(&address)?;
+        // A structure or an array takes more than its first part, and so does what is larger than its address says. Where
+        // there are several bits, each may take a byte.
+        let [bits, words] = spot.tag.of.size()?;
+        let bit = if bits > 1 { 8 } else { 1 };
+        let size = match kind {
+            Some(Kind::Whole { bits, .. }) => u64::from(bits),
+            _ => bit * u64::from(bits) + 16 * u64::from(words),
+        };
+        taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
+        Some(Located { spot: spot.clone(), kind, address, taken: (area, taken) })
+    }
+
+    /// What another variable takes on when this one is written: the same value where both are one, else any.
+    fn passes_to(&self, other: &Located) -> Passes {
+        let one = self.spot.tag.cell().zip(other.spot.tag.cell());
+        match one
+            .filter(|_| self.address == other.address && self.spot.tag.of == other.spot.tag.of)
+            // Controllers differ in the bits of a time.
+            .filter(|_| (self.kind == Some(Kind::Time)) == (other.kind == Some(Kind::Time)))
+        {
+            None => Passes::Any(other.spot.tag.regions()),
+            Some((from, to)) => match self.spot.tag.of.size() {
+                Some([1, 0]) => {
+                    Passes::Same(vec![Write::Bit(BitTarget::Cell(to), Logic::cell(from))])
+                }
+                Some([0, words]) => {
+                    let targets = (0..words).map(|at| WordTarget::Cell(to.plus(at))).collect();
+                    let sources = (0..words).map(|at| WordSource::Cell(from.plus(at))).collect();
+                    Passes::Same(vec![Write::Words(targets, Number::Words(sources))])
+                }
+                _ => Passes::Any(other.spot.tag.regions()),
+            },
+        }
+    }
+}
+
+/// What a variable takes on.
+enum Passes {
+    Same(Vec<Write>),
+    Any(Vec<Region>),
+}
+
+/// The pairs whose first variable holds a cell, by the cells.
+struct Index {
+    /// First cells, counts and pairs, in the order of the cells: no two variables have a cell in common.
+    all: Vec<(Cell, u32, usize)>,
+}
+
+impl Index {
+    fn new(pairs: &[(&Located, &Located)]) -> Index {
+        let mut all = Vec::new();
+        for (pair, (one, _)) in pairs.iter().enumerate() {
+            for region in one.spot.tag.regions() {
+                if let Region::Range { first, count } = region {
+                    all.push((first, count, pair));
+                }
+            }
+        }
+        all.sort_unstable();
+        Index { all }
+    }
+
+    /// The pairs of which the first variable is written.
+    fn written(&self, write: &Write) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        for region in flow::written_by(write) {
+            let Region::Range { first, count } = region else {
+                let is_it = |(cell, ..): &&(Cell, u32, usize)| region.contains(*cell);
+                found.extend(self.all.iter().filter(is_it).map(|(.., pair)| *pair));
+                continue;
+            };
+            let is_before = |(cell, many, _): &(Cell, u32, usize)| {
+                cell.area < first.area
+                    || (cell.area == first.area && cell.index.saturating_add(*many) <= first.index)
+            };
+            let begin = self.all.partition_point(is_before);
+            let end = Cell { index: first.index.saturating_add(count), ..first };
+            let within = self.all[begin..].iter().take_while(|(cell, ..)| *cell < end);
+            found.extend(within.map(|(.., pair)| *pair));
+        }
+        found
+    }
+}
+
+/// The pairs of these that may share bits, in one of the ways of counting: the numbers of both.
+pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize)> {
+    let all: Vec<Bits> = all.collect();
+    let mut found = BTreeSet::new();
+    for side in 0..2 {
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&at| (all[at].0, all[at].1[side].0));
+        for (at, &one) in order.iter().enumerate() {
+            let (area, taken) = (all[one].0, all[one].1[side]);
+            let behind = order[at + 1..]
+                .iter()
+                .take_while(|&&other| all[other].0 == area && all[other].1[side].0 < taken.1);
+            found.extend(behind.map(|&other| (one.min(other), one.max(other))));
+        }
+    }
+    found
+}
+
+/// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
+pub(super) fn share(
+    emit: &mut Assembler,
+    all: &[Located],
+    given_back: &[(std::ops::Range<usize>, usize, u32)],
+) -> Vec<Region> {
+    let pairs = meeting(all.iter().map(|one| one.taken)).into_iter();
+    let pairs = pairs.flat_map(|(one, other)| [(one, other), (other, one)]);
+    let pairs: Vec<(&Located, &Located)> =
+        pairs.map(|(one, other)| (&all[one], &all[other])).collect();
+    if pairs.is_empty() {
+        return Vec::new();
+    }
+    let index = Index::new(&pairs);
+    for at in 0..emit.builder.next() {
+        let mut more: Vec<Effect> = Vec::new();
+        let mut told = Vec::new();
+        for effect in &emit.builder.program.instructions[at].effects.clone() {
+            for (one, other) in index.written(&effect.write).into_iter().map(|pair| pairs[pair]) {
+                let writes = match one.passes_to(other) {
+                    Passes::Same(writes) => writes,
+                    Passes::Any(regions) => {
+                        told.push(format!(
+                            "{} at {} may share memory with {} at {}: that may hold anything when this is written",
+                            one.spot.name, one.address, other.spot.name, other.address
+                        ));
+                        let choice = emit.builder.choice();
+                        regions.into_iter().map(|region| Write::Havoc(region, choice)).collect()
+                    }
+                };
+                let when = effect.when;
+                more.extend(writes.into_iter().map(|write| Effect { when, ..always(write) }));
+            }
+        }
+        emit.builder.program.instructions[at].effects.extend(more);
+        told.dedup();
+        told.into_iter().for_each(|what| emit.builder.program.approximate(at, what));
+    }
+    let mut faults = Vec::new();
+    for (range, file, line) in given_back {
+        let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
+        let mut written = effects.flat_map(|effect| index.written(&effect.write));
+        if let Some((one, other)) = written.next().map(|pair| pairs[pair]) {
+            let told = format!(
+                "{} at {} is handed over in and out, and may share memory with {} at {}, which is not followed",
+                one.spot.name, one.address, other.spot.name, other.address
+            );
+            let help =
+                "copy it to a variable without an address before the call, and back behind it";
+            faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
+        }
+    }
+    emit.faults.extend(faults);
+    pairs.iter().flat_map(|(one, _)| one.spot.tag.regions()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_meet_in_either_way_of_counting() {
+        let meet = |one: &str, other: &str| {
+            let both = [one, other].map(|address| bits(address).expect("an address"));
+            !meeting(both.into_iter()).is_empty()
+        };
+        assert!(meet("%MW0", "%MX0.3"));
+        assert!(meet("%MW1", "%MB2"));
+        assert!(meet("%QW1", "%QW2"));
+        assert!(meet("%QX0.0", "%QX0.0"));
+        assert!(!meet("%QX0.0", "%QX0.1"));
+        assert!(!meet("%QX0.0", "%MX0.0"));
+        assert!(!meet("%MW0", "%MW8"));
+    }
+}

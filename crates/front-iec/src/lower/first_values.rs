@@ -1,0 +1,196 @@
+//! What variables begin with before the first scan, and what constants hold in every scan.
+
+use super::super::assembler::Assembler;
+use super::super::value::within;
+use super::Lower;
+use super::places::Spot;
+use scanbound_front::builder::always;
+use scanbound_iec_tree::declarations::Initial;
+use scanbound_iec_tree::types::Type as Typed;
+use scanbound_ir::{
+    BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, Tag, When,
+    WordSource, WordTarget, Write, flow,
+};
+
+/// The name of the bit that is on in the first scan alone.
+pub(crate) const FIRST_SCAN: &str = "first scan";
+
+/// What a variable, or a part of one, begins with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum First {
+    Zero,
+    /// A bit that is on.
+    On(Cell),
+    /// A number that is not 0, from this cell on.
+    Words(Cell, Number),
+    /// Something that is not worked out.
+    Unknown,
+}
+
+/// A variable without parts, or several of one value: where they lie, and what they begin with.
+pub(crate) struct FirstValue {
+    pub(crate) regions: Vec<Region>,
+    pub(crate) first: First,
+}
+
+impl Lower<'_> {
+    /// What a variable and its parts begin with.
+    pub(super) fn first_values(&self, begins: &Initial, spot: &Spot, found: &mut Vec<FirstValue>) {
+        let tree = self.tree;
+        let part = |tag: Option<Tag>, ty| Some(Spot { name: String::new(), tag: tag?, ty });
+        let first = match begins {
+            Initial::Nothing => return,
+            Initial::Zero => First::Zero,
+            Initial::Unknown => First::Unknown,
+            Initial::Number(number) => match (tree.types.kind(spot.ty), spot.tag.cell()) {
+                (None, Some(cell)) => First::On(cell),
+                (Some(kind), Some(cell)) => First::Words(cell, within(kind, *number)),
+                (_, None) => First::Unknown,
+            },
+            Initial::Parts(all) => {
+                for (at, begins) in all.iter().enumerate() {
+                    let ty = match tree.types.get(spot.ty) {
+                        Typed::Struct(id) => tree.types.parts(*id)[at].1,
+                        Typed::Standard(block) => match block.pins().nth(at) {
+                            Some(pin) => tree.types.elementary(pin.of()),
+                            None => continue,
+                        },
+                        _ => continue,
+                    };
+                    if let Some(part) = part(spot.tag.part_at(at), ty) {
+                        self.first_values(begins, &part, found);
+                    }
+                }
+                return;
+            }
+            Initial::Elements(all) => {
+                let Typed::Array(dimensions, of) = tree.types.get(spot.ty) else { return };
+                let mut numbers: Vec<i64> = dimensions.iter().map(|(low, _)| *low).collect();
+                for begins in all {
+                    let mut tags = numbers.iter();
+                    let tag = tags.try_fold(spot.tag.clone(), |tag, at| tag.element(*at));
+                    if let Some(one) = part(tag, *of) {
+                        self.first_values(begins, &one, found);
+                    }
+                    for (number, (low, high)) in numbers.iter_mut().zip(dimensions).rev() {
+                        *number += 1;
+                        if *number <= *high {
+                            break;
+                        }
+                        *number = *low;
+                    }
+                }
+                return;
+            }
+        };
+        found.push(FirstValue { regions: spot.tag.regions(), first });
+    }
+}
+
+impl Assembler {
+    /// Where constants get their values as each scan begins; which, is given when all of them are known.
+    pub(crate) fn begin_constants(&mut self) -> usize {
+        self.at(1, "constants");
+        self.builder.add(None, Vec::new(), Step::Nothing)
+    }
+
+    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
+    /// hold something that is not known.
+    pub(crate) fn give_constants(
+        &mut self,
+        at: Option<usize>,
+        all: Vec<(String, Vec<FirstValue>)>,
+    ) {
+        let Some(at) = at else { return };
+        let mut effects = Vec::new();
+        for (name, found) in all {
+            let is_unknown = found.iter().any(|one| one.first == First::Unknown);
+            for FirstValue { regions, first } in found {
+                match first {
+                    First::Zero => effects.extend(regions.into_iter().flat_map(zeros)),
+                    First::On(cell) => {
+                        let on = Logic::Const(true);
+                        effects.push(always(Write::Bit(BitTarget::Cell(cell), on)));
+                    }
+                    First::Words(cell, number) => effects.push(always(words(cell, number))),
+                    First::Unknown => {
+                        let choice = self.builder.choice();
+                        let any = regions.into_iter().map(|region| Write::Havoc(region, choice));
+                        effects.extend(any.map(always));
+                    }
+                }
+            }
+            if is_unknown {
+                let why =
+                    format!("the value of the constant {name} is not worked out: it may be any");
+                self.program().approximate(at, why);
+            }
+        }
+        self.program().instructions[at].effects = effects;
+    }
+
+    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a parameter
+    /// that somebody else may set.
+    pub(crate) fn note_first_values(
+        &mut self,
+        at: Option<usize>,
+        values: Vec<FirstValue>,
+        shared: &[Region],
+        known: &mut PowerUp,
+    ) {
+        let Some(at) = at else { return };
+        let program = &self.builder.program;
+        let Step::Act { fires: Logic::Bit(bit) } = &program.instructions[at].step else { return };
+        let BitSource::Cell(first) = *bit else { return };
+        let written: Vec<Region> =
+            (0..program.instructions.len()).flat_map(|at| flow::written(program, at)).collect();
+        let meets = |all: &[Region], one: &FirstValue| {
+            one.regions.iter().any(|own| all.iter().any(|other| flow::overlap(*own, *other)))
+        };
+        for one in values {
+            if meets(shared, &one) || !meets(&written, &one) {
+                continue;
+            }
+            known.cleared.extend(&one.regions);
+            match &one.first {
+                // What survives a loss of power is not turned on anew.
+                First::On(cell) if meets(&known.latched, &one) => {
+                    known.values.insert(*cell, 1);
+                }
+                First::On(cell) => {
+                    let write = Write::Bit(BitTarget::Cell(*cell), Logic::Const(true));
+                    let effect = Effect { when: When::Fired, write };
+                    self.program().instructions[at].effects.push(effect);
+                    known.first_scan = vec![first];
+                    known.after_clear = Some(BitTarget::Cell(first));
+                }
+                First::Words(cell, Number::Words(words)) => {
+                    for (cell, word) in (0..).map(|at| cell.plus(at)).zip(words) {
+                        if let WordSource::Const(word) = word {
+                            known.values.insert(cell, *word);
+                        }
+                    }
+                }
+                First::Words(..) | First::Zero | First::Unknown => {}
+            }
+        }
+    }
+}
+
+/// What writes 0 to some cells.
+fn zeros(region: Region) -> Vec<Effect> {
+    let Region::Range { first, count } = region else { return Vec::new() };
+    let zero = |cell: Cell| match Assembler::is_bit(cell) {
+        true => Write::Bit(BitTarget::Cell(cell), Logic::Const(false)),
+        false => words(cell, Number::Words(vec![WordSource::Const(0)])),
+    };
+    (0..count).map(|at| always(zero(first.plus(at)))).collect()
+}
+
+fn words(cell: Cell, number: Number) -> Write {
+    let count = match &number {
+        Number::Words(words) => words.len(),
+        _ => 0,
+    };
+    Write::Words((0..).map(|at| WordTarget::Cell(cell.plus(at))).take(count).collect(), number)
+}

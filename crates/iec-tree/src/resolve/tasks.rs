@@ -1,0 +1,120 @@
+//! Tasks, the instances of programs that they run, and what is executed before the first scan.
+
+use super::{Declared, Resolver};
+use crate::declarations::Owner;
+use crate::tree::{ExprKind, ProgramInstance, Task};
+use scanbound_base::code::Code;
+use scanbound_iec::fault::Fault;
+use scanbound_iec::{Pou, PouKind, Project, TypeRef, ast, same};
+
+/// What programs of no task are called together.
+const NO_TASK: &str = "background";
+
+impl Resolver<'_> {
+    /// The tasks and the instances of programs.
+    pub(super) fn tasks(&mut self) {
+        let project = self.project;
+        let own = project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned();
+        // Programs of no task run together.
+        let (loose, mut named): (Vec<_>, Vec<_>) = own.partition(|task| task.name.is_empty());
+        if let Some(mut first) = loose.first().cloned() {
+            first.instances = loose.into_iter().flat_map(|task| task.instances).collect();
+            named.push(first);
+        }
+        if named.is_empty() {
+            let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
+            let instances = programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect();
+            let name = String::new();
+            named.push(scanbound_iec::Task { name, interval: None, priority: None, instances });
+        }
+        for task in named {
+            let programs = task.instances.iter().map(|(name, of)| {
+                if let Some(known) = self.instance_named(name) {
+                    return Ok(known);
+                }
+                let unit = self.index.program(of).ok_or_else(|| {
+                    let told = format!("the program {of} of the task {} is not there", task.name);
+                    let fault = Fault::new(1, told).code(Code::UnknownType);
+                    fault.help("give the file that declares it")
+                })?;
+                self.tree.programs.push(ProgramInstance { name: name.clone(), unit });
+                Ok(self.tree.programs.len() - 1)
+            });
+            let programs = programs.collect();
+            let priority = task.priority.as_ref().and_then(|text| text.parse::<i64>().ok());
+            let (name, interval) = (task.name, task.interval);
+            self.tree.tasks.push(Task { name, interval, priority, programs });
+        }
+        self.tree.tasks.sort_by_key(|task| {
+            // A task without a number comes last of all, that is, first here.
+            let number = task.priority.unwrap_or(i64::MAX);
+            std::cmp::Reverse((task.name.is_empty(), number, task.interval.unwrap_or(0)))
+        });
+        let tasks = &mut self.tree.tasks;
+        for task in tasks.iter_mut().filter(|task| task.name.is_empty()) {
+            task.name = NO_TASK.to_owned();
+            task.priority = task.priority.or(Some(i64::MAX));
+        }
+        for at in 1..tasks.len() {
+            let (before, rest) = tasks.split_at_mut(at);
+            let name = &rest[0].name;
+            if before.iter().any(|other| same(&other.name, name)) {
+                let told = format!("there are two tasks {name}");
+                let help = "audit each resource by itself, or rename one";
+                let fault = Fault::new(1, told).code(Code::NotModelled).help(help);
+                rest[0].programs.push(Err(fault));
+            }
+        }
+    }
+
+    /// The instance of a program of this name.
+    pub(super) fn instance_named(&self, name: &str) -> Option<usize> {
+        self.tree.programs.iter().position(|one| same(&one.name, name))
+    }
+
+    /// Whether something is executed before the first scan that may write variables.
+    pub(super) fn begins_before(&self) -> bool {
+        let begins_with = |unit: &crate::declarations::Unit| !unit.begins_with.is_empty();
+        self.tree.units.iter().any(begins_with)
+            || self.tree.variables.iter().any(|one| {
+                let mut calls = one.type_calls;
+                if let Some(initial) = &one.initial {
+                    initial.each(&mut |one| {
+                        calls |= matches!(one.kind, ExprKind::Call(_) | ExprKind::After(_));
+                    });
+                }
+                calls && !matches!(one.owner, Owner::Routine(_))
+            })
+    }
+}
+
+/// Whether a declaration gives values to the variables of an instance of the project's blocks.
+#[must_use]
+pub fn gives_parts(project: &Project) -> bool {
+    let gives_to = |initial: &Option<ast::Expr>, of: &TypeRef| {
+        !matches!(initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, of)
+    };
+    let gives = |one: &Declared| gives_to(&one.initial, &one.of);
+    let parts = project.types.iter().filter_map(|one| match &one.of {
+        TypeRef::Struct(parts) => Some(parts),
+        _ => None,
+    });
+    let units = project.pous.iter().map(|pou| &pou.variables).chain(parts);
+    let mut all = units.chain(project.globals.iter().map(|(_, list)| list)).flatten();
+    all.any(gives) || project.types.iter().any(|one| gives_to(&one.initial, &one.of))
+}
+
+/// Whether variables of a type are, or hold, instances of the project's blocks.
+fn holds_block(project: &Project, of: &TypeRef) -> bool {
+    match of {
+        TypeRef::Named(name) => {
+            let is_block = |pou: &Pou| pou.kind == PouKind::FunctionBlock && same(&pou.name, name);
+            let own = project.types.iter().find(|one| same(&one.name, name));
+            project.pous.iter().any(is_block)
+                || own.is_some_and(|own| holds_block(project, &own.of))
+        }
+        TypeRef::Array(_, of) => holds_block(project, of),
+        TypeRef::Struct(parts) => parts.iter().any(|one| holds_block(project, &one.of)),
+        _ => false,
+    }
+}
