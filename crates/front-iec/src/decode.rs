@@ -1,7 +1,6 @@
 //! From a project to a program: tasks, instances of programs, routines.
 
 use super::assembler::Assembler;
-use super::declared;
 use super::emit::{Emit, Place, What};
 use super::first_values::{self, First, FirstValue};
 use super::refer;
@@ -45,7 +44,7 @@ pub fn decode(
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     let project = &*super::foreign::stated(project, asked.facts);
-    let faults = declared::faults(project);
+    let faults = scanbound_iec_tree::resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
     }

@@ -16,7 +16,6 @@ mod connected;
 mod control;
 mod convert;
 mod counted;
-mod declared;
 pub mod decode;
 mod differs;
 mod emit;

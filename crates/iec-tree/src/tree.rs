@@ -36,6 +36,8 @@ pub struct Tree {
     pub temporaries: Vec<Temporary>,
     /// What is known of each program instance's inputs and outputs, in the order of the project's.
     pub connected: Vec<Connected>,
+    /// What is wrong with the project wherever it is executed, with the files.
+    pub faults: Vec<(usize, Fault)>,
     /// Whether a declaration gives values to the variables of an instance of the project's blocks.
     pub gives_parts: bool,
     /// Whether something is executed before the first scan that may write variables.

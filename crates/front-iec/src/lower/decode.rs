@@ -1,7 +1,6 @@
 //! From a project to a program by the typed tree: tasks, instances of programs, routines.
 
 use super::super::assembler::Assembler;
-use super::super::declared;
 use super::super::decode::{LARGEST, Options as ChartOptions, changed_by_others, merged, told};
 use super::address::{self, Located};
 use super::calls::Callee;
@@ -31,7 +30,7 @@ pub(in super::super) fn decode(
     charts: ChartOptions,
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
-    let faults = declared::faults(project);
+    let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
     }
@@ -40,6 +39,9 @@ pub(in super::super) fn decode(
         .collect();
     let facts = resolve::Facts { calls: &asked.facts.calls, files: &files };
     let tree = resolve::tree(project, facts);
+    if !tree.faults.is_empty() {
+        return Err(told(project, tree.faults));
+    }
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,

@@ -3,8 +3,8 @@
 use super::super::assembler::Assembler;
 use super::{Lower, VARIABLES};
 use scanbound_base::code::Code;
-use scanbound_iec::fault::Fault;
 use scanbound_iec::PouKind;
+use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};

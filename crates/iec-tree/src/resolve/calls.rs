@@ -81,6 +81,7 @@ impl Resolver<'_> {
             if let Some(found) = self.measured(scope, name, given, line)? {
                 return Ok(found);
             }
+            self.note_global(scope, name);
             if let Some(unit) = self.index.function(name) {
                 let (passed, enable) = self.passed(scope, Callee::Unit(unit), given, line)?;
                 let result = self.tree.unit(unit).result;

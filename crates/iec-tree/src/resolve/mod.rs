@@ -1,7 +1,9 @@
 //! From the syntax tree to the typed tree: the only place that looks for names.
 
+mod ambiguous;
 mod calls;
 mod charts;
+mod declared;
 mod expressions;
 mod index;
 mod initial;
@@ -20,13 +22,14 @@ use crate::declarations::{
 };
 use crate::tree::{Call, Connected, Expr, ExprKind, Pair, Tree};
 use crate::types::{Type, TypeId};
+pub use declared::faults;
 use index::Index;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
 pub use stated::Facts;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 pub use tasks::gives_parts;
 
 /// What the typed tree cannot represent yet.
@@ -49,6 +52,8 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         index: Index::new(project),
         kept: ByName::new(),
         before: Vec::new(),
+        is_code: false,
+        meanings: ambiguous::meanings(project),
     };
     own.declare();
     own.initial_values();
@@ -70,6 +75,10 @@ struct Resolver<'p> {
     kept: ByName<TempId>,
     /// Calls of properties of which a part is named: they come before what names it.
     before: Vec<Call>,
+    /// Whether code is resolved, not declarations.
+    is_code: bool,
+    /// The global names that may mean several things, and which.
+    meanings: ByName<BTreeSet<String>>,
 }
 
 /// Where names are looked for.
@@ -394,6 +403,7 @@ impl<'p> Resolver<'p> {
     }
 
     fn bodies(&mut self) {
+        self.is_code = true;
         let project = self.project;
         for (number, pou) in project.pous.iter().enumerate() {
             let unit = UnitId::at(number);

@@ -94,6 +94,9 @@ impl Resolver<'_> {
             let property = Property { owner, of_base: false, unit, name };
             return self.of_property(scope, property, rest, (path, to_end), line);
         }
+        if own.is_none() {
+            self.note_global(scope, &path.first);
+        }
         if let Some(constant) = self.named_constant(scope, own, path, line) {
             return Ok(Found::Constant(constant));
         }

@@ -15,10 +15,13 @@ const LONGEST_TEXT: u32 = 65_535;
 /// Whether a type is one of the standard's own, which begin with 0. An enumeration begins with its first value, and a type of
 /// the project's with what that says.
 pub(super) fn is_elementary(of: &TypeRef) -> bool {
-    named(of).is_some_and(|name| {
-        Elementary::named(name).is_some()
-            || ["STRING", "WSTRING"].iter().any(|own| scanbound_iec::same(own, name))
-    })
+    named(of).is_some_and(is_elementary_name)
+}
+
+/// Whether a name is that of one of the standard's own types.
+pub(super) fn is_elementary_name(name: &str) -> bool {
+    let is_text = || ["STRING", "WSTRING"].iter().any(|own| scanbound_iec::same(own, name));
+    Elementary::named(name).is_some() || is_text()
 }
 
 /// The fault of a base that is not there.

@@ -1,20 +1,20 @@
-//! What a project declares, looked at before it is put together: names that are declared twice or may mean several things,
-//! types and constants that need themselves, and functions that controllers call by themselves.
+//! What a project declares, looked at before it is resolved: names that are declared twice, types and constants that need
+//! themselves, and functions that controllers call by themselves.
 
-use super::reach::each_path;
-use super::types::{elementary, is_elementary, lineage};
+use super::types::is_elementary_name;
+use crate::constants::Constants;
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Expr;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
-use scanbound_iec_tree::constants::Constants;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A file and a line in it.
 type Site = (usize, u32);
 
 /// All that is wrong with the declarations of a project, with the files.
-pub(super) fn faults(project: &Project) -> Vec<(usize, Fault)> {
+#[must_use]
+pub fn faults(project: &Project) -> Vec<(usize, Fault)> {
     let mut found = Check { project, faults: Vec::new() };
     found.circles();
     if !found.faults.is_empty() {
@@ -30,7 +30,6 @@ pub(super) fn faults(project: &Project) -> Vec<(usize, Fault)> {
     found.types();
     if found.faults.is_empty() {
         found.constants();
-        found.ambiguous();
     }
     found.faults
 }
@@ -41,7 +40,7 @@ struct Check<'p> {
 }
 
 /// What kind of unit it is, in words.
-fn kind(pou: &Pou) -> &'static str {
+pub(super) fn kind(pou: &Pou) -> &'static str {
     match pou.kind {
         PouKind::Program => "program",
         PouKind::FunctionBlock => "function block",
@@ -242,7 +241,7 @@ impl<'p> Check<'p> {
     /// Functions that CODESYS and TwinCAT call by themselves, at each access to an array, each division and so on.
     fn implicit_check(&mut self, pou: &Pou) {
         let upper = pou.name.to_ascii_uppercase();
-        let is_division = upper.strip_prefix("CHECKDIV").is_some_and(|of| elementary(of).is_some());
+        let is_division = upper.strip_prefix("CHECKDIV").is_some_and(is_elementary_name);
         if pou.kind != PouKind::Function || !(is_division || IMPLICIT.contains(&upper.as_str())) {
             return;
         }
@@ -345,73 +344,6 @@ impl<'p> Check<'p> {
                 let help = "give it a number";
                 self.push(site, Code::UnknownName, told, help);
                 return;
-            }
-        }
-    }
-
-    /// Uses of global names that may mean several things.
-    fn ambiguous(&mut self) {
-        let project = self.project;
-        let mut meanings: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        let mut add = |name: &str, what: String| {
-            meanings.entry(name.to_ascii_uppercase()).or_default().insert(what);
-        };
-        // A number is not called, and a function is called alone.
-        let mut instances = BTreeSet::new();
-        for (list, all) in &project.globals {
-            if !list.is_empty() {
-                add(list, "a list of global variables".to_owned());
-            }
-            for one in all {
-                if !is_elementary(one) {
-                    instances.insert(one.name.to_ascii_uppercase());
-                }
-                let of = if list.is_empty() { String::new() } else { format!(" of {list}") };
-                add(&one.name, format!("a global variable{of}"));
-            }
-        }
-        for one in &project.types {
-            let TypeRef::Enumeration(values, _) = &one.of else { continue };
-            values.iter().for_each(|(name, _)| add(name, "a value of an enumeration".to_owned()));
-        }
-        let is_called = |pou: &&Pou| match pou.kind {
-            PouKind::Program => true,
-            PouKind::Function => instances.contains(&pou.name.to_ascii_uppercase()),
-            PouKind::FunctionBlock | PouKind::Interface => false,
-        };
-        for pou in project.pous.iter().filter(is_called) {
-            add(&pou.name, format!("a {}", kind(pou)));
-        }
-        meanings.retain(|_, what| what.len() > 1);
-        if meanings.is_empty() {
-            return;
-        }
-        for (at, pou) in project.pous.iter().enumerate() {
-            let own: BTreeSet<String> = lineage(project, at)
-                .into_iter()
-                .flat_map(members)
-                .filter(|(what, ..)| *what != EXTERNAL)
-                .map(|(_, name, _)| name.to_ascii_uppercase())
-                .collect();
-            let mut found: BTreeMap<String, &BTreeSet<String>> = BTreeMap::new();
-            each_path(pou, &mut |path, hidden| {
-                let key = path.first.to_ascii_uppercase();
-                let is_local = |one: &Variable| {
-                    one.section != Section::External && same(&one.name, &path.first)
-                };
-                if let Some(what) = meanings.get(&key)
-                    && !own.contains(&key)
-                    && !hidden.iter().any(is_local)
-                {
-                    found.insert(key, what);
-                }
-            });
-            for (name, what) in found {
-                let what: Vec<&str> = what.iter().map(String::as_str).collect();
-                let told = format!("{}: {name} may mean {}", pou.name, what.join(" or "));
-                let help =
-                    "write the list or the type in front of it, or give one of them another name";
-                self.push((pou.file, pou.line), Code::DeclaredTwice, told, help);
             }
         }
     }
@@ -525,4 +457,15 @@ fn circle(edges: &[Vec<usize>]) -> Option<Vec<usize>> {
         }
     }
     None
+}
+
+/// A unit and those that it extends.
+fn lineage(project: &Project, unit: usize) -> Vec<&Pou> {
+    let mut found = vec![&project.pous[unit]];
+    while let Some(base) = found.last().and_then(|pou| project.pou(pou.extends.as_ref()?))
+        && !found.iter().any(|own| std::ptr::eq(*own, base))
+    {
+        found.push(base);
+    }
+    found
 }
