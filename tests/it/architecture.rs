@@ -94,7 +94,13 @@ const CIRCLES: &[(&str, &[&str], &str)] = &[
     ),
     (
         "iec-tree",
-        &["resolve/index.rs", "resolve/mod.rs", "resolve/types.rs"],
+        &[
+            "resolve/index.rs",
+            "resolve/mod.rs",
+            "resolve/paths.rs",
+            "resolve/stated.rs",
+            "resolve/types.rs",
+        ],
         "types name constants, and constants have types",
     ),
     (
@@ -234,12 +240,13 @@ fn no_file_is_longer_than_800_lines() {
     );
 }
 
-/// rustfmt leaves comments as they are.
+/// rustfmt leaves comments as they are. Rows of tables may be longer.
 #[test]
 fn comments_are_at_most_120_characters_wide() {
     // The IEC crates and their tests still have longer ones.
     let sources = sources().into_iter().filter(|s| !s.path.contains("iec"));
-    let is_long = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > 120;
+    let is_comment = |line: &str| line.starts_with("//") && !line.contains(" | ");
+    let is_long = |line: &str| is_comment(line.trim_start()) && line.chars().count() > 120;
     let long = |s: Source| {
         let lines = s.text.lines().enumerate().filter(|(_, line)| is_long(line));
         lines.map(|(at, _)| format!("{}:{}", s.path, at + 1)).collect::<Vec<_>>()
