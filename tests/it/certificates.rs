@@ -137,7 +137,7 @@ fn what_words_are_trusted_with_is_shown_to_be_kept() {
     let round = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV K19 D50; LD X1; MOV K7 D50; END";
     let (names, index) = rests_on(&concluded(Trust::Counts, "", round));
     assert_eq!(names, ALL);
-    let says = "D50 is 0, 7 or 19\nD50 is 0, 7 or 19\nthe count of a.txt:1 FOR D50 does not exceed its limit\n";
+    let says = "D50 is 0, 7 or 19\nD50 is 0, 7 or 19\nthe number of iterations or units of a.txt:1 FOR D50 is at most the limit that the bound uses\n";
     assert_eq!(index, says);
     // One word rests on another.
     let two = "FOR D50; LD X0; Op1; NEXT; LD SM400; MOV D51 D50; WAND K15 D0 D51; END";
@@ -148,7 +148,10 @@ fn what_words_are_trusted_with_is_shown_to_be_kept() {
     let within = "LD SM400; WAND K7 D0 D50; FOR D50; LD X0; Op1; NEXT; END";
     let (names, index) = rests_on(&concluded(Trust::None, "", within));
     assert_eq!(names, ["counts.smt2"]);
-    assert_eq!(index, "the count of a.txt:3 FOR D50 does not exceed its limit\n");
+    assert_eq!(
+        index,
+        "the number of iterations or units of a.txt:3 FOR D50 is at most the limit that the bound uses\n"
+    );
     // What scans are stated to start with is taken as given.
     let stated = "LD SM400; + K3 D0 D50; FOR D50; LD X0; Op1; NEXT; END";
     let (names, _) = rests_on(&concluded(Trust::None, "[ranges]\nD0 = [0, 4]\n", stated));
@@ -169,7 +172,7 @@ fn what_the_scans_formula_does_not_show_is_told() {
     let (names, index) = rests_on(&concluded(Trust::None, "", &summed));
     assert_eq!(names, [""; 0]);
     let (_, open) = index.split_once("No file for these").expect("something is not shown");
-    assert!(open.contains("FMOV K0 D100 D50 does not exceed its limit"), "{index}");
+    assert!(open.contains("FMOV K0 D100 D50 is at most the limit that the bound uses"), "{index}");
 }
 
 #[test]
@@ -177,12 +180,12 @@ fn blocks_and_indices_are_shown_to_reach_no_further_than_was_found() {
     let block = "LD X0; AND>= D50 K0; AND<= D50 K9; FMOV K0 D100 D50; END";
     let (names, index) = rests_on(&concluded(Trust::None, "", block));
     assert_eq!(names, ["counts.smt2"]);
-    assert!(index.contains("FMOV K0 D100 D50 does not exceed its limit"), "{index}");
+    assert!(index.contains("FMOV K0 D100 D50 is at most the limit that the bound uses"), "{index}");
     let write = "LD SM400; WAND K7 Z0; MOV K19 D50; MOV D9 D60Z0; FOR D50; LD X0; Op1; NEXT; END";
     let mut sure = concluded(Trust::None, "", write);
     let (names, index) = rests_on(&sure);
     assert_eq!(names, ["counts.smt2"]);
-    assert!(index.contains("MOV D9 D60Z0 writes only within its limit"), "{index}");
+    assert!(index.contains("MOV D9 D60Z0 writes only the cells that the bound assumes"), "{index}");
     for indexed in sure.followed.program.indexed.values_mut() {
         indexed.proved.iter_mut().for_each(|(_, high)| *high -= 1);
     }

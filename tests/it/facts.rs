@@ -106,9 +106,9 @@ fn a_stated_routine_that_is_there_or_is_not_called_is_told() {
         let warnings = found.audit.warnings.iter().filter(|one| one.file == "facts.toml");
         warnings.map(|one| (one.line, one.message.clone())).collect::<Vec<_>>()
     };
-    let is_there = "the statement about P1 is not used: the routine is in a.il:4";
+    let is_there = "the statement about P1 under [calls] is not used: the program contains the routine, in a.il:4";
     assert_eq!(told("LD X0; CALL P1; FEND; P1; RET; END"), [(Some(2), is_there.to_owned())]);
-    let not_called = "the statement about P1 is not used: nothing calls it";
+    let not_called = "the statement about P1 under [calls] is not used: no instruction calls P1";
     assert_eq!(told("LD X0; OUT Y0; END"), [(Some(2), not_called.to_owned())]);
 }
 
@@ -172,14 +172,14 @@ fn a_stated_range_is_kept_or_broken_or_neither() {
     let above = status("FOR D0; LD X0; Op1; NEXT; LD X1; MOV K3 D0; END", "[ranges]\nD0 = [1, 4]");
     assert_eq!(above, quiet("unproved"));
     // A constant outside of the range, which a scan leaves there.
-    let broken = "D0 = [0, 4]: the program violates this fact: `MOV K9 D0` (a.il:6) leaves 9 in D0 when the scan ends";
+    let broken = "D0 = [0, 4]: the program violates this fact: `MOV K9 D0` (a.il:6) writes 9 to D0, and D0 has this value when the scan ends";
     assert_eq!(of("LD X1; MOV K9 D0; Op1"), Err(broken.to_owned()));
     // Only within the scan is it something else, which is not asked for, but the analysis cannot tell.
     assert_eq!(of("LD X1; MOV K9 D0; LD SM400; MOV K2 D0"), quiet("unproved"));
     // Nobody said what D5 holds.
     let (status, told) = of("LD X1; MOV D5 D0").expect("an audit");
     assert_eq!(status, "unproved");
-    let may = told.iter().all(|one| one.ends_with("the known facts do not exclude this"));
+    let may = told.iter().all(|one| one.ends_with("the known facts do not exclude this value"));
     assert!(may, "{told:?}");
     let both = "[ranges]\nD0 = [0, 4]\nD5 = [2, 3]";
     let text = "FOR D0; LD X0; Op1; NEXT; LD X1; MOV D5 D0; END";
@@ -303,16 +303,16 @@ fn what_is_written_by_an_index_reaches_as_far_as_is_stated() {
     assert_eq!(lower("[index]\nZ0 = [0, 50]"), Ok(9));
     assert_eq!(lower("[index]\nZ0 = [0, 49]"), Ok(0));
     let fault = |facts: &str| takes(facts).unwrap_err();
-    assert!(fault("Z5 = [0, 9]").ends_with("nothing is written by an index 'Z5'"));
+    assert!(fault("Z5 = [0, 9]").ends_with("no instruction writes through an index 'Z5'"));
     assert!(fault("'a.il:2' = [0, 9]").ends_with("nothing is written by an index at a.il:2"));
-    assert!(fault("Z0 = [40000, 50000]").ends_with("the index at Z0 is never 40000 to 50000"));
+    assert!(fault("Z0 = [40000, 50000]").ends_with("the index 'Z0' is never 40000 to 50000"));
     let apart = fault("'a.il:4' = [0, 9]\nZ0 = [10, 20]");
     assert!(apart.contains("is never"), "{apart}");
     assert!(Facts::parse("facts.toml", "[index]\nZ0 = [9, 0]").is_err());
     // Of 16 bits or of 32?
     let far = "LD SM400; MOV K3 ZR9; LD X0; MOV D7 ZR0Z0; LD= ZR9 K4; Op9; END";
     let both = bounds(far, "[index]\nZ0 = [0, 8]").unwrap_err();
-    assert!(both.ends_with("the number of bits of the index at Z0 is not stated"), "{both}");
+    assert!(both.ends_with("the number of bits of the index 'Z0' is not stated"), "{both}");
     assert_eq!(bounds(far, "[index]\nbits = 16\nZ0 = [0, 8]"), Ok((0, 0)));
     assert_eq!(bounds(far, "[index]\nbits = 32\nZ0 = [0, 9]").map(|found| found.0), Ok(9));
 }

@@ -71,14 +71,19 @@ fn a_range_is_kept_where_nothing_else_is_written() {
 fn a_range_is_broken_by_a_constant_or_by_any_run_from_power_up() {
     let range = "D0 = [0, 10]";
     let of = |text: &str, message: &str| assert_eq!(of_range(text), broken(range, message));
-    of("LD X0; MOV K11 D0", "`MOV K11 D0` (a.il:2) leaves 11 in D0 when the scan ends");
+    of(
+        "LD X0; MOV K11 D0",
+        "`MOV K11 D0` (a.il:2) writes 11 to D0, and D0 has this value when the scan ends",
+    );
     // The longest scan breaks nothing.
     of(
         "LDI X0; MOV K11 D0; LD X0; Op1",
-        "`MOV K11 D0` (a.il:2) leaves 11 in D0 when the scan ends",
+        "`MOV K11 D0` (a.il:2) writes 11 to D0, and D0 has this value when the scan ends",
     );
     let whatever = |scan| {
-        format!("when the scan ends, in scan {scan} after power-up, for any values from outside")
+        format!(
+            "when the scan ends, in scan {scan} after power-up, whatever values the inputs have"
+        )
     };
     of("LD SM400; INC D0", &format!("`INC D0` (a.il:2) leaves 11 in D0 {}", whatever(11)));
     of("LD SM400; DEC D0", &format!("`DEC D0` (a.il:2) leaves -1 in D0 {}", whatever(1)));
@@ -136,7 +141,7 @@ fn a_set_of_bits_is_kept_or_broken_or_neither() {
         broken(
             fact,
             &format!(
-                "{by} leave M0 and M1 both on when the scan ends, in scan {scan} after power-up, for any values from outside"
+                "{by} leave M0 and M1 both on when the scan ends, in scan {scan} after power-up, whatever values the inputs have"
             ),
         )
     };

@@ -204,7 +204,7 @@ fn no_pass_of_the_cases_is_longer_than_the_bound_and_some_pass_attains_it() {
     for (name, latched) in CASES.into_iter().flat_map(|name| [(name, false), (name, true)]) {
         let (source, table, audit) = case(name, latched);
         let stated: Vec<String> = audit.facts.iter().map(ToString::to_string).collect();
-        let told = latched.then_some("inputs are read once per pass into an image");
+        let told = latched.then_some("the inputs are copied to an image once per pass");
         assert_eq!(stated, told.into_iter().collect::<Vec<_>>());
         let mut most = Picos::ZERO;
         let mut machine = Machine::switched_on(&source, latched);

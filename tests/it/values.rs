@@ -394,7 +394,7 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     let other = |low: u32| format!("[counts]\n\"a.txt:5\" = [{low}, 18]\n");
     let contradicts = |low: u32| {
         Err(format!(
-            "the count of `FOR D50` (a.txt:5) is never {low} to 18: `MOV K19 D50` (a.txt:4) writes D50"
+            "the number of iterations or units of `FOR D50` (a.txt:5) is never {low} to 18: `MOV K19 D50` (a.txt:4) writes D50"
         ))
     };
     assert_eq!(stated(&other(0), set), contradicts(0));
@@ -410,16 +410,28 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
 fn counts_are_stated_of_places_that_count() {
     let loops = "NOP; FOR D50; LD X1; Op1; NEXT; FOR K9; LD X1; Op1; NEXT; END";
     for (facts, told) in [
-        ("\"a.txt:3\" = 5", "no count of iterations or units is read from a word at a.txt:3"),
+        (
+            "\"a.txt:3\" = 5",
+            "no instruction reads a number of iterations or units from a word at a.txt:3",
+        ),
         // A constant.
-        ("\"a.txt:6\" = 5", "no count of iterations or units is read from a word at a.txt:6"),
+        (
+            "\"a.txt:6\" = 5",
+            "no instruction reads a number of iterations or units from a word at a.txt:6",
+        ),
         ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
-        ("\"a.txt\" = 5", "no count is read from a word 'a.txt'"),
+        (
+            "\"a.txt\" = 5",
+            "no instruction reads a number of iterations or units from the word 'a.txt'",
+        ),
         ("\"a.txt:x\" = 5", "'a.txt:x' is not the place of an instruction"),
-        ("\"a.txt:2\" = 40000", "the count of `FOR D50` at a.txt:2 is never 40000 to 40000"),
+        (
+            "\"a.txt:2\" = 40000",
+            "the number of iterations or units of `FOR D50` at a.txt:2 is never 40000 to 40000",
+        ),
         (
             "\"a.txt:2\" = [3, 1]",
-            "the count at a.txt:2 must be a non-negative integer or [min, max]",
+            "'a.txt:2' in [counts] must be a non-negative integer or [min, max]",
         ),
     ] {
         let fault = with_facts(Trust::None, &format!("[counts]\n{facts}\n"), loops);
@@ -611,7 +623,10 @@ fn a_count_may_be_stated_by_its_word() {
         Ok(4 + 5),
         "where the second runs it is 1 in both"
     );
-    assert_eq!(stated("D100 = 4"), Err("no count is read from a word 'D100'".to_owned()));
+    assert_eq!(
+        stated("D100 = 4"),
+        Err("no instruction reads a number of iterations or units from the word 'D100'".to_owned())
+    );
 }
 
 #[test]

@@ -20,16 +20,17 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
-const STAGE: &str = "measuring what each statement is worth";
-/// Pairs are formed from at most this many bits: those without which the longest scan loses most time.
+const STAGE: &str = "measuring by how much each statement lowers the bound";
+/// The largest number of bits from which pairs are formed: those without which the longest scan loses most time.
 const MAX_BITS: usize = 24;
-/// At most this many pairs are tried. Pairs come first whose bits are needed for different, long parts of the scan.
+/// The largest number of pairs that are tried. First come pairs whose bits are needed for different, long parts of the
+/// scan.
 const MAX_PAIRS: usize = 12;
 
 /// The settings of the search for advice.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings<'a> {
-    /// The upper limits that are tried for each unknown count and index.
+    /// The upper limits that are tried for each unknown number of iterations or units, and for each unknown index.
     pub most: &'a [u32],
     /// The total time that all audits together may take.
     pub budget: Option<Duration>,
@@ -42,42 +43,42 @@ pub struct Advice {
     pub files: Vec<String>,
     /// The current bound. `None` if a scan may never end.
     pub upper: Option<Picos>,
-    /// The statements that lower it.
+    /// The statements that lower the bound.
     pub found: Vec<Measured>,
-    /// How many other statements were tried that lower it by less than a thousandth.
+    /// The number of tried statements that lower the bound by less than a thousandth. They are not listed.
     pub useless: usize,
-    /// How many statements were not tried because the time was over.
+    /// The number of statements that were not tried because the time was over.
     pub untried: usize,
 }
 
 /// A statement, and the bound of an audit with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
-    /// The statement.
+    /// The statement that was tried.
     pub statement: Statement,
-    /// The bound.
+    /// The bound of the scan with this statement.
     pub bound: SolvedBound,
 }
 
 /// A statement that the user could add to the facts file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
-    /// Its kind.
+    /// What the statement is about.
     pub kind: AdviceKind,
-    /// The table of the facts file that it belongs to.
+    /// The table of the facts file to which the line belongs.
     pub table: &'static str,
-    /// Its line in that table.
+    /// The line for that table of the facts file.
     pub line: String,
-    /// Why it may matter: a sentence without a full stop.
+    /// Why the statement may matter: a sentence without a full stop.
     pub what: String,
-    /// The places where it matters, with the instructions there.
+    /// The places that the statement concerns, with the instructions there.
     pub places: Vec<(Location, Arc<str>)>,
 }
 
-/// The kinds of statements.
+/// What a suggested statement is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AdviceKind {
-    /// An upper limit for a count.
+    /// An upper limit for a number of iterations or units.
     Count,
     /// An upper limit for an index, or its number of bits.
     Index,
@@ -90,7 +91,7 @@ pub enum AdviceKind {
 }
 
 impl AdviceKind {
-    /// Its name in reports.
+    /// The name of the kind in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -107,11 +108,12 @@ impl AdviceKind {
 struct Candidate {
     statement: Statement,
     facts: Facts,
-    /// An upper limit of what it may be worth. Candidates with a larger one are tried first.
+    /// An upper limit of the time by which the statement can lower the bound. Candidates with a larger one are tried
+    /// first.
     hope: Picos,
 }
 
-/// Measures what each additional statement is worth.
+/// Measures by how much each possible statement lowers the bound.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in one of these audits.
@@ -169,7 +171,7 @@ pub fn advise(
     Ok(advice)
 }
 
-/// The unknown counts and indices, each with the upper limits to try.
+/// The unknown numbers and indices, each with the upper limits to try.
 fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<Candidate> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let of = |one: &Unknown, most: u32| {
@@ -202,7 +204,7 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
     all.collect()
 }
 
-/// The base unit of all modules, if it is not stated.
+/// The statement that all modules are on one kind of base unit, if this is not stated.
 fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
     let bases = &concluded.audit.bases;
     let least = bases.first()?.least.clone();
@@ -220,7 +222,7 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
     })
 }
 
-/// The devices that the program writes, as a statement that nobody else writes them, if that lowers the bound.
+/// The statement that only the program writes its devices, if that lowers the bound.
 fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candidate>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };
@@ -237,7 +239,7 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
             kind: AdviceKind::Internal,
             table: "internal",
             line: offer::listed(facts.internal.iter()),
-            what: "only the program writes these devices, no operator panel and no other PLC: then they keep what the program wrote, and relays that it keeps mutually exclusive are never on together".to_owned(),
+            what: "state this if only the program writes these devices, no operator panel and no second PLC: then they keep the values that the program wrote, and relays that the program keeps mutually exclusive are never both on".to_owned(),
             places: Vec::new(),
         },
         facts,
@@ -310,7 +312,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
                 table: "exclusive",
                 line: format!("sets = {:?}", facts.exclusive),
                 what: format!(
-                    "{} and {} are both on in the longest scan, and each enables different instructions: state this if an interlock or the plant prevents that they are on together",
+                    "{} and {} are both on in the longest scan, and enable different instructions: state them as exclusive if an interlock or the plant prevents that both are on",
                     one.description(),
                     other.description()
                 ),
@@ -323,7 +325,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     found.into_iter().map(candidate).collect()
 }
 
-/// A copy of the scan's values with these bits off.
+/// A copy of the scan's start values with these bits off.
 fn without(values: &Assignment, bits: &[&On]) -> Assignment {
     let mut values = values.clone();
     for on in bits {

@@ -51,7 +51,7 @@ pub struct Findings<'a> {
     pub table: &'a Table,
     pub prices: &'a Prices,
     pub model: &'a ScanModel,
-    /// What the user can state about the machine.
+    /// What the user can state about this PLC.
     pub machine: MachineOptions,
     pub groups: &'a [Group],
     pub maxima: &'a [Maximum],
@@ -61,7 +61,8 @@ pub struct Findings<'a> {
     pub limits: &'a Limits<'a>,
 }
 
-/// The parts of the bound, their times in the model's longest scan, and why rungs do not take their longest time there.
+/// The parts of the bound, the times of these parts in the model's longest scan, and why rungs do not take their
+/// longest time in it.
 pub struct Explained {
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
@@ -78,7 +79,7 @@ struct ExplainedGroup {
 pub struct Finished<'a> {
     /// The longest real run, and the values with which it starts.
     pub found: &'a RunResults,
-    /// Whether it is the scan of the model's assignment.
+    /// Whether the longest real run is the scan of the model's best assignment.
     pub same: bool,
     /// When the audit began.
     pub start: Instant,
@@ -89,7 +90,7 @@ pub struct Finished<'a> {
     /// How each group's maximum was found.
     pub searches: Vec<SearchUse>,
     pub loops: Loops,
-    /// A run from power-up to that scan, if one was found.
+    /// A run from power-up to that scan, if one was found. Otherwise empty.
     pub run: Vec<RunScan>,
     /// The delays before and after the scan, if a response time was requested.
     pub delays: Option<Delays>,
@@ -100,7 +101,7 @@ pub struct Finished<'a> {
 }
 
 impl<'a> Findings<'a> {
-    /// The unknown values on which the bound depends: first counts, then targets of writes.
+    /// The unknown values on which the bound depends: first numbers of iterations and units, then targets of writes.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
         unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.machine));
@@ -392,7 +393,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// The search for explanations in a group. `None` if all its rungs take their longest time.
+    /// The search that explains why rungs of a group do not take their longest time. `None` if all of them do.
     fn exclusions(
         &self,
         group: &Group,
@@ -566,7 +567,7 @@ impl<'a> Findings<'a> {
         (values, self.model.cost(&charges, assignment))
     }
 
-    /// Each instruction's part of the bound, as far as the search determined it.
+    /// For each instruction, its part of the bound, as far as the search determined it.
     fn shares(&self, groups: &[ExplainedGroup], always: &[ChargeUse]) -> Vec<(usize, Picos)> {
         let instruction = |charge: &usize| self.model.charges[*charge].instruction;
         let constant = self.model.constant_charges();
@@ -577,7 +578,7 @@ impl<'a> Findings<'a> {
         grouped.chain(always).collect()
     }
 
-    /// The time of each execution in the scan that is shown, by instruction.
+    /// For each instruction, the times of its executions in the scan that the report shows.
     fn costs(&self, real: Option<&RunResults>) -> Vec<(usize, Picos)> {
         match real {
             None => {

@@ -6,31 +6,31 @@ use scanbound_base::location::Location;
 use scanbound_ir::Program;
 use std::sync::Arc;
 
-/// A statement about words or relays that holds whenever a scan starts and excludes scans.
+/// A statement about words or relays that is true whenever a scan starts, and that excludes some scans.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumption {
     /// The name of the word, or of the relays.
     pub devices: Vec<String>,
     /// The word's smallest and largest value, signed.
     pub range: Option<(i64, i64)>,
-    /// The word's only possible values. Empty if they are the whole range.
+    /// The only values that the word may have. Empty if these are all values of the range.
     pub values: Vec<u16>,
-    /// For relays: how many of them can be on at once. 0: all are off in the first scan.
+    /// For relays: the largest number of them that can be on at once. 0: all are off in the first scan.
     pub most: usize,
-    /// All instructions that write them, with their text: the evidence.
+    /// All instructions that write the word or the relays, with their text: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
     /// The bound of an audit without this assumption, if that was requested.
     pub without: Option<SolvedBound>,
 }
 
 impl Assumption {
-    /// The names of all its devices, joined.
+    /// The names of all devices of the assumption, joined.
     #[must_use]
     pub fn name(&self) -> String {
         self.devices.join(", ")
     }
 
-    /// Its only possible values, sorted. Empty if they are the whole range.
+    /// The only values that the word may have, sorted. Empty if these are all values of the range.
     #[must_use]
     pub fn values(&self) -> Vec<i64> {
         let mut values: Vec<i64> =

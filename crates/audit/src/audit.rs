@@ -25,9 +25,9 @@ use std::time::Duration;
 pub struct Audit {
     /// The files, as the user named them, in the order of execution.
     pub files: Vec<String>,
-    /// Indices into `files` of those that contain only subroutines: they run only if they are called.
+    /// Indices into `files` of the files that contain only subroutines, which run only if they are called.
     pub standby: Vec<usize>,
-    /// The files and the table that the audit was made from.
+    /// The program files, the table and the facts file from which the audit was made.
     pub sources: Vec<Source>,
     /// The dialect's name.
     pub dialect: String,
@@ -37,23 +37,23 @@ pub struct Audit {
     pub instructions: usize,
     /// The number of rungs.
     pub blocks: u32,
-    /// The number of words in a scan, for a machine that executes one word per clock cycle.
+    /// The number of program words in a scan, for a PLC that executes one word per clock period. `None` for other PLCs.
     pub clocked: Option<u64>,
     /// The timing table, and which of its times are uncertain.
     pub table: TableUse,
-    /// The bounds.
+    /// The bounds of the scan time.
     pub bound: Bound,
     /// The minimum scan time that the CPU or the program sets, if any.
     pub cycle: Cycle,
     /// Whether the program may let interrupts wait beyond the end of a scan.
     pub holds_interrupts: bool,
-    /// The watchdog, and what restarts it.
+    /// The watchdog of the program, and what restarts it.
     pub watchdog: Watchdog,
     /// The time of each scan in addition to its instructions.
     pub overhead: Vec<OverheadUse>,
     /// Charges that have the same time in every scan.
     pub always: Vec<ChargeUse>,
-    /// The groups, numbered from 1.
+    /// The groups of charges, numbered from 1.
     pub groups: Vec<GroupUse>,
     /// The free values of the scan that takes `Bound::lower`.
     pub witness: Vec<FreeValue>,
@@ -64,38 +64,39 @@ pub struct Audit {
     pub witness_run: Vec<RunScan>,
     /// Why the scan that takes `Bound::lower` stopped early, or may take longer than is known.
     pub stands_between: Option<String>,
-    /// Its path through the program, if not every instruction runs exactly once. Otherwise empty.
+    /// The path of that scan through the program, if not every instruction runs exactly once. Otherwise empty.
     pub path: Vec<PathStep>,
     /// Loops in which a scan can stay for ever. If there are any, no time is a bound: all figures are then for scans
     /// that end after such a loop ran once.
     pub unbounded: Vec<LoopUse>,
     /// The user's statements on which the bound rests.
     pub facts: Vec<Fact>,
-    /// Inputs or outputs whose number of refreshed points is not stated.
+    /// Inputs or outputs for which the number of refreshed points is not stated.
     pub points: Vec<UnstatedPoints>,
     /// Inputs or outputs whose base units are not stated. The slowest base was charged.
     pub bases: Vec<UnstatedBase>,
-    /// Network devices that the program uses whose refresh time is not stated. It is not in the bound.
+    /// Network devices that the program uses and whose refresh time is not stated. The bound does not include that
+    /// time.
     pub networks: Vec<NetworkUse>,
-    /// Other reasons why the bound may be too low: facts that it needs and nobody stated.
+    /// Further reasons why the bound may be too low: facts that the bound needs and that are not stated.
     pub doubts: Vec<Doubt>,
     /// Derived values of words at the start of a scan that lower counts. They hold only if the program alone writes
     /// these words.
     pub assumptions: Vec<Assumption>,
-    /// Unknown counts on which the bound depends, the one with the most time first.
+    /// Unknown numbers of iterations or units on which the bound depends, the one with the most time first.
     pub unknowns: Vec<Unknown>,
-    /// How much stating these, and how much the assumptions, change the bound, if that was requested.
+    /// How much the bound changes with these unknowns stated, and without each assumption, if that was requested.
     pub what_if: Option<WhatIf>,
     /// How much the mutual exclusion of steps and stored actions lowers the bound, if there are charts.
     pub coactivity: Option<Coactivity>,
-    /// The tasks of the project, if there are several and that was requested. The first is the one whose scan is
+    /// The tasks of the project, if there are several and that was requested. The first one is the task whose scan is
     /// bounded.
     pub tasks: Vec<TaskUse>,
-    /// How a net's knowledge changes the bound of its code, if that was requested.
+    /// How a net's sets of mutually exclusive elements change the bound, if that was requested.
     pub net: Option<NetBound>,
     /// The rungs for drawing, if they were requested.
     pub ladder: Option<Ladder>,
-    /// Places that are over-approximated.
+    /// Places where the program is over-approximated.
     pub approximations: Vec<ApproximationUse>,
     /// How much of the source is followed exactly, if its dialect lists statements.
     pub exactness: Option<Exactness>,
@@ -105,10 +106,9 @@ pub struct Audit {
     pub response: Option<response::Response>,
     /// Which writers between scans were assumed.
     pub trust: scanbound_passes::values::Trust,
-    /// Whether the search ended before the longest scan was known, because it was decided whether any scan exceeds the
-    /// limit.
+    /// Whether the search ended early because it was already decided whether any scan exceeds the limit.
     pub ended_early: bool,
-    /// The stages that the time limit or the user cut short, and what they left open.
+    /// The stages that the time limit or the user ended early, and what they left open.
     pub cuts: Vec<EarlyStop>,
     /// The command line arguments that name the project, quoted for a shell. Empty if none is needed.
     pub named: String,
@@ -124,7 +124,7 @@ impl Audit {
         possible(&self.bound, self.table.factor.as_ref(), self.clocked.is_some())
     }
 
-    /// Whether a scan was found that stays in a loop for ever.
+    /// Whether a scan was found that never leaves a loop.
     #[must_use]
     pub fn is_endless(&self) -> bool {
         self.unbounded.iter().any(|one| one.certain)
@@ -156,14 +156,14 @@ impl Audit {
         self.possible().checked_sub(saves).unwrap_or_default()
     }
 
-    /// The shortest limit that a check proves. `None` if it proves none because the bound may be too low.
+    /// The shortest limit that a check proves. `None` if a check proves no limit because the bound may be too low.
     #[must_use]
     pub fn proved(&self) -> Option<Picos> {
         let is_proved = self.unbounded.is_empty() && self.uncounted_doubts().is_empty();
         is_proved.then(|| self.upper_with_all_points())
     }
 
-    /// Converts a time of the report to one without the table's factor.
+    /// Divides a time of the report by the table's factor.
     #[must_use]
     pub fn bare(&self, time: Picos) -> Picos {
         let factor = self.table.factor.as_ref();
@@ -185,7 +185,7 @@ impl Audit {
 }
 
 impl Audit {
-    /// A lower bound on every scan by the table: the charges that no condition avoids, without the table's factor.
+    /// A lower bound on the time of every scan: the charges that no condition avoids, without the table's factor.
     #[must_use]
     pub fn least(&self) -> Picos {
         let always = self.bound.always + self.bound.overhead;
@@ -205,19 +205,19 @@ impl Audit {
         self.bound.upper.max(self.cycle.longest().unwrap_or_default())
     }
 
-    /// The same with all points that the CPU can have, if their number is not stated.
+    /// The same upper bound with all points that the CPU can have, if the number of points is not stated.
     #[must_use]
     pub fn cycle_with_all_points(&self) -> Picos {
         self.upper_with_all_points().max(self.cycle.longest().unwrap_or_default())
     }
 
-    /// Some scan takes this long, including the wait for the constant scan time.
+    /// A lower bound on the scan time, including the wait for the constant scan time.
     #[must_use]
     pub fn cycle_lower(&self) -> Picos {
         self.possible().max(self.cycle.lower.unwrap_or_default())
     }
 
-    /// The same without the points that are not stated.
+    /// The same lower bound without the refresh time of points whose number is not stated.
     #[must_use]
     pub fn cycle_without_points(&self) -> Picos {
         self.lower_without_points().max(self.cycle.lower.unwrap_or_default())

@@ -10,13 +10,13 @@ use std::sync::Arc;
 /// How the bound is divided into parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum By {
-    /// By program: by file.
+    /// One part for each program file.
     Program,
     /// By routine of each program. Code outside of routines is one part.
     Routine,
-    /// By rung.
+    /// One part for each rung.
     Rung,
-    /// By instruction name.
+    /// One part for each instruction name.
     Instruction,
 }
 
@@ -24,7 +24,7 @@ impl By {
     /// All divisions, the coarsest first.
     pub const ALL: [By; 4] = [By::Program, By::Routine, By::Rung, By::Instruction];
 
-    /// Its name.
+    /// The name of the division in options and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -45,25 +45,25 @@ pub enum Piece {
     Routine(u32, Option<Arc<str>>),
     /// A rung, shown by the instruction in it that takes most time.
     Rung {
-        /// The rung's number.
+        /// The number of the rung.
         block: u32,
-        /// The instruction's place.
+        /// The place of the rung's first instruction.
         at: Location,
-        /// The instruction's text.
+        /// The text of the rung's first instruction.
         instruction: Arc<str>,
     },
     /// All instructions of this name.
     Instruction(Arc<str>),
     /// An overhead term, by its name.
     EveryScan(String),
-    /// What the search left open: the difference between the bound and the longest scan found.
+    /// The part that the search left open: the difference between the bound and the longest scan found.
     Open,
-    /// What the table's factor adds to all other parts.
+    /// The time that the table's factor adds to all other parts.
     Factor(String),
 }
 
 impl Piece {
-    /// The kind of this part, in one word.
+    /// The kind of this piece, in one word.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -81,20 +81,21 @@ impl Piece {
 /// A part of the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// What it belongs to.
+    /// The program, rung or instruction to which the time belongs.
     pub piece: Piece,
-    /// Its time, without the table's factor.
+    /// The time of the part, without the table's factor.
     pub time: Picos,
-    /// Its time if every charge took the larger of its two times. The difference is what mutual exclusion saves.
+    /// The time of the part if every charge took the larger of its two times. What exceeds `time` is saved by mutual
+    /// exclusion.
     pub most: Picos,
-    /// The part of its time that does not depend on any condition.
+    /// The time of the part that does not depend on any condition.
     pub always: Picos,
-    /// The number of instructions in it.
+    /// The number of instructions in the part.
     pub instructions: usize,
 }
 
 impl Part {
-    /// Its share of the bound.
+    /// The share of the bound that this part takes.
     #[must_use]
     pub fn share(&self, audit: &Audit) -> Share {
         Share::of(self.time, audit.bound.upper)
@@ -128,7 +129,7 @@ impl<'a> Pile<'a> {
     }
 }
 
-/// The key by which charges are put into parts.
+/// The key that decides to which part a charge belongs.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Key<'a> {
     File(u32),
@@ -176,13 +177,13 @@ impl Audit {
         parts
     }
 
-    /// The same as a share of the bound.
+    /// The assumed part of the bound, as a share of it.
     #[must_use]
     pub fn assumed_share(&self) -> Share {
         Share::of(self.assumed_part(), self.bound.upper)
     }
 
-    /// How much of the bound rests on assumed times, including what the search left open.
+    /// The part of the bound that rests on assumed times, including what the search left open.
     #[must_use]
     pub fn assumed_part(&self) -> Picos {
         if self.table.assumed.is_empty() {
@@ -216,7 +217,7 @@ impl Audit {
         self.open() == Picos::ZERO
     }
 
-    /// The difference between the bound and the longest scan that the search found.
+    /// The part of the bound that is left open: its difference to the longest scan that the search found.
     #[must_use]
     pub fn open(&self) -> Picos {
         let open = self.groups.iter().map(|group| {

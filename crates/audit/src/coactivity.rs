@@ -10,7 +10,7 @@ use super::solved_bound::SolvedBound;
 use scanbound_ir::Program;
 use std::time::Duration;
 
-/// The minimum share of the time limit for this audit: one tenth, however much of the limit the first audit used.
+/// This audit may use at least one tenth of the time limit, however much of the limit the first audit used.
 const LEAST_SHARE: u32 = 10;
 
 /// Adds the bound without the mutual exclusion of charts, found by a second, complete audit. It may take as long as the
@@ -36,7 +36,7 @@ fn of(
     {
         return Ok(None);
     }
-    (request.progress)(Progress::Stage("solving without the exclusion of steps"));
+    (request.progress)(Progress::Stage("solving with steps active in any combination"));
     let left = |limit: Duration| {
         limit.saturating_sub(found.elapsed).min(found.elapsed).max(limit / LEAST_SHARE)
     };

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// A condition with more terms than this is not written.
 const LONGEST: usize = 40;
 
-/// The condition in words, with these names for its variables. `None` if it is too long to be readable.
+/// The condition in words, in which `name` gives the names of variables. `None` if it is too long to be readable.
 pub fn text(circuit: &Circuit, guard: Lit, name: &dyn Fn(VarId) -> String) -> Option<String> {
     let mut writer = Writer { circuit, name, left: LONGEST };
     Some(writer.formula(guard)?.text(false))
@@ -15,7 +15,7 @@ pub fn text(circuit: &Circuit, guard: Lit, name: &dyn Fn(VarId) -> String) -> Op
 /// Conjunctions, disjunctions and their operands.
 enum Formula {
     Leaf(String),
-    /// `true`: all of these. `false`: any of these.
+    /// `true`: all of these formulas hold. `false`: at least one of them holds.
     Joined(bool, Vec<Formula>),
 }
 
@@ -35,7 +35,7 @@ impl Formula {
 struct Writer<'a> {
     circuit: &'a Circuit,
     name: &'a dyn Fn(VarId) -> String,
-    /// The number of terms that may still be written.
+    /// The number of terms that may still be written before the text is too long.
     left: usize,
 }
 

@@ -13,10 +13,11 @@ use scanbound_replay::Replay;
 use scanbound_solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
-/// The message if no scan satisfies the stated facts. It is replaced later by one that names the facts.
-pub(super) const CONTRADICTION: &str = "no scan satisfies all stated ranges and counts";
+/// The message if no scan satisfies the stated facts. A later stage replaces it by one that names the facts.
+pub(super) const CONTRADICTION: &str = "no scan satisfies all facts under [ranges] and [counts]";
 
-/// How long a scan that satisfies the stated facts is searched for after the time limit, if none is known yet.
+/// The longest time for which a scan that satisfies the stated facts is searched after the time limit, if none is known
+/// yet.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// The groups' best assignments combined. This is possible because groups share no variable. Constraints that belong to
@@ -56,7 +57,7 @@ fn allowed(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
         CONTRADICTION,
-        "look for two facts about the same word, and for a [counts] fact on a count that the program itself sets to a different constant",
+        "look for two facts about the same word, and for a [counts] fact about an instruction whose number of iterations or units the program sets to a different constant",
     )));
     // The program sets a count to a constant that contradicts the stated count.
     if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
@@ -74,8 +75,8 @@ fn allowed(
         return Err(Failure::from(Diagnostic::file(
             Code::Time,
             request.inputs.first().map_or("", |input| &input.name),
-            "within the time limit, no scan was found that satisfies all stated ranges and counts",
-            "give it more time (--time-limit), or state less",
+            "within the time limit, no scan was found that satisfies all facts under [ranges] and [counts]",
+            "give the audit more time (--time-limit), or state fewer facts",
         )));
     }
     contradicts
@@ -94,14 +95,16 @@ pub(super) fn confirm(
     let said: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
     if replayed.total != said {
         return Err(Failure::Internal(format!(
-            "the interpreter's scan takes {}, but the analysis gives {said}{}",
+            "the longest scan takes {} in the interpreter, but {said} in the analysis{}",
             replayed.total,
             first_difference(program, model, &values, replayed)
         )));
     }
     if let Some(&range) = replayed.broken_ranges.first() {
         let cell = program.cell_name(program.stated_ranges[range].cells[0]);
-        return Err(Failure::Internal(format!("the longest scan violates the range of {cell}")));
+        return Err(Failure::Internal(format!(
+            "the longest scan violates the stated range of {cell}"
+        )));
     }
     if !replayed.broken_invariants.is_empty() {
         return Err(Failure::Internal(
@@ -112,7 +115,7 @@ pub(super) fn confirm(
         let cost: Picos = group.charges.iter().map(|&c| model.charges[c].cost(&values)).sum();
         if cost != maximum.lower || maximum.lower > maximum.upper {
             return Err(Failure::Internal(format!(
-                "a group's best scan takes {cost}, but its search gives {} to {}",
+                "the longest scan that was found for a group takes {cost}, but the bounds that its search gives are {} and {}",
                 maximum.lower, maximum.upper
             )));
         }
@@ -120,7 +123,7 @@ pub(super) fn confirm(
     Ok(())
 }
 
-/// The first execution whose time differs between the interpreter and the analysis, for the message.
+/// The first execution whose time in the interpreter differs from that in the analysis, as a text for the message.
 fn first_difference(
     program: &Program,
     model: &ScanModel,
@@ -180,9 +183,9 @@ mod tests {
             };
         assert_eq!(confirmed(&maxima, &replayed), Ok(()));
         replayed.total += Picos(1);
-        internal(&maxima, &replayed, "the interpreter's scan takes");
+        internal(&maxima, &replayed, "in the interpreter, but");
         replayed.total = replay(program, &times, &groups::witness(model, &assignment)).total;
         maxima[0].lower += Picos(1);
-        internal(&maxima, &replayed, "its search gives");
+        internal(&maxima, &replayed, "its search gives are");
     }
 }

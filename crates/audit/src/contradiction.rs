@@ -15,10 +15,11 @@ use scanbound_ir::{Program, flow};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// The time limit for trying facts, unless the request sets a shorter one.
+/// The time limit for the search for contradicting facts, unless the request sets a shorter one.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// The upper limits that are offered for a count. The first that some scan satisfies is used.
+/// The upper limits that are offered for a number of iterations or units. The first one that some scan satisfies is
+/// used.
 const OFFERED: [u32; 5] = [20, 100, 1_000, 10_000, i16::MAX as u32];
 
 /// The functions that read and audit a project. The pipeline passes them, so that this module does not depend on it.
@@ -47,7 +48,7 @@ fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     }
 }
 
-/// When trying facts ends.
+/// The moment at which the search for contradicting facts ends.
 fn end(request: &Request<'_>) -> Instant {
     Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
 }
@@ -65,8 +66,8 @@ pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> 
     }
 }
 
-/// The stated ranges and counts that no scan satisfies, each alone. If there are none: those without which the others
-/// are satisfiable.
+/// The stated ranges and numbers that no scan satisfies, each tried alone. If there are none: the facts without which
+/// the others can be satisfied.
 fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let end = end(request);
     let facts = request.facts;
@@ -85,7 +86,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
             if Instant::now() < end && !is_kept(stages, request, &Facts { counts, ..bare.clone() })
             {
                 let message = count_told(&program, at, low, high);
-                let help = "state a count that can occur there, or remove the statement";
+                let help = "state a number of iterations or units that can occur there, or remove the statement";
                 let fact = ["counts", key.as_str()];
                 faults.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
             }
@@ -103,14 +104,14 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     if faults.is_empty() { together(stages, request, end) } else { faults }
 }
 
-/// Each fact without which some scan satisfies the others.
+/// An error for each fact without which some scan satisfies the other facts.
 fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnostic> {
     let facts = request.facts;
     let is_one = |fewer: &Facts| Instant::now() < end && is_kept(stages, request, fewer);
     let fault = |table: &'static str, key: &str, (low, high): (i64, i64)| {
         let message =
             format!("no scan satisfies {key} = {low} to {high} together with the other facts");
-        let help = "look for another fact about the same word, and correct one of the two";
+        let help = "look for a second fact about the same word, and correct one of the two facts";
         facts.fault([table, key], Part::Value, Code::Facts, message, help)
     };
     let mut all = Vec::new();
@@ -127,14 +128,16 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
     all
 }
 
-/// The message that a count never has the stated value, with the instruction that sets its word before.
+/// The message that a number of iterations or units never has the stated value, with the instruction that sets its
+/// word.
 fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
     let place = |at: usize| {
         let one = &program.instructions[at];
         let file = &one.place.of(&program.files).name;
         format!("`{}` ({file}:{})", one.text, one.place.line)
     };
-    let never = format!("the count of {} is never {low} to {high}", place(at));
+    let never =
+        format!("the number of iterations or units of {} is never {low} to {high}", place(at));
     let word = unknown::word(program, at);
     let Some((word, cell)) =
         word.and_then(|word| Some((word.clone(), stated::cell(program, &word)?)))

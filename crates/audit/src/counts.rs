@@ -9,7 +9,7 @@ use scanbound_base::suggestion;
 use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
 use std::collections::BTreeSet;
 
-/// The number of places that a message suggests if the stated one does not exist.
+/// The largest number of places that a message suggests if the stated place does not exist.
 const MAX_OFFERED: usize = 8;
 
 /// Applies stated counts to instructions: limits their iterations and units, and excludes scans with other counts.
@@ -34,11 +34,13 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         for at in found.into_iter().filter(|at| !own.contains(at)) {
             if !lower(program, at, low, high) {
                 let text = program.instructions[at].text.clone();
-                let message = format!("the count of `{text}` at {place} is never {low} to {high}");
+                let message = format!(
+                    "the number of iterations or units of `{text}` at {place} is never {low} to {high}"
+                );
                 faults.push(fault(
                     Part::Value,
                     message,
-                    "remove the statement, or state a count that can occur",
+                    "remove the statement, or state a number that can occur",
                 ));
                 continue;
             }
@@ -54,7 +56,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Whether words of the program hold a count of this instruction.
+/// Whether the number of iterations or units of this instruction is read from words.
 fn counts(program: &Program, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let iterations = match &instruction.step {
@@ -66,10 +68,11 @@ fn counts(program: &Program, at: usize) -> bool {
         || instruction.counted().is_some()
 }
 
-/// The instructions with a count at a place. If there are none: a message and the help.
+/// The instructions at a place for which a number of iterations or units can be stated. If there are none: a message
+/// and the help.
 pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
     let form = || {
-        "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or a word that counts"
+        "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or the word that holds the number of iterations or units"
             .to_owned()
     };
     let Some((file, number)) = place.rsplit_once(':') else {
@@ -93,14 +96,19 @@ pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (Strin
             let words: BTreeSet<String> =
                 all.filter_map(|at| Some(unknown::word(program, at)?.to_string())).collect();
             let help = suggestion::with_suggestion(suggestion::nearest(place, words), &form());
-            return Err((format!("no count is read from a word '{place}'"), help));
+            return Err((
+                format!(
+                    "no instruction reads a number of iterations or units from the word '{place}'"
+                ),
+                help,
+            ));
         }
         return Ok(found);
     };
     let what = [
-        "no count of iterations or units is read from a word",
-        "counts are read from words",
-        "no count is read from a word",
+        "no instruction reads a number of iterations or units from a word",
+        "such instructions are",
+        "there is no such instruction",
     ];
     at(program, (file, number), counts, what, form())
 }
@@ -161,7 +169,7 @@ pub(super) fn at(
     Err((format!("{} at {place}", what[0]), help))
 }
 
-/// The files with this name, with or without directories.
+/// The files of the program with this name, with or without directories.
 fn matching(program: &Program, name: &str) -> Vec<usize> {
     let all = || program.files.iter().enumerate();
     let whole: Vec<usize> =
@@ -173,7 +181,8 @@ fn matching(program: &Program, name: &str) -> Vec<usize> {
     all().filter(|(_, file)| last(&file.name) == name.to_lowercase()).map(|(at, _)| at).collect()
 }
 
-/// Lowers the largest count of an instruction to the stated one. Returns whether the stated counts are possible at all.
+/// Lowers the largest number of iterations or units of an instruction to `high`. Returns whether the stated numbers are
+/// possible.
 fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
     let keep_within = |least: &mut u32, most: &mut u32| {
         let (low, high) = (low.max(0).unsigned_abs(), high.max(0).unsigned_abs());

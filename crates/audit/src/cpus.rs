@@ -9,10 +9,10 @@ use scanbound_base::time::Picos;
 use scanbound_timing::table::{Table, builtin};
 use std::cmp::Reverse;
 
-/// The limit for the comparison.
+/// The limit with which the scan times are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// The same time for every CPU.
+    /// The limit is this time for every CPU.
     Time(Picos),
     /// Each CPU's watchdog time.
     Watchdog,
@@ -21,7 +21,7 @@ pub enum Limit {
 /// The condition that each CPU is checked against.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Condition {
-    /// The limit, if there is one.
+    /// The limit with which the scan times are compared. `None` without `--limit`.
     pub limit: Option<Limit>,
     /// The safety margin that is added to the scan time before it is compared with the limit.
     pub margin: Margin,
@@ -29,39 +29,39 @@ pub struct Condition {
     pub max_assumed: Option<MostAssumed>,
 }
 
-/// The results for all tables of the family, the highest bound first and those without a bound last.
+/// The results for all timing tables of the CPU family, the highest bound first and tables without a bound last.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Choice {
     /// The program's files.
     pub files: Vec<String>,
     /// The condition that was checked.
     pub condition: Condition,
-    /// One result per table.
+    /// One result for each timing table.
     pub candidates: Vec<Candidate>,
 }
 
 impl Choice {
-    /// The slowest CPU that is proved to stay within the limit: the one with the highest bound among them.
+    /// The slowest CPU that is proved to stay within the limit: of all such CPUs, the one with the highest bound.
     #[must_use]
     pub fn slowest(&self) -> Option<&Candidate> {
         self.candidates.iter().find(|one| one.is_proved())
     }
 }
 
-/// A table, and the scan time of the program by it.
+/// A timing table, and the scan time of the program according to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidate {
-    /// The table's name.
+    /// The name of the timing table.
     pub table: String,
-    /// Its title, one line.
+    /// The title of the table, one line.
     pub title: String,
-    /// The CPUs that it is for.
+    /// The CPUs for which the table is made.
     pub cpus: Vec<String>,
-    /// Whether this table is used unless the user names another.
+    /// Whether the audit uses this table unless the user names a different one.
     pub is_own: bool,
-    /// The CPU that the program or the user names, if this table is for it.
+    /// The CPU that the program or the user names, if this table is for that CPU.
     pub cpu: Option<String>,
-    /// The result, or the errors: instructions without a time in this table.
+    /// The scan time, or the errors: instructions for which the table has no time.
     pub outcome: Result<Found, Vec<Diagnostic>>,
 }
 
@@ -74,7 +74,7 @@ impl Candidate {
     }
 }
 
-/// The scan time by one table.
+/// The scan time according to one table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     /// The upper bound. `None` if a scan may never end.
@@ -82,7 +82,7 @@ pub struct Found {
     /// The upper bound with all points that the CPU can have, if their number is not stated. It is this bound that is
     /// compared with the limit.
     pub all_points: Option<Picos>,
-    /// The time of a scan that nothing known excludes.
+    /// A lower bound: the time of a scan that nothing known excludes.
     pub lower: Picos,
     /// The largest share of the bound that can rest on assumed times.
     pub assumed: Share,
@@ -90,7 +90,7 @@ pub struct Found {
     pub check: Option<Check>,
     /// Why the bound may be too low.
     pub doubts: Vec<Doubt>,
-    /// Whether the time limit or the user cut a stage short.
+    /// Whether the time limit or the user ended a stage early.
     pub is_cut: bool,
 }
 

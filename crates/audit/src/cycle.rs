@@ -7,13 +7,13 @@ use std::sync::Arc;
 /// An instruction that sets the watchdog or the constant scan time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SettingUse {
-    /// Its place.
+    /// The place of the instruction.
     pub at: Location,
-    /// Its text.
+    /// The text of the instruction.
     pub instruction: Arc<str>,
-    /// The smallest and the largest time that it sets, if known.
+    /// The smallest and the largest time that the instruction sets. `None` if unknown.
     pub times: Option<(Picos, Picos)>,
-    /// The device that holds the time, if the time is unknown.
+    /// The device from which the instruction takes the time, if the time is unknown.
     pub from: Option<String>,
 }
 
@@ -21,7 +21,7 @@ pub struct SettingUse {
 /// set in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stretch {
-    /// A lower bound on its time.
+    /// A lower bound on the time of the part, from a simulated scan.
     pub took: Picos,
     /// The largest possible watchdog time. `None` if unknown.
     pub watchdog: Option<Picos>,
@@ -32,49 +32,51 @@ pub struct Stretch {
 /// The watchdog of a program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Watchdog {
-    /// Its time unless the program sets another: stated, or from the table.
+    /// The watchdog time unless the program sets a different one: as stated, or from the table.
     pub default: Option<Picos>,
-    /// Whether the user states it.
+    /// Whether the user states the watchdog time.
     pub is_stated: bool,
-    /// The device that holds it. Empty if there is none.
+    /// The device that holds the watchdog time. Empty if there is none.
     pub device: &'static str,
-    /// The instructions that set it.
+    /// The instructions that set the watchdog time.
     pub settings: Vec<SettingUse>,
-    /// The smallest time to which it can be set, if known.
+    /// The smallest time to which the program can set the watchdog. `None` if unknown.
     pub least: Option<Picos>,
-    /// The number of instructions that restart it.
+    /// The number of instructions that restart the watchdog.
     pub restarts: usize,
-    /// If there are any: an upper bound on the time without a restart, with all points that the CPU can have.
+    /// An upper bound on the time without a watchdog restart, with all points that the CPU can have. `None` if nothing
+    /// restarts it.
     pub upper: Option<Picos>,
     /// Parts of real runs without a restart.
     pub found: Vec<Stretch>,
 }
 
-/// The minimum scan time: constant scan.
+/// The constant scan: a minimum scan time, for which each scan waits.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cycle {
-    /// An upper bound on the constant scan time, if one is set.
+    /// An upper bound on the constant scan time. `None` if none is set.
     pub upper: Option<Picos>,
-    /// The most that interrupts add that occur just before the wait ends.
+    /// The longest time that interrupts just before the end of the wait can add.
     pub interrupts: Picos,
-    /// Some scan is extended to at least this time.
+    /// A lower bound on the constant scan time: some scan waits until this time has passed.
     pub lower: Option<Picos>,
-    /// The instructions that set its time.
+    /// The instructions that set the constant scan time.
     pub settings: Vec<SettingUse>,
-    /// The instructions that switch it on.
+    /// The instructions that switch the constant scan on.
     pub switches: Vec<SettingUse>,
-    /// The devices of its time and of its switch. Empty if there are none.
+    /// The device of the constant scan time, and the relay that switches the constant scan on. Empty if there are none.
     pub devices: [&'static str; 2],
-    /// Whether the program may switch it on with an unknown time.
+    /// Whether the program may switch the constant scan on with an unknown time.
     pub is_unknown: bool,
-    /// Whether the user states it.
+    /// Whether the user states the constant scan time.
     pub is_stated: bool,
-    /// The name of the CPU parameter that may set it, if nobody states whether it does.
+    /// The name of the CPU parameter that may set a constant scan time, if it is not stated whether it does.
     pub unstated: Option<&'static str>,
 }
 
 impl Cycle {
-    /// An upper bound on a scan that waits: all interrupts of a scan may occur just before the wait ends.
+    /// An upper bound on a scan that waits for the constant scan time: all interrupts of a scan may occur just before
+    /// the wait ends.
     #[must_use]
     pub fn longest(&self) -> Option<Picos> {
         self.upper.map(|time| time + self.interrupts)

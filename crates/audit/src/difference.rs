@@ -9,7 +9,7 @@ use similar::{Algorithm, DiffOp, capture_diff_slices};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A changed rung in one of the two versions.
+/// A changed rung as it is in one of the two versions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Side {
     /// The file, as the user named it.
@@ -18,27 +18,27 @@ pub struct Side {
     pub at: Location,
     /// The rung's instructions, separated by ` / `.
     pub text: String,
-    /// Its part of the bound, without the table's factor.
+    /// The part of the bound that the rung takes, without the table's factor.
     pub time: Picos,
 }
 
 /// How a rung changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ChangeKind {
-    /// Its text changed.
+    /// The text of the rung changed.
     Changed,
-    /// It is new.
+    /// The rung exists only in the new version.
     Added,
-    /// It was removed.
+    /// The rung exists only in the old version.
     Removed,
-    /// Its text is the same, its place changed.
+    /// The text of the rung is the same, but its place changed.
     Moved,
-    /// Its text and place are the same, its part of the bound changed.
+    /// The text and place of the rung are the same, but its part of the bound changed.
     Same,
 }
 
 impl ChangeKind {
-    /// Its name.
+    /// The name of the change in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,16 +54,16 @@ impl ChangeKind {
 /// A rung that is in both versions, or in one of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// How it changed.
+    /// How the rung changed.
     pub kind: ChangeKind,
-    /// In the old version.
+    /// The rung in the old version. `None` if it was added.
     pub old: Option<Side>,
-    /// In the new one.
+    /// The rung in the new version. `None` if it was removed.
     pub new: Option<Side>,
 }
 
 impl Change {
-    /// The growth of its part of the bound in picoseconds. Negative if it shrank.
+    /// The rung's part of the new bound minus its part of the old one, in picoseconds.
     #[must_use]
     pub fn delta(&self) -> i128 {
         let time = |side: &Option<Side>| side.as_ref().map_or(0, |side| i128::from(side.time.0));
@@ -76,21 +76,22 @@ impl Change {
 pub struct Difference {
     /// The files of the old version.
     pub old_files: Vec<String>,
-    /// The files of the new one.
+    /// The files of the new version.
     pub new_files: Vec<String>,
-    /// The old bound.
+    /// The upper bound of the old version.
     pub old: Picos,
-    /// The new bound.
+    /// The upper bound of the new version.
     pub new: Picos,
     /// The rungs whose text, place or time changed, the largest change of the bound first.
     pub changes: Vec<Change>,
     /// The number of rungs that did not change.
     pub unchanged: usize,
-    /// The growth of the bound from everything else, in picoseconds: overhead, what the search left open, the factor.
+    /// The change of the bound that belongs to no rung, in picoseconds: overhead, what the search left open, the
+    /// factor.
     pub besides: i128,
-    /// Whether either bound may be too low because something is not stated.
+    /// Whether one of the two bounds may be too low because something is not stated.
     pub is_doubtful: bool,
-    /// Whether a scan of the new version can stay in a loop for ever. Its bound holds only for scans that end.
+    /// Whether a scan of the new version can stay in a loop for ever. The new bound is only valid for scans that end.
     pub is_endless: bool,
     /// The permitted growth of the bound in millionths of the old one, if there is such a condition.
     pub allowed: Option<u32>,
@@ -124,13 +125,13 @@ impl Difference {
         }
     }
 
-    /// The growth of the bound in picoseconds.
+    /// The new bound minus the old bound, in picoseconds.
     #[must_use]
     pub fn delta(&self) -> i128 {
         i128::from(self.new.0) - i128::from(self.old.0)
     }
 
-    /// The growth in thousandths of the old bound, rounded to the nearest, halves away from zero.
+    /// The change of the bound in thousandths of the old bound, rounded to the nearest, halves away from zero.
     #[must_use]
     pub fn thousandths(&self) -> i128 {
         let (delta, old) = (self.delta(), i128::from(self.old.0).max(1));
@@ -184,16 +185,16 @@ fn pairs<'a>(old: &'a Rungs, new: &'a Rungs) -> Vec<(&'a [Side], &'a [Side])> {
     names.into_iter().map(|name| (of(old, name), of(new, name))).collect()
 }
 
-/// A rung that is not matched yet, and the section of the files in which it is.
+/// A rung that is not matched yet, and the section of the file in which it is.
 struct Loose {
     stretch: usize,
     side: Side,
 }
 
-/// The number of new rungs in a section that are compared with an old one.
+/// The largest number of new rungs in a section that are compared with one old rung.
 const MAX_COMPARED: usize = 64;
 
-/// The rungs matched so far.
+/// The rungs of both versions that have been matched.
 #[derive(Default)]
 struct Matched {
     changes: Vec<Change>,
@@ -290,7 +291,7 @@ impl Matched {
     }
 }
 
-/// The new rung that an old one most likely became: at least half of their instructions are the same.
+/// The new rung that an old rung most likely became: at least half of the instructions are the same in both.
 fn nearest(old: &Side, fresh: &[Side]) -> Option<usize> {
     let own: Vec<&str> = old.text.split(" / ").collect();
     let alike = fresh.iter().take(MAX_COMPARED).enumerate().filter_map(|(index, new)| {

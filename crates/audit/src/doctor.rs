@@ -13,21 +13,21 @@ use scanbound_timing::price;
 use scanbound_timing::table::Table;
 use std::collections::BTreeSet;
 
-/// The result.
+/// The result of examining a project without an audit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnosis {
     /// The files that were examined.
     pub files: Vec<ExaminedFile>,
     /// The CPU that the project or the user names.
     pub cpu: Option<String>,
-    /// The timing table for it.
+    /// The timing table for the project's CPU.
     pub table: Option<String>,
     /// The findings, the most serious first.
     pub findings: Vec<Finding>,
 }
 
 impl Diagnosis {
-    /// Whether nothing prevents a bound.
+    /// Whether no finding prevents a bound.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.findings.iter().all(|one| !one.section.is_grave())
@@ -37,13 +37,13 @@ impl Diagnosis {
 /// A file that was examined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExaminedFile {
-    /// Its name as the user gave it.
+    /// The name of the file as the user gave it.
     pub name: String,
-    /// Its contents.
+    /// What the file contains.
     pub what: What,
-    /// The number of its instructions, if it was read.
+    /// The number of instructions in the file. `None` if the file could not be read.
     pub instructions: Option<usize>,
-    /// Whether it contains only subroutines, which run only if they are called.
+    /// Whether the file contains only subroutines, which run only if they are called.
     pub standby: bool,
 }
 
@@ -58,7 +58,7 @@ pub enum What {
     Refused,
 }
 
-/// The sections of the list.
+/// The sections of the list of findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
     /// Text that cannot be read or understood.
@@ -69,9 +69,9 @@ pub enum Section {
     Missing,
     /// Instructions without a time.
     NoTime,
-    /// Facts, options or rows of the table that do not fit.
+    /// Facts, options or rows of the table that do not fit the program.
     Stated,
-    /// Facts that the bound needs and nobody states.
+    /// Facts that the bound needs and that are not stated.
     NotStated,
     /// Files among the programs that were left out.
     LeftOut,
@@ -92,7 +92,7 @@ impl Section {
         Section::Noticed,
     ];
 
-    /// Its name in reports.
+    /// The name of the section in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -107,7 +107,7 @@ impl Section {
         }
     }
 
-    /// Whether its findings prevent a bound.
+    /// Whether the findings of this section prevent a bound.
     #[must_use]
     pub fn is_grave(self) -> bool {
         self < Section::NotStated
@@ -140,13 +140,13 @@ impl Section {
 /// A finding, perhaps at several places.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// Its section.
+    /// The section in which the finding is listed.
     pub section: Section,
-    /// Its code. `None` for facts that are not stated.
+    /// The code of the finding. `None` for facts that are not stated.
     pub code: Option<Code>,
     /// What is wrong.
     pub message: String,
-    /// What to do.
+    /// What the user can do.
     pub help: String,
     /// The files and lines, in their order. The line is `None` if the finding is about a whole file. The list is empty
     /// if it is about no file.
@@ -328,7 +328,7 @@ impl Doctor<'_, '_> {
         self.dropped.extend(faulty);
     }
 
-    /// Adds findings that are new.
+    /// Adds those findings that are not in the list yet.
     fn add(&mut self, faults: Vec<Diagnostic>) {
         for fault in faults {
             if !self.found.contains(&fault) {

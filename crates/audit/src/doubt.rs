@@ -6,7 +6,7 @@ use scanbound_ir::Program;
 use scanbound_timing::price::{MorePoints, Prices, UnstatedPoints};
 use std::fmt;
 
-/// The most undecided loops that are listed one by one.
+/// The largest number of undecided loops that are listed one by one.
 const MAX_LISTED: usize = 10;
 
 /// Why a bound may be too low.
@@ -16,25 +16,25 @@ pub enum Doubt {
     Points(UnstatedPoints),
     /// It is not stated how often a routine interrupts a scan.
     Interrupts {
-        /// The routine.
+        /// The name of the interrupt routine.
         name: String,
-        /// The number of interrupts that was assumed.
+        /// The number of interrupts in a scan that was assumed.
         taken: u32,
     },
-    /// By its interval, a routine interrupts a scan more often than was charged.
+    /// The stated interval makes a routine interrupt a scan more often than was charged.
     TooFewInterrupts {
-        /// The routine.
+        /// The name of the interrupt routine.
         name: String,
-        /// Its interval.
+        /// The interval at which the interrupt occurs.
         every: Picos,
-        /// The number of interrupts that was charged.
+        /// The number of interrupts in a scan that was charged.
         taken: u32,
-        /// How often it is due in the longest scan, with all points that the CPU can have.
+        /// The number of times that the interrupt is due in the longest scan, with all points that the CPU can have.
         due: u64,
     },
-    /// The time of refreshing what the program uses of networks is not stated.
+    /// The refresh time of the network devices that the program uses is not stated.
     Networks {
-        /// What it uses.
+        /// The devices that a network refreshes and that the program uses.
         what: String,
         /// The file and line of the first use.
         first: (String, u32),
@@ -43,19 +43,19 @@ pub enum Doubt {
     Endless {
         /// The line to which control jumps back.
         line: u32,
-        /// True: a scan can stay in it for ever. False: nothing known ends it.
+        /// True: a scan can stay in the loop for ever. False: nothing is known that ends the loop.
         certain: bool,
     },
     /// It was not decided whether a scan can stay in the loop for ever.
     PerhapsEndless {
-        /// The line.
+        /// The line to which control jumps back.
         line: u32,
     },
-    /// The number of further such loops.
+    /// The number of loops of this kind that are not listed.
     MorePerhapsEndless(usize),
-    /// Called units have no body. They were assumed to do nothing.
+    /// Called functions or function blocks have no body. They were assumed to do nothing.
     Bodiless {
-        /// Their names.
+        /// The names of the functions and function blocks without a body.
         names: Vec<String>,
         /// The file and line of the first call.
         first: (String, u32),
@@ -65,7 +65,7 @@ pub enum Doubt {
     OutlastsTimer(Picos),
     /// The program may switch on a constant scan whose time is unknown.
     ConstantScan {
-        /// The register that holds its time.
+        /// The register that holds the constant scan time.
         device: &'static str,
         /// The device from which the register is set, whose value is unknown.
         from: Option<String>,
@@ -118,7 +118,7 @@ impl Doubt {
     }
 }
 
-/// The doubts that are known before any scan is followed.
+/// The doubts that can be found before the analysis follows a scan.
 #[must_use]
 pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
     let place = |at: usize| program.instructions[at].place;
@@ -130,7 +130,7 @@ pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
 }
 
 impl Doubt {
-    /// The topic in a few words.
+    /// What is doubtful, in a few words.
     #[must_use]
     pub fn topic(&self) -> &'static str {
         match self {
@@ -140,9 +140,9 @@ impl Doubt {
             Doubt::Endless { .. } | Doubt::PerhapsEndless { .. } | Doubt::MorePerhapsEndless(_) => {
                 "whether loops end"
             }
-            Doubt::Bodiless { .. } => "times of units without a body",
+            Doubt::Bodiless { .. } => "times of functions and function blocks without a body",
             Doubt::ConstantScan { .. } => "the constant scan time",
-            Doubt::OutlastsTimer(_) => "timers that run out within a scan",
+            Doubt::OutlastsTimer(_) => "timers that time out within a scan",
         }
     }
 }
@@ -162,7 +162,7 @@ impl fmt::Display for Doubt {
             }
             Doubt::Interrupts { name, taken } => write!(
                 f,
-                "it is not stated how often {name} interrupts a scan; {taken} was assumed: give --interrupts {name}=N"
+                "it is not stated how often {name} interrupts a scan (assumed: {taken}): give --interrupts {name}=N"
             ),
             Doubt::TooFewInterrupts { name, every, taken, due } => write!(
                 f,
@@ -180,12 +180,15 @@ impl fmt::Display for Doubt {
                 "no condition was found that is sure to end the loop to line {line}: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
             ),
             Doubt::PerhapsEndless { line } => {
-                write!(f, "it was not decided whether the loop to line {line} can run for ever")
+                write!(
+                    f,
+                    "the audit did not decide whether the loop to line {line} can run for ever"
+                )
             }
             Doubt::MorePerhapsEndless(more) => {
                 write!(
                     f,
-                    "it was not decided for {more} further loops whether they can run for ever"
+                    "the audit did not decide for {more} more loops whether they can run for ever"
                 )
             }
             Doubt::Bodiless { names, first: (file, line) } => write!(
@@ -197,7 +200,7 @@ impl fmt::Display for Doubt {
             Doubt::ConstantScan { device, from } => {
                 write!(
                     f,
-                    "the program may switch on a constant scan, but the value of {device} is then unknown"
+                    "the program may switch on a constant scan, but its time in {device} is unknown"
                 )?;
                 if let Some(from) = from {
                     write!(f, " (it is set from {from})")?;
@@ -206,7 +209,7 @@ impl fmt::Display for Doubt {
             }
             Doubt::OutlastsTimer(shortest) => write!(
                 f,
-                "a scan may take longer than the shortest timer ({shortest}), but the bound assumes that no timer runs out in the scan that starts it"
+                "a scan may take longer than the shortest timer ({shortest}), but the bound assumes that no timer times out in the scan that starts it"
             ),
         }
     }

@@ -7,7 +7,7 @@ use scanbound_ir::ladder::Rung;
 /// All rungs of a project.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Ladder {
-    /// In the order of the source.
+    /// The rungs, in the order of the source.
     pub rungs: Vec<Drawn>,
 }
 
@@ -16,31 +16,31 @@ pub struct Ladder {
 pub struct Drawn {
     /// The rung.
     pub rung: Rung,
-    /// The notes on each of its elements.
+    /// The notes on each element of the rung.
     pub notes: Vec<Notes>,
 }
 
 /// The notes on an instruction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Notes {
-    /// Its devices and their comments.
+    /// The devices of the instruction and their comments.
     pub comments: Vec<String>,
-    /// What its executions do.
+    /// What the executions of the instruction do in the longest scan found.
     pub uses: Uses,
 }
 
 /// What the executions of an instruction do.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Uses {
-    /// How many executions have a time.
+    /// The number of executions that have a time.
     pub timed: u64,
-    /// How many of them are reached in the longest scan found.
+    /// The number of these executions that control reaches in the longest scan found.
     pub reached: u64,
-    /// How many of them run there. A contact runs if it conducts.
+    /// The number of these executions that fire in the longest scan found. A contact fires if it conducts.
     pub runs: u64,
-    /// Their part of the bound, without the table's factor.
+    /// The part of the bound that these executions take, without the table's factor.
     pub share: Picos,
-    /// The sum of the larger of their two times, without the factor.
+    /// The sum, over these executions, of the larger of on-time and off-time, without the table's factor.
     pub most: Picos,
 }
 
@@ -55,7 +55,7 @@ impl Uses {
 }
 
 impl Drawn {
-    /// The sum over all of its instructions.
+    /// The sum over all instructions of the rung.
     #[must_use]
     pub fn uses(&self) -> Uses {
         self.notes.iter().fold(Uses::default(), |all, Notes { uses, .. }| Uses {

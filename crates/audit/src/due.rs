@@ -16,7 +16,7 @@ pub(super) fn due(scan: Picos, interval: Picos, holds_interrupts: bool) -> u64 {
     due.saturating_add(holds_interrupts.into())
 }
 
-/// The interrupts that, by their intervals, are due in the longest scan more often than they were charged.
+/// The interrupts that the longest scan was charged too few of: their intervals make them due more often in it.
 pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
     let of = |one: &Interrupt| {
         let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;

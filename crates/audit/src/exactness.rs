@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// How much of a project is followed exactly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exactness {
-    /// By language, the one with the most statements first.
+    /// One entry for each language, the one with the most statements first.
     pub languages: Vec<LanguageUse>,
-    /// The reasons why the other statements are not followed exactly, the most frequent first.
+    /// The reasons why statements are not followed exactly, the most frequent first.
     pub constructs: Vec<Construct>,
     /// Bodies that could not be read and are never called, with the reason.
     pub unread: Vec<(String, String)>,
@@ -27,7 +27,7 @@ pub struct Exactness {
 /// The bodies and statements in one language.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LanguageUse {
-    /// Its short name.
+    /// The abbreviation of the language, such as ST.
     pub language: &'static str,
     /// The number of bodies that a scan can reach.
     pub called: u64,
@@ -35,29 +35,29 @@ pub struct LanguageUse {
     pub uncalled: u64,
     /// The number of statements in the called bodies.
     pub statements: u64,
-    /// The number of those that are followed exactly.
+    /// The number of these statements that are followed exactly.
     pub exact: u64,
 }
 
 /// A construct that may have any value in the model, and the statements that contain it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Construct {
-    /// Its name, for reports.
+    /// The name of the language construct, for reports.
     pub what: String,
-    /// The number of statements that are not followed exactly because of it.
+    /// The number of statements that are not followed exactly because of the construct.
     pub statements: u64,
-    /// These statements.
+    /// The statements that contain the construct.
     pub places: Vec<InexactUse>,
 }
 
 /// A statement that is not followed exactly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InexactUse {
-    /// Its place.
+    /// The place of the statement.
     pub at: Location,
     /// The body that contains it.
     pub body: String,
-    /// Its first line.
+    /// The first line of the statement.
     pub text: Arc<str>,
 }
 
@@ -69,7 +69,7 @@ impl Exactness {
         (sum(|one| one.statements), sum(|one| one.exact))
     }
 
-    /// Counts the statements of a program, by its model. `None` if its front does not list statements.
+    /// Counts the statements of a program that are followed exactly. `None` if its front does not list statements.
     pub(super) fn of(program: &Program, model: &ScanModel) -> Option<Exactness> {
         let source = &program.statements;
         if source.bodies.is_empty() {
@@ -121,7 +121,8 @@ impl Exactness {
     }
 }
 
-/// The instructions that have any value in the model, in their order, with the construct.
+/// The instructions whose result may have any value in the model, in their order, each with the construct that causes
+/// it.
 fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
     let mut found: Vec<(usize, String)> = Vec::new();
     let taken = taken(program, model);
@@ -187,14 +188,15 @@ fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     read.chain(written).filter(|one| !is_followed(one)).map(|(_, choice)| choice).collect()
 }
 
-/// What determines the choice's value on a PLC. `None` if it comes from outside.
+/// The construct that computes the choice's value on a PLC. `None` if the value comes from outside.
 fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
     let meaning = match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) => meaning,
         Some(_) => return None,
         None => {
             return Some(
-                "an instruction that is not followed: its result may be any value".to_owned(),
+                "an instruction whose meaning is not modelled: its result may be any value"
+                    .to_owned(),
             );
         }
     };

@@ -12,17 +12,18 @@ use std::fmt;
 /// Why the value of a relay at the start of a scan is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum StartUnknown {
-    /// According to `--trust`, others may write it.
+    /// According to `--trust`, other writers than the program may write the relay.
     NotTrusted,
-    /// It is an input, or it is in a word of which the program reads bits that it does not write.
+    /// The relay is an input, or in a word of which the program reads bits that it does not write.
     Input,
-    /// It is latched: after a power failure it keeps the value that it had in the middle of a scan.
+    /// The relay is latched: after a power failure it keeps the value that it had in the middle of a scan.
     Latched,
-    /// Others write it: as stated, or the CPU, a network, a unit or an interrupt at any moment.
+    /// Other writers write the relay: the facts state so, or the CPU, a network, a module or an interrupt does at any
+    /// moment.
     Others,
-    /// Nothing in the program writes it.
+    /// No instruction of the program writes the relay.
     NotWritten,
-    /// An instruction writes an unknown value into it.
+    /// An instruction writes an unknown value into the relay.
     AnyValue,
 }
 
@@ -30,28 +31,28 @@ impl fmt::Display for StartUnknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             StartUnknown::NotTrusted => {
-                "others may write it; if only the program does, state that with --trust all or under [internal] in --facts"
+                "other writers than the program may write it; if only the program writes it, state that with --trust all, or under [internal] in a facts file (--facts)"
             }
             StartUnknown::Input => {
                 "it is an input, or shares a word with bits that the program reads but does not write"
             }
             StartUnknown::Latched => "it is latched: after a power failure it keeps the value that it had in the middle of a scan",
-            StartUnknown::Others => "others may write it: a network, a unit or an interrupt, or as stated under [external] or [ranges]",
+            StartUnknown::Others => "other writers than the program may write it: a network, a module or an interrupt, or [external] or [ranges] states so",
             StartUnknown::NotWritten => "no instruction of the program writes this relay individually",
-            StartUnknown::AnyValue => "an instruction writes an unknown value into it",
+            StartUnknown::AnyValue => "an instruction of the program writes an unknown value into it",
         })
     }
 }
 
-/// Which relays of a program only the program writes.
+/// The relays of a program that only the program writes, so that it determines their values.
 pub struct ExclusiveRelays<'p> {
     program: &'p Program,
     trust: Trust,
     /// Bits that instructions write individually.
     written: BTreeSet<BitTarget>,
-    /// Those into which an instruction writes an unknown value.
+    /// The relays into which an instruction writes an unknown value.
     unknown: BTreeSet<BitTarget>,
-    /// Regions that are written at any moment after an instruction requested it.
+    /// Regions that may be written at any moment after an instruction has requested it.
     later: Vec<Region>,
     /// The words of I/O points that serve outputs: the program writes them and reads no bit of them that it does not
     /// write.
@@ -59,7 +60,7 @@ pub struct ExclusiveRelays<'p> {
 }
 
 impl<'p> ExclusiveRelays<'p> {
-    /// Examines a program.
+    /// Finds the exclusive relays of a program.
     #[must_use]
     pub fn of(program: &'p Program, trust: Trust) -> ExclusiveRelays<'p> {
         let mut exclusive = ExclusiveRelays {
@@ -99,7 +100,7 @@ impl<'p> ExclusiveRelays<'p> {
         exclusive
     }
 
-    /// Whether a cell is a word that serves outputs, judged by the program.
+    /// Whether a cell is a word that serves outputs: the program writes bits of it, and reads only bits that it writes.
     #[must_use]
     pub fn is_output(&self, cell: Cell) -> bool {
         self.outputs.contains(&cell)
@@ -182,7 +183,7 @@ fn range(target: &WordTarget) -> Option<Region> {
     }
 }
 
-/// Whether a number contains words that may have any value, other than results of the same instruction.
+/// Whether a number contains words that may have any value. Results of the same instruction do not count.
 fn takes_any_value(program: &Program, number: &Number) -> bool {
     match number {
         Number::Words(words) => words.iter().any(|word| match word {

@@ -7,7 +7,7 @@ use scanbound_model::{Assignment, Origin, ScanModel};
 use scanbound_replay::{RealRun, StopReason, Stopped};
 use std::collections::BTreeMap;
 
-/// The help if a parameter of the CPU decides what happens.
+/// The end of a message about an operation error: what to state if the CPU continues after it.
 const CHOICE: &str = ": if its parameters let it continue, state [scan] on_error = \"continue\"";
 
 /// The executions by instruction and call context: whether each fired, and its time.
@@ -27,7 +27,7 @@ impl Executed {
         Executed(executed)
     }
 
-    /// Whether it was reached, whether it fired, and its time.
+    /// Whether control reached the instruction in this call context, whether it fired, and its time.
     pub fn at(&self, instruction: usize, frames: &[Frame]) -> (bool, bool, Picos) {
         let found = self.0.get(&(instruction, frames.to_vec()));
         found.map_or((false, false, Picos::ZERO), |&(fired, cost)| (true, fired, cost))
@@ -54,7 +54,7 @@ pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
 }
 
-/// Why no real run is known that takes as long as the model's longest scan.
+/// Why no real run was found that takes as long as the model's longest scan.
 pub fn stands_between(program: &Program, real: &RealRun) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];
@@ -86,11 +86,11 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
             )
         }
         _ => {
-            let why = "the model uses values for which no scan was found";
+            let why = "no simulated scan has all values of the model's longest scan";
             let error = program.errors.keys().next();
             let stops = error.map(|&first| {
                 format!(
-                    "; scans in which an operation error stops the CPU do not count (possible from {} on){CHOICE}",
+                    "; a simulated scan ends where an operation error stops the CPU (first possible at {}){CHOICE}",
                     at(first)
                 )
             });

@@ -11,22 +11,22 @@ use scanbound_passes::values;
 use scanbound_timing::price::{Price, Tags, price_of};
 use scanbound_timing::table::{Factor, Row, Table};
 
-/// What a table says about an instruction.
+/// What a timing table and the analysis say about an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Explained {
-    /// Its name.
+    /// The name of the instruction.
     pub name: String,
-    /// The table's name.
+    /// The name of the timing table.
     pub table: String,
-    /// The table's title, one line.
+    /// The title of the table, one line.
     pub title: String,
-    /// Instructions with the same effect that are written differently.
+    /// Names of instructions that have the same effect and only differ in their form, such as pulse forms.
     pub variants: Vec<String>,
     /// The forms of the instruction.
     pub forms: Vec<FormUse>,
     /// The rows that add time for operands in some areas (`@+ZR`) or for bits of words.
     pub extras: Vec<Row>,
-    /// The factor on the whole scan. These times do not include it.
+    /// The factor on the whole scan. The times in `forms` do not include it.
     pub factor: Option<Factor>,
 }
 
@@ -35,40 +35,40 @@ pub struct Explained {
 pub struct FormUse {
     /// A sample line of this form.
     pub line: String,
-    /// The rows that price it. Empty if it has no time.
+    /// The rows of the table that give the time. Empty if the form has no time.
     pub rows: Vec<Row>,
-    /// Whether the first of them is the row of its class.
+    /// Whether the first of these rows is that of the timing class.
     pub by_class: bool,
-    /// Its timing class.
+    /// The timing class of this form.
     pub class: &'static str,
-    /// The price of the sample line, without the factor. `None` if it has no time.
+    /// The price of the sample line, without the factor. `None` if the table has no time for it.
     pub price: Option<Price>,
-    /// How precisely the analysis follows it.
+    /// How precisely the analysis follows this form.
     pub follow: Follow,
-    /// Its over-approximations, one sentence each.
+    /// The over-approximations of this form, one sentence each.
     pub approximations: Vec<String>,
 }
 
 /// How precisely the analysis follows an instruction. The most precise comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Follow {
-    /// It changes no device.
+    /// The instruction changes no device.
     Nothing,
-    /// It is followed exactly.
+    /// The instruction is followed exactly.
     Exactly,
-    /// Its result may be any value in the scan's model, but a range of values is computed if a count or an index
-    /// depends on it. Real runs execute it.
+    /// The result may be any value in the scan's model, but a range of values is computed if a number of iterations or
+    /// an index depends on it. Real runs compute the result exactly.
     Range,
-    /// Its result may be any value in the scan's model. Real runs execute it.
+    /// The result may be any value in the scan's model, but real runs compute it exactly.
     RealRuns,
-    /// Its result comes from outside and may be any value.
+    /// The result comes from outside the program and may be any value.
     Outside,
-    /// Its result may be any value, and real runs do not know it either.
+    /// The result may be any value, and real runs do not know it either.
     Unknown,
 }
 
 impl Follow {
-    /// Its name in reports.
+    /// The name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +82,7 @@ impl Follow {
     }
 }
 
-/// What is known of an instruction by a table. `None` if no front knows it in the table's family.
+/// What a table and the fronts know about an instruction. `None` if no front of the table's CPU family knows it.
 #[must_use]
 pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<Explained> {
     let name = name.trim().to_ascii_uppercase();
@@ -146,8 +146,8 @@ fn shown(
     })
 }
 
-/// How precisely the analysis follows what a part of an instruction writes and decides: the least precise of its
-/// effects counts.
+/// How precisely the analysis follows what a part of an instruction writes and decides. The least precise effect
+/// decides.
 fn follow(program: &Program, part: &Instruction) -> Follow {
     let part = &at_operands(part);
     let is_quiet = part.effects.is_empty() && matches!(part.step, Step::Act { .. } | Step::Nothing);

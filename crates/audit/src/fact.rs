@@ -9,19 +9,19 @@ use scanbound_timing::table::{Override, StatedClock};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Whether a statement is proved.
+/// Whether a statement of the user is proved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// Proved: if it holds when a scan starts, it holds when the scan ends.
+    /// Proved: if the fact is true when a scan starts, it is true when the scan ends.
     Kept,
-    /// It is not proved.
+    /// The statement is not proved.
     Unproved,
-    /// It is about the plant or the PLC, so nothing in a program could prove it.
+    /// The statement is about the plant or the PLC, so nothing in a program could prove it.
     Stated,
 }
 
 impl Status {
-    /// Its word in reports.
+    /// The word for the status in reports.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -37,74 +37,75 @@ impl Status {
 pub enum Fact {
     /// The range of a word, or of two words as one number, whenever a scan starts.
     Range {
-        /// The word.
+        /// The word whose range is stated.
         word: String,
-        /// Its smallest value.
+        /// The smallest value of the word.
         low: i64,
-        /// Its largest value.
+        /// The largest value of the word.
         high: i64,
-        /// Whether the program is proved to keep it.
+        /// Whether it was proved that no scan leaves the word outside the range.
         is_kept: bool,
     },
-    /// The count at a place.
+    /// The number of iterations or units at a place.
     Count {
-        /// The place.
+        /// The place of the instruction, or the word that holds the number.
         at: String,
-        /// The smallest count.
+        /// The smallest number.
         low: i64,
-        /// The largest count.
+        /// The largest number.
         high: i64,
     },
     /// The value of an index that selects where an instruction writes.
     Index {
-        /// The place, or the index register.
+        /// The place of the write, or the index register.
         at: String,
-        /// The smallest value.
+        /// The smallest value of the index.
         low: i64,
-        /// The largest value.
+        /// The largest value of the index.
         high: i64,
     },
     /// A routine whose code is not given.
     Call {
-        /// The routine.
+        /// The name of the routine.
         name: String,
-        /// Its time.
+        /// The longest time of one call of the routine.
         time: Picos,
-        /// The devices that it writes, if stated.
+        /// The devices that the routine writes. `None` if not stated: it may write any device.
         writes: Option<Vec<String>>,
-        /// Whether its declaration is given. Then it also writes its output parameters and its own variables.
+        /// Whether the routine's declaration is given. Then the routine also writes its output parameters and its own
+        /// variables.
         declared: bool,
     },
     /// The number of bits of an index to file registers.
     IndexBits(u32),
-    /// The only devices that are written through indirect addresses.
+    /// The only devices that are written through indirect addresses (`@`).
     Indirect(Vec<String>),
-    /// Devices that others than the program write.
+    /// Devices that other writers than the program write.
     External(Vec<String>),
     /// Devices that only the program writes.
     Internal(Vec<String>),
     /// Bits of which at most one is on when a scan starts.
     Exclusive {
-        /// The bits.
+        /// The bits of which at most one is on.
         bits: Vec<String>,
-        /// Whether the program is proved to keep it.
+        /// Whether it was proved that no scan leaves two of the bits on.
         is_kept: bool,
     },
-    /// Memory may hold anything when a scan starts, as after a download.
+    /// Memory may have any values when a scan starts, as after a download.
     Download,
-    /// If several transitions of a step without priorities are true, all of them clear.
+    /// If several transitions after a step are true and have no priorities, all of them fire.
     AllClear,
     /// The order in which a chart's actions run.
     ActionOrder(ActionOrder),
-    /// Drawn conditions of charts read what their blocks gave in the last scan.
+    /// Transition conditions drawn as a diagram use the outputs that their blocks computed in the previous scan.
     DrawnLastScan,
     /// How often a routine interrupts a scan.
     Interrupts {
-        /// The routine.
+        /// The name of the interrupt routine.
         name: String,
         /// The largest number of interrupts in a scan.
         times: u32,
-        /// The stated interval from which the number was computed.
+        /// The stated interval from which the number was computed. `None` if the number was stated.
         every: Option<Picos>,
     },
     /// The times of an instruction.
@@ -124,20 +125,20 @@ pub enum Fact {
     },
     /// The base unit of all modules.
     Base(String),
-    /// The time of network refresh.
+    /// The longest time of network refresh in one scan.
     Network(Picos),
-    /// A factor on the whole scan.
+    /// The factor by which other services of the CPU lengthen a scan.
     Factor(String),
     /// A constant or minimum scan time. Zero means that none is set.
     ConstantScan(Picos),
-    /// The watchdog's time.
+    /// The watchdog time in the CPU's parameters.
     Watchdog(Picos),
-    /// A clock.
+    /// The clock of the CPU.
     Clock(StatedClock),
 }
 
 impl Fact {
-    /// Whether it is proved.
+    /// Whether the statement is proved.
     #[must_use]
     pub fn status(&self) -> Status {
         match self {
@@ -152,7 +153,7 @@ impl Fact {
         }
     }
 
-    /// All statements of the request about the program. `proved` says which of them the program keeps.
+    /// All statements that the user made about the program. `proved` says which of them the program keeps.
     pub(super) fn all(request: &Request<'_>, program: &Program, proved: &Proved) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {
@@ -226,22 +227,22 @@ impl fmt::Display for Fact {
                 write!(f, "{word} is {low} to {high} when the scan starts")
             }
             Fact::Count { at, low, high } if low == high => {
-                write!(f, "the count at {at} is {low}")
+                write!(f, "the number of iterations or units at {at} is {low}")
             }
-            Fact::Count { at, low, high } => write!(f, "the count at {at} is {low} to {high}"),
+            Fact::Count { at, low, high } => write!(f, "the number of iterations or units at {at} is {low} to {high}"),
             Fact::Index { at, low, high } => {
                 let at = if at.contains(':') { format!("at {at}") } else { at.clone() };
                 write!(f, "the index {at} is {low} to {high} where it selects the written device")
             }
             Fact::Call { name, time, writes, declared: true } => {
-                write!(f, "the code of {name} is not given: it takes at most {time}, and writes its output parameters and its own variables")?;
+                write!(f, "the code of {name} is not given: {name} takes at most {time}, and writes only its output parameters and its own variables")?;
                 match writes.as_deref() {
                     None | Some([]) => Ok(()),
                     Some(variables) => write!(f, ", and {}", variables.join(", ")),
                 }
             }
             Fact::Call { name, time, writes, declared: false } => {
-                write!(f, "the code of the routine {name} is not given: it takes at most {time}, and ")?;
+                write!(f, "the code of the routine {name} is not given: the routine takes at most {time}, and ")?;
                 match writes.as_deref() {
                     None => f.write_str("may write anything"),
                     Some([]) => f.write_str("writes nothing"),
@@ -253,10 +254,10 @@ impl fmt::Display for Fact {
                 f.write_str("nothing is written through @")
             }
             Fact::Indirect(devices) => {
-                write!(f, "only {} is written through @", devices.join(", "))
+                write!(f, "indirect addresses (@) write only to {}", devices.join(", "))
             }
             Fact::External(devices) => {
-                write!(f, "{} may also be written from outside the program", devices.join(", "))
+                write!(f, "other writers than the program may also write {}", devices.join(", "))
             }
             Fact::Internal(devices) => {
                 write!(f, "only the program writes {}", devices.join(", "))
@@ -264,7 +265,7 @@ impl fmt::Display for Fact {
             Fact::Exclusive { bits, .. } => {
                 write!(f, "at most one of {} is on when a scan starts", bits.join(", "))
             }
-            Fact::Download => f.write_str("memory may hold anything when a scan starts"),
+            Fact::Download => f.write_str("memory may have any values when a scan starts"),
             Fact::AllClear => f.write_str(
                 "if several transitions without priorities after the same step are true, all of them fire",
             ),
@@ -275,25 +276,25 @@ impl fmt::Display for Fact {
                 "Boolean variables of actions are written first, then actions run in the order of their declarations",
             ),
             Fact::ActionOrder(ActionOrder::Alphabetical) => f.write_str(
-                "actions that have just ended run first, then the others, each group in the order of their names",
+                "actions that have just ended run first, then the other actions, each of the two in the order of their names",
             ),
             Fact::DrawnLastScan => f.write_str(
                 "transition conditions drawn as a diagram use the outputs that their blocks computed in the previous scan",
             ),
             Fact::Interrupts { name, times, every: Some(every) } => {
-                write!(f, "{name} occurs every {every}: at most {times} times in a scan")
+                write!(f, "the interrupt {name} occurs every {every}: at most {times} times in a scan")
             }
             Fact::Interrupts { name, times, every: None } => {
-                write!(f, "{name} interrupts a scan at most {times} times")
+                write!(f, "the interrupt {name} interrupts a scan at most {times} times")
             }
             Fact::Time(Override { name, on, off }) if on == off => write!(f, "{name} takes {on}"),
             Fact::Time(Override { name, on, off }) => {
-                write!(f, "{name} takes {on}, or {off} if it does not run")
+                write!(f, "{name} takes {on} if it is executed, and {off} if its condition is off")
             }
             Fact::StopsOnError(true) => f.write_str("the CPU stops at an operation error"),
             Fact::StopsOnError(false) => f.write_str("the CPU continues after an operation error"),
-            Fact::Latched(true) => f.write_str("inputs are read once per pass into an image"),
-            Fact::Latched(false) => f.write_str("inputs are read at each test"),
+            Fact::Latched(true) => f.write_str("the inputs are copied to an image once per pass"),
+            Fact::Latched(false) => f.write_str("each instruction that tests an input reads the input itself"),
             Fact::Points { side, points, by_base } => {
                 write!(f, "{points} {side} points are refreshed")?;
                 let bases = by_base.iter().map(|(base, points)| format!("{points} on {base}"));

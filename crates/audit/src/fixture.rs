@@ -64,7 +64,7 @@ fn free(name: &str, comment: &str, value: Value) -> FreeValue {
     }
 }
 
-/// A project of two files with Japanese comments, one exact group and one that is not.
+/// An audit of two files with Japanese comments. One of its groups is exact, one is not.
 pub fn fixture() -> Audit {
     let first = [
         charge(4, 2, "BMOV D200 D300 K10", 120, 2, true),
@@ -217,8 +217,8 @@ pub fn fixture() -> Audit {
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),
-            (9, "MUL D1 D2 D3", "what MUL writes may have any value"),
-            (11, "BCD D1 D2", "what BCD writes may have any value"),
+            (9, "MUL D1 D2 D3", "everything that MUL writes may have any value"),
+            (11, "BCD D1 D2", "everything that BCD writes may have any value"),
         ]
         .map(|(line, instruction, what)| ApproximationUse {
             at: Location { file: 0, line, step: None },

@@ -4,10 +4,10 @@ use super::stated;
 use scanbound_ir::{BitSource, BitTarget, Program};
 use scanbound_nets::relays::Relays;
 
-/// A net's knowledge, and the program's bits for the net's elements.
+/// What an S-net states about its elements, and for each element the bit of the program that represents it.
 pub struct Hints<'a> {
     net: &'a Relays,
-    /// By element.
+    /// For each element of the net, the program's bit that represents it. `None` if there is none.
     bits: Vec<Option<BitTarget>>,
 }
 
@@ -26,19 +26,19 @@ impl<'a> Hints<'a> {
         Hints { net, bits: devices.iter().map(bit).collect() }
     }
 
-    /// The mutually exclusive sets in which every element has a relay.
+    /// The mutually exclusive sets of elements of which all have relays, as bits of the program.
     #[must_use]
     pub fn bits(&self) -> Vec<Vec<BitTarget>> {
         self.net.exclusive.iter().filter_map(|set| self.bits_of(set)).collect()
     }
 
-    /// All mutually exclusive sets.
+    /// All sets of elements that the net makes mutually exclusive.
     #[must_use]
     pub fn sets(&self) -> &'a [Vec<usize>] {
         &self.net.exclusive
     }
 
-    /// An element's relay.
+    /// The relay that represents an element. `None` if there is none.
     #[must_use]
     pub fn bit(&self, element: usize) -> Option<BitTarget> {
         self.bits.get(element).copied().flatten()
@@ -50,13 +50,13 @@ impl<'a> Hints<'a> {
         set.iter().map(|&element| self.bit(element)).collect()
     }
 
-    /// The element's name in the net.
+    /// The name of an element in the net.
     #[must_use]
     pub fn name(&self, element: usize) -> String {
         self.net.elements[element].name.clone()
     }
 
-    /// Whether an element is a place.
+    /// Whether an element is a place of the net, not a transition.
     #[must_use]
     pub fn is_place(&self, element: usize) -> bool {
         self.net.elements[element].is_place

@@ -26,8 +26,11 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         };
         let is_open = |choice: &ChoiceId| program.indexed[choice].indices.len() > 1;
         if found.iter().any(is_open) {
-            let message = format!("the number of bits of the index at {place} is not stated");
-            fault(message, "state that first, in the same table: bits = 16, or bits = 32");
+            let message = format!("the number of bits of the index '{place}' is not stated");
+            fault(
+                message,
+                "state the number of bits first, in the same table: bits = 16, or bits = 32",
+            );
             continue;
         }
         for choice in found {
@@ -38,8 +41,8 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
             let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
             let both = (least.max(low), largest.min(high));
             if both.0 > both.1 {
-                let message = format!("the index at {place} is never {low} to {high}");
-                let help = "the index cannot have these values, or another statement about it contradicts this one: correct one of them";
+                let message = format!("the index '{place}' is never {low} to {high}");
+                let help = "correct this range, or a second statement about the same index that contradicts this range";
                 faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
                 break;
             }
@@ -73,8 +76,8 @@ fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, Strin
     };
     let instructions = match place.rsplit_once(':') {
         Some((file, number)) => {
-            let none = "nothing is written by an index";
-            let what = [none, "something is written by an index", none];
+            let none = "no instruction writes through an index";
+            let what = [none, "such instructions are", none];
             let is_meant = |program: &Program, at| !indexed(program, at).is_empty();
             counts::at(program, (file, number), is_meant, what, form())?
         }
@@ -92,7 +95,7 @@ fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, Strin
     let found: Vec<ChoiceId> =
         instructions.into_iter().flat_map(|at| indexed(program, at)).filter(is_by).collect();
     if found.is_empty() {
-        return Err((format!("nothing is written by an index '{place}'"), form()));
+        return Err((format!("no instruction writes through an index '{place}'"), form()));
     }
     Ok(found)
 }

@@ -10,9 +10,9 @@ use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// The largest number of audits with counts that turn out too small.
+/// The largest number of audits in which assumed numbers of interrupts turn out too small.
 const MAX_ROUNDS: usize = 16;
-/// With more interrupts than this, a scan counts as endless.
+/// With more interrupts than this, a scan is treated as endless.
 const MAX_TIMES: u64 = 100_000;
 
 /// The facts with a count for each interrupt that is stated by its interval: the smallest counts that suffice for the
@@ -87,10 +87,10 @@ fn no_time(request: &Request<'_>) -> Failure {
         .map(|(name, every)| format!("{name} every {every}"))
         .collect();
     let message = format!(
-        "nothing bounds the scan: the interrupts take all the CPU's time ({})",
+        "the scan has no bound: with the stated intervals, the interrupts take all the CPU's time ({})",
         every.join(", ")
     );
-    let help = "state longer intervals, or the most interrupts in a scan: --interrupts I28=3";
+    let help = "state longer intervals, or the largest number of interrupts in one scan: --interrupts I28=3";
     let file = request.inputs.first().map_or("", |input| &input.name);
     Failure::from(Diagnostic::file(Code::Facts, file, message, help))
 }

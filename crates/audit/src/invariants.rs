@@ -10,7 +10,7 @@ use scanbound_solve::{Limits, export, unreachable_charges};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// No problem is written for a model larger than this, ...
+/// The files are not written for a model with more circuit nodes than this, ...
 const NODES: usize = 2_000_000;
 const NODES_EACH: usize = 1 << 15;
 /// ... or if writing takes longer than this.
@@ -25,11 +25,11 @@ const COUNTS: &str = "counts.smt2";
 pub(super) struct Invariants {
     /// Each file's name and text.
     pub files: Vec<(&'static str, String)>,
-    /// The index lines.
+    /// The lines of the index file that belong to the files.
     pub index: Vec<String>,
 }
 
-/// The files for a program's bound, as far as the scan's formula covers it.
+/// The files that prove the invariants behind a bound, as far as the scan's formula is exact.
 pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let program = &concluded.followed.program;
     let given = given(program);
@@ -92,12 +92,14 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     file(
         COUNTS,
         counted,
-        "Can a scan that starts in an assumed state exceed a limit of a count or an index?",
-        "No count or index exceeds the limit that the bound uses:",
+        "Can a number of iterations or units, or an index, exceed its limit in a scan that starts in an assumed state?",
+        "No number of iterations or units, and no index, exceeds the limit that the bound uses:",
     );
     if !left.is_empty() {
         let why = "the formula of the scan is approximated or too large";
-        index.push(format!("No file for these: {why} (docs/values.md says how they were found):"));
+        index.push(format!(
+            "No file for these statements: {why} (docs/values.md says how they were found):"
+        ));
         index.append(&mut left);
     }
     Invariants { files, index }
@@ -119,7 +121,7 @@ fn given(program: &Program) -> Vec<String> {
     words.chain(sets).chain(cleared).collect()
 }
 
-/// What the user states about words at the start of a scan.
+/// What the user states about the values of words at the start of a scan.
 fn stated(program: &Program) -> Vec<String> {
     let trusted: BTreeSet<Cell> = program.trusted_ranges.iter().map(|one| one.cell).collect();
     let by_user = program
@@ -140,7 +142,7 @@ fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
     program.mutually_exclusive.iter().flat_map(ExclusiveBits::forbidden_sets)
 }
 
-/// The statement that holds if this violation never occurs.
+/// The statement that is true if this violation never occurs.
 fn tell(program: &Program, violation: &Violation) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
@@ -159,12 +161,17 @@ fn tell(program: &Program, violation: &Violation) -> String {
                 _ => format!("{} are never all on", names.join(", ")),
             }
         }
-        Violation::Count(at) => format!("the count of {} does not exceed its limit", place(at)),
-        Violation::Reach(at) => format!("{} writes only within its limit", place(at)),
+        Violation::Count(at) => format!(
+            "the number of iterations or units of {} is at most the limit that the bound uses",
+            place(at)
+        ),
+        Violation::Reach(at) => {
+            format!("{} writes only the cells that the bound assumes", place(at))
+        }
     }
 }
 
-/// The problem whether the state at power-up violates any invariant: memory is cleared.
+/// The problem that asks whether the state at power-up, with cleared memory, violates an invariant.
 fn power_up(program: &Program) -> String {
     let mut text = String::from(
         "; Does memory that is cleared at power-up or reset violate any of this?\n\

@@ -6,7 +6,7 @@ use scanbound_model::{Assignment, Charge, LoopCount, ScanModel};
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
-/// The largest number of counts for which a solver is asked.
+/// The largest number of loops for which a solver is asked about the number of iterations.
 const MAX_ASKED: usize = 16;
 
 /// The largest number of iterations of each summarised loop: the one that the model derived from the form of its count,

@@ -33,7 +33,7 @@ impl Ladder {
     }
 }
 
-/// What the executions of each instruction do, by its place and text.
+/// What the executions of each instruction do in the longest scan found, by place and text of the instruction.
 fn uses(audit: &Audit) -> HashMap<(Location, Arc<str>), Uses> {
     let mut all: HashMap<(Location, Arc<str>), Uses> = HashMap::new();
     let guarded = audit.groups.iter().flat_map(|group| &group.charges);

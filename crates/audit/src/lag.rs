@@ -13,7 +13,7 @@ type Reads = BTreeSet<Region>;
 /// An instruction that writes something.
 struct Site {
     at: usize,
-    /// Whether it runs at its own place in the scan, not where a routine is called.
+    /// Whether the instruction runs at its own place in the scan, not where a routine is called.
     in_place: bool,
     reads: Reads,
     writes: Vec<Region>,
@@ -89,8 +89,8 @@ pub fn further_scans(program: &Program) -> u64 {
     most
 }
 
-/// All instructions that write, each with everything that affects it: its rung, master control regions, jumps and
-/// calls.
+/// All instructions that write a device, each with everything that affects it: its rung, master control regions, jumps
+/// and calls.
 fn sites(program: &Program) -> Vec<Site> {
     let mut found = Vec::new();
     // What decides whether routines are called.
@@ -226,7 +226,7 @@ fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     }
 }
 
-/// Whether a value depends on the execution condition.
+/// Whether a value depends on the execution condition of its instruction.
 fn asks_condition(value: &Logic) -> bool {
     match value {
         Logic::Condition => true,

@@ -16,37 +16,37 @@ use scanbound_solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_op
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The most conditions of a group that are written.
+/// The largest number of conditions of a group that are written.
 const MAX_CONDITIONS: usize = 200;
 
 /// The number of devices that are named for a condition that is too long to be written.
 const MAX_NAMED_DEVICES: usize = 8;
 
-/// How a group's maximum was found.
+/// By which search the maximum of a group was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SearchUse {
     /// The search that was used.
     pub engine: Engine,
-    /// The answer of Z3, if it was asked.
+    /// The second opinion of Z3. `None` if it was not asked for.
     pub opinion: Option<Opinion>,
     /// The steps of the search, if they were requested.
     pub trace: Option<TraceUse>,
 }
 
 impl SearchUse {
-    /// A search of which only the method is known.
+    /// A record of a search of which only the method is known.
     #[must_use]
     pub fn by(engine: Engine) -> SearchUse {
         SearchUse { engine, opinion: None, trace: None }
     }
 }
 
-/// A search, step by step.
+/// The steps of the search of one group, with names for reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TraceUse {
     /// The time that the group takes in every scan.
     pub constant: Picos,
-    /// A correction that is subtracted: the conditions' times include units even if an instruction handles none.
+    /// The time that is subtracted, because the conditions' times include units even if an instruction has no units.
     pub deducted: Picos,
     /// The conditions in the steps. A step refers to them by index.
     pub conditions: Vec<ConditionUse>,
@@ -57,21 +57,22 @@ pub struct TraceUse {
 /// A condition under which charges take more time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConditionUse {
-    /// The number of its first rung, followed by a letter if the rung has several conditions.
+    /// The number of the rung in which the condition first occurs, followed by a letter if the rung has several
+    /// conditions.
     pub label: String,
-    /// The additional time.
+    /// The time that the condition adds to the scan.
     pub cost: Picos,
-    /// The place of its instruction with the longest time.
+    /// The place of the instruction that takes the most time under this condition.
     pub at: Location,
-    /// The text of that instruction.
+    /// The text of the instruction that takes the most time under this condition.
     pub instruction: Arc<str>,
-    /// The number of other charges that depend on it.
+    /// The number of the other charges that depend on the condition.
     pub others: usize,
     /// The condition in words. If it is too long: the devices on which it depends.
     pub condition: String,
 }
 
-/// How each group's maximum was found, with the steps and opinions that were requested.
+/// By which search the maximum of each group was found, with the steps and opinions that were requested.
 pub fn searches(
     maxima: &[Maximum],
     traces: Option<Vec<TraceUse>>,
@@ -137,7 +138,7 @@ pub fn traces(
     groups.iter().zip(maxima).map(trace).collect()
 }
 
-/// The devices on which a condition depends that is too long to be written.
+/// The devices on which a condition depends, for a condition that is too long to be written.
 fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
     let mut devices: Vec<String> = Vec::new();
     for variable in depends_on(model, &item.charges[..1]) {
@@ -154,14 +155,14 @@ fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
     format!("by {}{more}", devices.join(", "))
 }
 
-/// a, b, ..., z, aa, ab, ...
+/// The letters that number a condition: a, b, ..., z, aa, ab, ...
 fn letters(number: usize) -> String {
     let last = char::from(b'a' + u8::try_from(number % 26).unwrap_or(0));
     let before = if number < 26 { String::new() } else { letters(number / 26 - 1) };
     format!("{before}{last}")
 }
 
-/// The answer of Z3 on every group's maximum.
+/// The second opinion of Z3 on the maximum of every group.
 ///
 /// # Errors
 /// If Z3 contradicts a search.
@@ -188,7 +189,10 @@ pub fn opinions(
     let open = opinions.iter().filter(|opinion| **opinion == Opinion::RanOut).count();
     if open > 0 {
         let all = opinions.len();
-        budget.record_stop("confirming", format!("{open} of {all} groups were not decided"));
+        budget.record_stop(
+            "confirming",
+            format!("the result of {open} of {all} groups was neither confirmed nor refuted"),
+        );
     }
     Ok(opinions)
 }

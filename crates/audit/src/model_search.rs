@@ -39,21 +39,21 @@ pub struct Searched<'r> {
     pub assignment: Assignment,
     pub witness: Witness,
     pub replayed: Replay,
-    /// The charges' upper bound, without the scan's overhead.
+    /// The upper bound of all charges, without the scan's overhead.
     pub upper: Picos,
     pub ended_early: bool,
-    /// For a large model: the prepared search for explanations of one group.
+    /// For a large model: the prepared search that explains one group.
     pub prepared: Option<Prepared<'r>>,
 }
 
-/// A prepared search for explanations why charges of one group do not take their longest time.
+/// A prepared search that explains why charges of one group do not take their longest time.
 pub struct Prepared<'r> {
     pub group: usize,
     pub exclusions: Exclusions<'r>,
 }
 
 impl<'r> ModelSearch<'_, 'r> {
-    /// Searches a model that was made with this knowledge.
+    /// Searches a model that was made with what real runs have shown (`knowledge`).
     pub fn run(
         &self,
         model: ScanModel,

@@ -15,9 +15,9 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::BTreeMap;
 
-/// The most instructions that loops and calls may add to the executed ones.
+/// The largest number of instructions that loops and calls may add to the executed ones.
 const MAX_UNROLLED: u64 = 200_000;
-/// The most rounds in which summarised loops are followed because the model shows their counts.
+/// The largest number of rounds in which loops are followed because the model shows their number of iterations.
 const MAX_NESTING: usize = 8;
 /// The limit on a model's nodes and questions about words is this number, ...
 const NODES: usize = 1_000_000;
@@ -25,10 +25,10 @@ const NODES: usize = 1_000_000;
 const NODES_EACH: usize = 48;
 /// ... but never more than this.
 const MAX_NODES: usize = 8_000_000;
-/// A thousand hours.
+/// The longest scan time that is accepted: a thousand hours.
 pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 
-/// Refuses a scan so long that sums of its times could overflow. No PLC has such a scan.
+/// Refuses a scan that is so long that sums of its times could overflow. No PLC has such a scan.
 pub fn keep_in_range(
     program: &Program,
     table: &Table,
@@ -51,8 +51,10 @@ pub fn keep_in_range(
     };
     // One instruction takes more than half of the time: the fault is reported there.
     let at = &program.instructions[charge.instruction];
-    let message =
-        format!("{message}: this instruction alone to {}", charge.largest_cost().best_text());
+    let message = format!(
+        "{message}; the times of this instruction alone add up to {}",
+        charge.largest_cost().best_text()
+    );
     Err(Failure::from(program.fault(at, Code::NoTime, message, help)))
 }
 
@@ -114,14 +116,14 @@ pub fn put_back(
     Some((closer, priced, model))
 }
 
-/// Summarises loops and routines that execute too many instructions. Returns the largest number of instructions that a
-/// scan then executes.
+/// Gives up following loops and routines that execute too many instructions. Returns the largest number of instructions
+/// that a scan then executes.
 pub fn fit(program: &mut Program) -> Result<u64, Failure> {
     let fitted = loops::fit(program, MAX_UNROLLED).map_err(too_often);
     fitted.map_err(|error| cannot_follow(program, &error))
 }
 
-/// Models a scan that executes this many instructions. `Err` has the reason if that is not possible.
+/// Makes the model of a scan that executes this many instructions. The inner `Err` says why that is not possible.
 fn follow(
     program: &mut Program,
     prices: &mut Prices,
@@ -156,7 +158,7 @@ fn cannot_follow(program: &Program, error: &ScanError) -> Failure {
         | ScanError::CostOverflow { .. }
         | ScanError::TooLarge { .. }
         | ScanError::Stopped { .. } => {
-            "state a smaller range for the word that counts the loop, or split the program"
+            "state a smaller range for the word that holds the loop's number of iterations, or split the program"
         }
         ScanError::NoResult { .. } => {
             "begin each rung with LD, and let no jump lead into the middle of a rung"

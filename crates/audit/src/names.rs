@@ -11,11 +11,12 @@ pub struct Names<'a> {
     program: &'a Program,
     /// The file names as they appear in places. Empty if there is only one file.
     files: Vec<&'a str>,
-    /// The instructions whose state is stored in a cell that is not a device.
+    /// The instructions that remember a state in a hidden cell, by that cell.
     memories: BTreeMap<Cell, usize>,
 }
 
-/// The operands of an instruction that have a comment, each with the comment. A bit without one uses that of its word.
+/// The operands of an instruction that have a comment, each with its comment. A bit without a comment uses that of its
+/// word.
 #[must_use]
 pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> {
     let comments = &program.comments;
@@ -31,7 +32,7 @@ pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> 
 }
 
 impl<'a> Names<'a> {
-    /// Names for a program, with the comments that came with it.
+    /// Prepares names of devices and places for a program, with the comments of its devices.
     pub fn new(program: &'a Program) -> Names<'a> {
         let mut memories = BTreeMap::new();
         for (index, instruction) in program.instructions.iter().enumerate() {
@@ -50,7 +51,7 @@ impl<'a> Names<'a> {
         Names { program, files, memories }
     }
 
-    /// The name of a free value for users.
+    /// The name of a free variable in reports.
     pub fn free(&self, variable: &Variable) -> String {
         match &variable.origin {
             Origin::Start(cell) => self.cell(*cell),
@@ -95,13 +96,13 @@ impl<'a> Names<'a> {
         self.program.comments.get(&Device { cell, bit: None }).cloned().unwrap_or_default()
     }
 
-    /// The operands of an instruction that have a comment, each with the comment. A bit without one uses that of its
-    /// word.
+    /// The operands of an instruction that have a comment, each with its comment. A bit without a comment uses that of
+    /// its word.
     pub fn comments_in(&self, instruction: &Instruction) -> Vec<String> {
         comments_in(self.program, instruction)
     }
 
-    /// The device of a free variable.
+    /// The device for which a free variable stands.
     pub fn device(&self, variable: &Variable) -> String {
         cell_of(variable).map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
@@ -111,7 +112,7 @@ impl<'a> Names<'a> {
         frames.iter().map(|frame| self.frame(*frame)).collect()
     }
 
-    /// The name of the innermost called routine or of the interrupt: the label at its start.
+    /// The name of the innermost called routine, or of the interrupt: the label at which it begins.
     pub fn routine(&self, frames: &[Frame]) -> Option<Arc<str>> {
         frames.iter().rev().find_map(|frame| {
             let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
@@ -140,7 +141,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The cell of a free variable.
+/// The cell for which a free variable stands. `None` if it stands for a choice.
 fn cell_of(variable: &Variable) -> Option<Cell> {
     match &variable.origin {
         Origin::Start(cell) | Origin::Havocked { cell, .. } => Some(*cell),

@@ -33,7 +33,7 @@ impl SetSorter<'_> {
         }
     }
 
-    /// Why a set is not used.
+    /// Why a set of elements is not used.
     fn unused_because(&self, elements: &[usize]) -> Why {
         let name = |one: usize| self.hints.name(one);
         let Some(bits) = self.hints.bits_of(elements) else {
@@ -56,7 +56,7 @@ impl SetSorter<'_> {
         if self.found.decided { Why::Broken } else { Why::NoTime }
     }
 
-    /// The sets that the code preserves, and the others with the reason.
+    /// The sets that the code preserves; and the other sets, each with the reason why it is not used.
     fn sorted(&self) -> (Vec<Set>, Vec<UnusedSet>) {
         let proved: BTreeSet<&Vec<BitTarget>> = self.found.exclusive.iter().collect();
         let is_proved = |elements: &&Vec<usize>| {

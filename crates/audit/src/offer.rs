@@ -15,29 +15,29 @@ use scanbound_ir::{ChoiceId, IndexedWrite, Program, Region, Step, WordSource, Wr
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// A suggested statement.
+/// A statement that the user could add to the facts file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Offer {
     /// The table of the facts file.
     pub table: &'static str,
-    /// The line in that table. The user replaces its value by the true one.
+    /// The line in that table of the facts file. The user replaces its value by the true one.
     pub line: String,
-    /// What it means, and what is assumed without it.
+    /// What the line states, and what the bound assumes without it.
     pub what: String,
-    /// The places where it matters with the instructions there, the longest time first.
+    /// The places that the line concerns, with the instructions there, the longest time first.
     pub places: Vec<(Location, Arc<str>)>,
-    /// How much it can lower the bound at most.
+    /// The largest time by which the line can lower the bound.
     pub worth: Option<Picos>,
-    /// The bounds with this value and the other named ones limited, from [`super::what_if`].
+    /// The bounds if this value and the named other ones are limited, from [`super::what_if`].
     pub solved: Option<Solved>,
 }
 
-/// Bounds for several limits of an offered count.
+/// The bounds of the scan for several limits of a number of iterations or units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Solved {
-    /// The other counts that have the same limit in these bounds.
+    /// The other words that have the same limit in these bounds.
     pub with: Vec<Arc<str>>,
-    /// The limit of the count, and the bound.
+    /// Pairs of a limit, and the bound with that limit.
     pub bounds: Vec<(u32, SolvedBound)>,
 }
 
@@ -91,7 +91,7 @@ fn place(program: &Program, at: usize) -> (Location, Arc<str>) {
     (instruction.place, instruction.text.clone())
 }
 
-/// Words that hold an unknown index and that only others than the program write.
+/// Offers for words that hold an unknown index and that only other writers than the program write.
 fn ranges(program: &Program) -> Vec<Offer> {
     let mut found: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (at, instruction) in program.instructions.iter().enumerate() {
@@ -116,7 +116,9 @@ fn ranges(program: &Program) -> Vec<Offer> {
     let offer = |(cell, mut places): (_, Vec<usize>)| {
         places.dedup();
         let word = program.cell_name(cell);
-        let what = format!("{word}, an index: a write with it may change any device of the area");
+        let what = format!(
+            "{word} is an index: a write with this index may change any device of its area"
+        );
         Offer {
             table: "ranges",
             line: format!("{} = [0, {INDEX}]", key(&word)),
@@ -166,7 +168,7 @@ fn unknowns(
     all.map(offer).collect()
 }
 
-/// The unknown values, including those that a report names only after others are stated.
+/// The unknown values, including those that a report names only after further facts are stated.
 fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
     let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
     let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
@@ -186,19 +188,19 @@ pub(super) fn what(program: &Program, one: &Unknown) -> String {
             });
             let comments = at.map(|at| names.comments_in(at)).unwrap_or_default();
             let word = comments.into_iter().find(named).unwrap_or_else(|| one.word.to_string());
-            format!("{word}, a count: assumed to be up to {}, {} each", counts.most, counts.each)
+            format!("{word} is a number of iterations or units: assumed to be at most {}; each adds {} to the scan", counts.most, counts.each)
         }
         UnknownKind::Index(_) => format!(
-            "{}, the index of a write{}: it may change any device of the area",
+            "{} is the index of a write{}: the write may change any device of its area",
             one.word,
             one.origin()
         ),
         UnknownKind::IndexBits => "the number of bits of an index to file registers, 16 or 32: a parameter of the CPU; the bound covers both".to_owned(),
-        UnknownKind::Indirect => "all devices that are written through indirect addresses (@): without this line, any device".to_owned(),
+        UnknownKind::Indirect => "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that it may write any device".to_owned(),
     }
 }
 
-/// Called routines whose code is not given.
+/// Offers for called routines whose code is not given.
 fn calls(program: &Program) -> Vec<Offer> {
     let calls = program.instructions.iter().enumerate();
     let calls: BTreeMap<usize, usize> = calls
@@ -216,7 +218,7 @@ fn calls(program: &Program) -> Vec<Offer> {
         table: "calls",
         line: format!("{} = {{ time = \"50us\" }}", key(name)),
         what: format!(
-            "{name} is called, but its code is not given. It may write anything unless its writes are stated: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
+            "{name} is called, but its code is not given. Without its writes, the bound assumes that it may write any device: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
         ),
         places,
         worth: None,
@@ -225,7 +227,7 @@ fn calls(program: &Program) -> Vec<Offer> {
     routines.into_iter().map(offer).collect()
 }
 
-/// Parameters of indices and indirect addresses.
+/// Offers for the parameters of indices and indirect addresses.
 fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     let mut offers = Vec::new();
     let of = |matters: &dyn Fn(&Write) -> bool| -> Vec<(Location, Arc<str>)> {
@@ -258,7 +260,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
         offers.push(Offer {
             table: "index",
             line: "indirect = [\"D0-D99\"]".to_owned(),
-            what: "all devices that are written through indirect addresses (@): without this line, any device"
+            what: "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that it may write any device"
                 .to_owned(),
             places: anywhere,
             worth: None,
@@ -268,10 +270,10 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     offers
 }
 
-/// Further devices of a table are counted, not named.
+/// The largest number of devices that a line names; further ones are only counted.
 const MAX_DEVICES: usize = 40;
 
-/// Devices that others may write in fact.
+/// An offer that lists the devices that other writers than the program may write.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
     let devices = devices.filter(|device| stated::holder(program, device).is_some());
@@ -287,7 +289,7 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     })
 }
 
-/// Devices that only the program writes, if the bound with that statement is known.
+/// The devices that only the program writes, if the bound with that statement was computed.
 fn internal(audit: &Audit) -> Option<Offer> {
     let own = audit.what_if.as_ref()?.own.as_ref()?;
     Some(Offer {
@@ -317,7 +319,7 @@ fn interrupts(program: &Program) -> Vec<Offer> {
             table: "interrupts",
             line: format!("{} = {times}", key(&one.name)),
             what: format!(
-                "how often {} interrupts a scan at most: {} is assumed",
+                "the largest number of times that {} interrupts one scan: {} is assumed",
                 one.name, one.times
             ),
             places: vec![place(program, one.entry)],
@@ -336,7 +338,7 @@ fn networks(audit: &Audit, program: &Program) -> Option<Offer> {
         table: "network",
         line: "refresh = \"1ms\"".to_owned(),
         what: format!(
-            "the time of network refresh for {} in one scan, or \"none\" if no network refreshes them: not in the bound",
+            "the time in one scan of network refresh for {}, or \"none\" if no network refreshes them: the bound does not include this time",
             what.join(", ")
         ),
         places: text.map(|one| vec![(first, one.text.clone())]).unwrap_or_default(),

@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// The bound and its parts: `upper` = `always` + `overhead` + the groups' `upper`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bound {
-    /// No scan takes longer.
+    /// The upper bound: no scan takes longer.
     pub upper: Picos,
-    /// A scan that nothing known here excludes takes this long, executed as on a PLC.
+    /// The admissible lower bound: a scan that nothing known here excludes takes this long, executed as on a PLC.
     pub lower: Picos,
     /// The longest scan that the model allows, as far as it was found. It may need values that are not known to be
     /// possible.
@@ -22,7 +22,7 @@ pub struct Bound {
     pub naive: Picos,
     /// The charges that have the same time in every scan.
     pub always: Picos,
-    /// The time of each scan in addition to its instructions.
+    /// The time that each scan takes in addition to the instructions.
     pub overhead: Picos,
     /// The sum of the groups' upper bounds.
     pub groups: Picos,
@@ -35,7 +35,7 @@ impl Bound {
         self.upper == self.lower
     }
 
-    /// How much mutual exclusion saves compared with the structural bound.
+    /// The time that mutual exclusion saves compared with the structural bound.
     #[must_use]
     pub fn saved(&self) -> Picos {
         self.naive.checked_sub(self.upper).unwrap_or(Picos::ZERO)
@@ -65,36 +65,36 @@ impl fmt::Display for Share {
 /// The timing table, and which of its times are uncertain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableUse {
-    /// Its name or file.
+    /// The name of the table, or its file.
     pub name: String,
-    /// Its title, one line. May be empty.
+    /// The title of the table, one line. May be empty.
     pub title: String,
-    /// Whether all of its times are assumed: none is published, measured or stated.
+    /// Whether all times of the table are assumed: none is published, measured or stated.
     pub is_all_assumed: bool,
-    /// What its times do not include.
+    /// What the table's times do not include.
     pub notes: Vec<String>,
     /// The CPU's default watchdog time.
     pub watchdog: Option<Picos>,
     /// The factor on the whole scan.
     pub factor: Option<FactorUse>,
-    /// The assumed times that the program uses. Those come first on which most of the bound rests.
+    /// The assumed times that the program uses. Those on which most of the bound rests come first.
     pub assumed: Vec<AssumedUse>,
-    /// How much of the worst scan found rests on assumed times, including overhead.
+    /// The assumed part of the time of the longest scan found, including overhead.
     pub assumed_time: Picos,
-    /// The same as a share of that scan.
+    /// The assumed part of the longest scan found, as a share of that scan.
     pub assumed_share: Share,
 }
 
 /// A factor on the whole scan, and the bound without it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FactorUse {
-    /// As written in the table.
+    /// The factor as it is written in the table.
     pub text: String,
-    /// How well founded.
+    /// The evidence for the factor.
     pub evidence: Evidence,
-    /// Its source or reason.
+    /// The source of the factor, or the reason for it.
     pub source: String,
-    /// The bound without it, rounded up.
+    /// The bound without the factor, rounded up.
     pub without: Picos,
     /// The factor in millionths.
     pub millionths: u64,
@@ -108,131 +108,132 @@ pub struct FactorUse {
 pub struct AssumedUse {
     /// The instruction or the overhead term.
     pub name: String,
-    /// The table's row.
+    /// The row of the table that has the time.
     pub row: String,
     /// Whether the row is for a whole class of instructions.
     pub by_class: bool,
-    /// The number of instructions that it prices. 0 for overhead and for the factor.
+    /// The number of instructions whose time the row gives. 0 for overhead and for the factor.
     pub count: usize,
-    /// Its part of the worst scan found. For the factor: what it adds to times that are not assumed themselves.
+    /// The part of the longest scan found that rests on this time. For the factor: what it adds to times that are not
+    /// assumed themselves.
     pub time: Picos,
-    /// Its part of the bound, as far as the search determined it.
+    /// The part of the bound that rests on the time, as far as the search determined it.
     pub part: Picos,
 }
 
 /// A time that each scan takes in addition to its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OverheadUse {
-    /// The name of the table's term.
+    /// The name of the overhead term in the table.
     pub name: String,
-    /// Its time.
+    /// The time of the term.
     pub time: Picos,
-    /// How well the time is founded.
+    /// The evidence for the time.
     pub evidence: Evidence,
-    /// What it is for, and how it was calculated.
+    /// What the time is for, and how it was calculated.
     pub why: String,
 }
 
 /// A network device that the program uses.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// Its name.
+    /// The name of the network device.
     pub what: String,
     /// The first instruction that uses it.
     pub first: Location,
 }
 
-/// A loop that a scan can reach and that nothing bounds.
+/// A loop that a scan can reach and for which no end is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LoopUse {
-    /// Where it begins.
+    /// The place at which the loop begins.
     pub from: Location,
-    /// The instruction that jumps back.
+    /// The place of the instruction that jumps back.
     pub to: Location,
-    /// Its first instruction.
+    /// The text of the loop's first instruction.
     pub begins: String,
-    /// Its last instruction.
+    /// The text of the loop's last instruction.
     pub ends: String,
-    /// True: a scan can stay in it for ever. False: nothing known ends it.
+    /// True: a scan can stay in the loop for ever. False: nothing is known that ends the loop.
     pub certain: bool,
 }
 
-/// One instruction on the path of the worst scan found.
+/// One instruction on the path of the longest scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PathStep {
-    /// Its place.
+    /// The place of the instruction.
     pub at: Location,
-    /// Its source text.
+    /// The source text of the instruction.
     pub instruction: Arc<str>,
-    /// The call context: the calls on the path to it, outermost first.
+    /// The call context: the calls on the path to the instruction, outermost first.
     pub via: Vec<String>,
-    /// Whether it fired: the test was true, or the jump was taken.
+    /// Whether the instruction fired: a test was true, or a jump was taken.
     pub held: bool,
-    /// Its time.
+    /// The time of the instruction.
     pub cost: Picos,
 }
 
-/// One execution of one instruction: its possible times, and its time in the worst scan found.
+/// One execution of one instruction: its possible times, and its time in the longest scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChargeUse {
     /// The instruction's place.
     pub at: Location,
-    /// The number of its rung.
+    /// The number of the instruction's rung.
     pub block: u32,
-    /// Its source text.
+    /// The source text of the instruction.
     pub instruction: Arc<str>,
-    /// The call context: calls, loop iterations and interrupts on the path to it, outermost first.
+    /// The call context: calls, loop iterations and interrupts on the path to the instruction, outermost first.
     pub via: Vec<String>,
     /// The on-time.
     pub on: Picos,
-    /// The off-time: it is reached and does not run.
+    /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
-    /// Whether it runs in the worst scan found.
+    /// Whether the instruction fires in the longest scan found.
     pub runs: bool,
-    /// Whether it is reached in that scan.
+    /// Whether control reaches the instruction in the longest scan found.
     pub reached: bool,
-    /// Its time in that scan.
+    /// The time of the instruction in the longest scan found.
     pub cost: Picos,
-    /// Its part of the bound: its time in the longest scan that the model allows. If the bound is structural: the
-    /// larger of its two times.
+    /// The part of the bound that the instruction takes: its time in the longest scan that the model allows. If the
+    /// bound is structural: the larger of its two times.
     pub share: Picos,
     /// The called routine that contains it, if any.
     pub routine: Option<Arc<str>>,
-    /// The table's row.
+    /// The row of the table that gives the times.
     pub row: Arc<str>,
-    /// How well the time is founded.
+    /// The evidence for the times.
     pub evidence: Evidence,
 }
 
 /// Charges that depend on common variables, and their maximum.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroupUse {
-    /// Its number, counted from 1.
+    /// The number of the group, counted from 1.
     pub id: usize,
-    /// The numbers of its rungs, ascending.
+    /// The numbers of the group's rungs, ascending.
     pub blocks: Vec<u32>,
-    /// The names of the devices on which its charges depend.
+    /// The names of the devices on which the charges of the group depend.
     pub devices: Vec<String>,
-    /// The same devices, the most used first.
+    /// The devices on which several of the charges depend, the most used first.
     pub ties: Vec<Tie>,
-    /// The largest time of all its charges together.
+    /// The upper bound on the time of all charges of the group together.
     pub upper: Picos,
-    /// Their time in the worst scan found.
+    /// The time of the group in the longest scan found.
     pub lower: Picos,
-    /// The sum of the larger of each charge's two times.
+    /// The sum, over all charges of the group, of the larger of on-time and off-time.
     pub naive: Picos,
     /// The number of queries to a solver.
     pub solver_calls: u64,
-    /// Its charges, in the order of execution.
+    /// The charges of the group, in the order of execution.
     pub charges: Vec<ChargeUse>,
-    /// Its rungs, the longest time first.
+    /// The rungs of the group, the longest time first.
     pub rungs: Vec<RungUse>,
-    /// How its maximum was found.
+    /// By which search the maximum of the group was found.
     pub search: method::SearchUse,
 }
 
 impl GroupUse {
-    /// Whether its maximum is known exactly.
+    /// Whether the maximum of the group is known exactly.
     #[must_use]
     pub fn exact(&self) -> bool {
         self.upper == self.lower
@@ -242,86 +243,86 @@ impl GroupUse {
 /// A device that several charges depend on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tie {
-    /// Its name.
+    /// The name of the device.
     pub device: String,
-    /// Its comment, empty if there is none.
+    /// The comment of the device. Empty if there is none.
     pub comment: String,
-    /// The number of places that use its value.
+    /// The number of places that use the device's value.
     pub uses: usize,
 }
 
-/// A rung's part of its group.
+/// The part of a group that one rung has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RungUse {
-    /// Its number.
+    /// The number of the rung.
     pub block: u32,
-    /// The place of its instruction with the longest time.
+    /// The place of the rung's instruction with the longest time.
     pub at: Location,
-    /// The text of that instruction.
+    /// The text of the first of these instructions.
     pub instruction: Arc<str>,
     /// The comments of the devices in that text.
     pub comments: Vec<String>,
-    /// The number of its other charges in the group.
+    /// The number of the rung's other charges in the group.
     pub others: usize,
-    /// What happens to it in the longest scan that the model allows.
+    /// How much of its time the rung takes in the longest scan that the model allows.
     pub fate: Fate,
-    /// Whether that instruction does not run there but is charged with its off-time.
+    /// Whether that instruction is charged with its off-time because it does not fire in that scan.
     pub is_charged_off: bool,
-    /// Its time there: its part of the bound.
+    /// The time of the rung in the longest scan that the model allows: its part of the bound.
     pub cost: Picos,
-    /// The sum of the larger of its charges' two times.
+    /// The sum, over the rung's charges, of the larger of on-time and off-time.
     pub naive: Picos,
-    /// Why it cannot take longer together with the rungs that run, if that is known.
+    /// Why the rung cannot take longer together with the rungs that run. `None` if unknown.
     pub exclusion: Option<Exclusion>,
 }
 
-/// What happens to a rung in the longest scan that the model allows.
+/// How much of its time a rung takes in the longest scan that the model allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fate {
-    /// It takes its longest possible time.
+    /// The rung takes its longest possible time.
     Runs,
-    /// It takes some time, but less than possible.
+    /// The rung takes some time, but less than its longest possible time.
     Partly,
-    /// It does not run: it takes no time, or only off-times.
+    /// The rung takes no time, or only off-times.
     Excluded,
 }
 
-/// A minimal set of rungs that run in the worst scan and prevent a rung from taking longer.
+/// A minimal set of rungs that run in the longest scan and prevent a rung from taking longer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exclusion {
-    /// The rungs. Empty if the rung can never take longer.
+    /// The rungs of the set. Empty if the rung can never take longer.
     pub blocks: Vec<u32>,
-    /// The devices on which both depend.
+    /// The devices on which the times of both rungs depend.
     pub devices: Vec<String>,
 }
 
 /// One scan of a run from power-up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunScan {
-    /// Its number, 1 at power-up. Scans between two that are listed repeat the first of them: the run waits for a
-    /// timer.
+    /// The number of the scan, 1 at power-up. Scans between two listed ones repeat the first of these two: the run
+    /// waits for a timer.
     pub number: u64,
-    /// The inputs that are on, or not 0, in it.
+    /// The inputs that are on, or not 0, in the scan.
     pub inputs: Vec<(String, Value)>,
-    /// A lower bound on its time.
+    /// A lower bound on the time of the scan.
     pub took: Picos,
 }
 
 /// A free value in the worst scan found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FreeValue {
-    /// Its name for users.
+    /// The name of the value in reports.
     pub name: String,
-    /// Its comment, empty if there is none.
+    /// The comment of the device. Empty if there is none.
     pub comment: String,
-    /// Its value.
+    /// The value in the longest scan found.
     pub value: Value,
-    /// True: the value at the start of the scan. False: something that happens during the scan.
+    /// True: the value is read at the start of the scan. False: something happens during the scan.
     pub at_start: bool,
-    /// Whether it is needed to show that the scan takes this time.
+    /// Whether the value is needed to show that the scan takes this time.
     pub matters: bool,
-    /// How much shorter the model's scan ([`Audit::weighed`](super::Audit::weighed)) would be if only this value were
-    /// different.
+    /// The time by which the model's scan ([`Audit::weighed`](super::Audit::weighed)) would be shorter if only this
+    /// value were different.
     pub worth: Picos,
 }
 
@@ -330,7 +331,7 @@ pub struct FreeValue {
 pub enum Value {
     /// A bit.
     Bit(bool),
-    /// Sixteen bits, as the signed number that a monitor shows.
+    /// A word: sixteen bits, as the signed number that a monitor shows.
     Word(i16),
 }
 
@@ -351,12 +352,12 @@ pub struct ApproximationUse {
     pub at: Location,
     /// The instruction's text.
     pub instruction: Arc<str>,
-    /// How it was over-approximated.
+    /// Why the instruction was over-approximated.
     pub what: Approximated,
 }
 
-/// The time of the longest scan that is known to be possible: for a machine with a clock, without the clock's
-/// tolerance.
+/// The time of the longest scan that is known to be possible. For a PLC with a clock, the clock's tolerance is not
+/// included.
 pub(super) fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Picos {
     match factor {
         Some(factor) if is_clocked => bound.lower.min(factor.without),

@@ -49,12 +49,12 @@ pub struct Followed {
     pub model: ScanModel,
     /// The groups of the model.
     pub groups: Vec<Group>,
-    /// What the user can state about the machine.
+    /// What the user can state about this PLC.
     pub machine: MachineOptions,
     warnings: Vec<Diagnostic>,
-    /// The stages that the time limit or the user cut short.
+    /// The stages that the time limit or the user ended early.
     cuts: Vec<EarlyStop>,
-    /// The model is only the structural bound: it does not say which instructions can run together.
+    /// Whether the model is only the structural bound, which does not say which instructions can run together.
     structural_only: bool,
     /// The mutually exclusive relays that were found.
     relays: reachable::Relays,
@@ -109,7 +109,7 @@ pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
     Ok(Understood::of(request)?.program)
 }
 
-/// A project that is read and priced, before any pass: what an emulated CPU runs.
+/// A project that is read and priced, before any pass changes it: an emulated CPU runs such a program.
 pub struct Ready {
     /// The program.
     pub program: Program,
@@ -144,7 +144,7 @@ pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
 pub struct Prepared {
     start: Instant,
     understood: Understood,
-    /// The stages that the time limit or the user cut short.
+    /// The stages that the time limit or the user ended early.
     cuts: Vec<EarlyStop>,
 }
 
@@ -185,7 +185,7 @@ impl Prepared {
         &self.understood.table
     }
 
-    /// The same project with another table of the same family. It may use the whole time limit again.
+    /// The same project with another timing table of the same family. The time limit begins anew.
     #[must_use]
     pub fn with_table(&self, table: Table, request: &Request<'_>) -> Prepared {
         let understood = self.understood.with_table(table, request);
@@ -212,7 +212,7 @@ impl Prepared {
     }
 }
 
-/// A priced project in which everything that runs too often to be followed is summarised.
+/// A priced project in which loops and routines that run too often are charged as a whole, and not followed.
 struct SizeLimited {
     start: Instant,
     program: Program,
@@ -302,14 +302,15 @@ const MANY: u64 = 10_000;
 /// Following may change the program: it may replace reads by any value, or follow summarised loops after all. In that
 /// case these runs are discarded, and new ones are made after the search.
 struct LowerBoundSearch {
-    /// The program before it is followed.
+    /// The program as it was before the analysis followed it.
     program: Program,
     least: Vec<Times>,
     deadline: Option<Instant>,
 }
 
 impl LowerBoundSearch {
-    /// `None` for small programs, and for programs that the search for exclusive relays is going to change.
+    /// The search for a program. `None` for small programs, and for programs that the search for exclusive relays is
+    /// going to change.
     fn of(limited: &SizeLimited, request: &Request<'_>) -> Option<LowerBoundSearch> {
         let is_worth_it = limited.executed >= MANY && !trusts_relays(&limited.program, request);
         is_worth_it.then(|| LowerBoundSearch {
@@ -331,7 +332,7 @@ pub struct Concluded {
     pub audit: Audit,
     /// The project.
     pub followed: Followed,
-    /// The groups' maxima.
+    /// The maximum of each group.
     pub maxima: Vec<Maximum>,
 }
 
@@ -353,7 +354,7 @@ struct Solved<'r> {
 }
 
 impl Followed {
-    /// Searches the groups' maxima. Makes real runs, too, unless another thread makes them for the same program
+    /// Searches the groups' maxima. Also makes real runs, unless a second thread makes them for the same program
     /// (`early`).
     fn searched<'r>(
         mut self,
@@ -372,7 +373,7 @@ impl Followed {
         Ok(Solved { followed: self, delays, searched, runs })
     }
 
-    /// The budget of the next stage. It takes over the list of stages that were cut short so far.
+    /// The budget of the next stage. It takes over the list of stages that ended early so far.
     fn budget<'a>(&mut self, request: &Request<'a>) -> Budget<'a> {
         let cuts = std::mem::take(&mut self.cuts);
         Budget::new(self.start, request.time_limit, request.cancelled, cuts)
@@ -519,13 +520,17 @@ impl Solved<'_> {
     }
 }
 
-/// Records how much of the bound is open, if the time limit or the user ended the search.
+/// Records how many groups have no exact maximum, if the time limit or the user ended the search.
 fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
     let unsolved = searched.maxima.iter().filter(|found| found.lower < found.upper);
     let unsolved: Vec<&Maximum> = unsolved.collect();
     if unsolved.is_empty() || searched.ended_early {
         return;
     }
-    let open = format!("{} of {} groups are open", unsolved.len(), searched.groups.len());
+    let open = format!(
+        "the search of {} of {} groups of instructions did not end",
+        unsolved.len(),
+        searched.groups.len()
+    );
     budget.record_stop("searching", open);
 }

@@ -13,7 +13,7 @@ use scanbound_replay::{RealRun, StopReason, Stopped};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// The most changes of the inputs in a run.
+/// The largest number of scans of a run in which the inputs change.
 const LONGEST: usize = 8;
 /// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
 const SAME: usize = 6;
@@ -22,33 +22,33 @@ const MAX_WAITS: usize = 24;
 const RANDOM: u64 = 64;
 /// The number of runs that are simulated in parallel.
 const AT_ONCE: usize = 8;
-/// No further runs are simulated after this many executed instructions.
+/// After this many executed instructions, no further runs are simulated.
 const MAX_EXECUTED: u64 = 1_500_000;
-/// The most instructions of one run.
+/// The largest number of instructions that one run executes.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
 /// The inputs in the scans before the last one.
 #[derive(Clone, Copy)]
 enum Before {
-    /// Those of the scan to be reached.
+    /// The same inputs as in the scan that is to be reached.
     Same,
-    /// All off.
+    /// All inputs are off.
     Off,
-    /// The opposite of those of the scan to be reached, so that edges occur in it.
+    /// The opposite inputs of the scan that is to be reached, so that edges occur in that scan.
     Opposite,
-    /// A random subset is on, by this seed.
+    /// A random subset of the inputs is on, determined by this seed.
     Random(u64),
-    /// Those of the longest first scan. Other values from outside are as in that scan, too.
+    /// The inputs of the longest first scan. Other values from outside are as in that scan, too.
     First,
-    /// Each input is at random off or as in the scan to be reached, by this seed.
+    /// Each input is, at random, off or as in the scan that is to be reached. The number is the seed.
     Part(u64),
 }
 
-/// How a run is made.
+/// The inputs with which a simulated run from power-up is made.
 #[derive(Clone, Copy)]
 struct Plan {
     before: Before,
-    /// True: the inputs stay until nothing changes and all running timers are over. False: they change in every scan.
+    /// True: the inputs stay until nothing changes and no timer is running. False: they change in every scan.
     waits: bool,
 }
 
@@ -101,7 +101,8 @@ pub fn run(
     Vec::new()
 }
 
-/// Whether an error depends on nothing but what the program writes: where others write, another run may come past it.
+/// Whether an operation error depends only on what the program writes. Otherwise a different run may not have the
+/// error.
 fn is_own(program: &Program, error: &Stopped) -> bool {
     let written = || (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
     let mut is_own = true;
@@ -163,18 +164,18 @@ struct Simulation<'a> {
     outside: &'a Outside<'a>,
     found: &'a RunResults,
     overhead: Picos,
-    /// The start of the longest first scan.
+    /// The start values of the longest first scan.
     first: &'a Witness,
 }
 
-/// A scan of a run.
+/// A scan of a simulated run.
 struct Made {
-    /// Its number, 1 at power-up.
+    /// The number of the scan; the first one after power-up has the number 1.
     number: u64,
     inputs: BTreeMap<Cell, u16>,
-    /// Its time without the overhead.
+    /// The time of the scan without the overhead.
     took: Picos,
-    /// Whether scans were left out before it because they repeat the previous one.
+    /// Whether scans before this one were left out because they repeat the scan before them.
     waited: bool,
 }
 
@@ -182,11 +183,11 @@ struct Made {
 #[derive(Default)]
 struct Simulated {
     scans: Vec<Made>,
-    /// The last scan with its start values, if it takes long enough.
+    /// The last scan of the run with its start values, if it takes long enough.
     last: Option<(RealRun, Witness)>,
-    /// The number of executed instructions.
+    /// The number of instructions that the run executed.
     executed: u64,
-    /// Where an error ends it.
+    /// The operation error that ends the run. `None` if there was none.
     error: Option<Stopped>,
 }
 

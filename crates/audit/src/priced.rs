@@ -62,15 +62,15 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
             (true, true) => continue,
             (_, false) => (
                 format!(
-                    "--time {name} is not used for {rows}: their own times in the table are larger, or are stated"
+                    "--time {name} is not used for the table rows {rows}: the times of these rows are larger, or are stated too"
                 ),
-                "to change these too, give a --time for each of them",
+                "to change the times of these rows too, give a --time for each row",
             ),
             (false, true) => (
                 format!(
-                    "--time {name}: no instruction of the program takes its time from this name"
+                    "--time {name}: no instruction of the program takes its time from a row of this name"
                 ),
-                "write the name as the report's table rows do, such as MOV or OUT:T",
+                "give the name of a row of the timing table, as reports show it, such as MOV or OUT:T",
             ),
         };
         warnings.push(Diagnostic::file(Code::UnusedTime, "", message, help).warning());

@@ -20,17 +20,18 @@ use scanbound_solve::{Limits, unreachable_charges};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// Larger models are not checked, ...
+/// The check is skipped for models with more circuit nodes than this, ...
 const NODES: usize = 2_000_000;
 const NODES_EACH: usize = 1 << 15;
-/// ... and the check may not take longer than this, nor more than this fraction of the remaining time.
+/// ... and the check may take at most this time, and this fraction of the remaining time.
 const LONGEST: Duration = Duration::from_secs(10);
 const PARTS: u32 = 8;
-/// If there are more facts than this, none is checked.
+/// If there are more facts than this, none of them is checked.
 const MAX_FACTS: usize = 100;
-/// The number of rounds in which a scan that violates a fact is searched for. Each round uses what earlier runs showed.
+/// The number of rounds in which a scan that violates a fact is searched for. Each round uses what the runs before it
+/// showed.
 const ROUNDS: usize = 3;
-/// The most scans of a run from power-up, and the most instructions in all of them.
+/// The largest number of scans of a run from power-up, and the largest number of instructions in all of them.
 const SCANS: usize = 100;
 const MAX_INSTRUCTIONS: u64 = 400_000;
 
@@ -43,9 +44,9 @@ pub struct Proved {
     pub exclusive: BTreeSet<usize>,
 }
 
-/// Which fact something belongs to.
+/// The fact to which a proof obligation belongs.
 enum Of {
-    /// A range: its index in the program, and its key.
+    /// A range: its index in `Program::stated_ranges`, and its key in the facts file.
     Range(usize, String),
     /// A set of bits: its index in the facts file, and the indices of its pairs in the program.
     Set(usize, Vec<usize>),
@@ -58,7 +59,7 @@ struct Asked {
 }
 
 impl Asked {
-    /// Whether a real run was found that violates it.
+    /// Whether a real run was found that violates the fact.
     fn is_broken(&self, found: &RunResults) -> bool {
         match &self.of {
             Of::Range(at, _) => found.violations.ranges.contains_key(at),
@@ -117,7 +118,7 @@ pub fn proved(
     seek(&search, &asked, found)?;
     for at in kept {
         if asked[at].is_broken(found) {
-            return Err("a scan violates a fact that the analysis proved to be kept".to_owned());
+            return Err("a simulated scan violates a fact, although the analysis proved that no scan violates it".to_owned());
         }
         match &asked[at].of {
             Of::Range(_, key) => _ = proved.ranges.insert(key.clone()),
@@ -158,8 +159,8 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
     ranges.into_iter().chain(sets).collect()
 }
 
-/// Simulates scans from power-up with all values from outside unknown: a violation found this way occurs whatever these
-/// values are.
+/// Simulates scans from power-up with all values from outside unknown. A violation found in this way occurs whatever
+/// these values are.
 fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     let outside = Outside::with_unknown_values(search.program);
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
@@ -181,8 +182,8 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
     }
 }
 
-/// Those of the undecided facts that every scan preserves which starts with all facts true. Only facts are checked
-/// whose cells only the program writes and that hold for cleared memory.
+/// The undecided facts that are true at the end of every scan that starts with all facts true. Only facts are checked
+/// whose cells only the program writes and that are true for cleared memory.
 fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let exclusive = ExclusiveRelays::of(program, Trust::All);
@@ -281,7 +282,7 @@ fn model(
     scan_model_of_candidates(search.program, times, (knowledge, purpose), &limits, stays).ok()
 }
 
-/// A charge that fires if this is true.
+/// A charge whose cost occurs if `holds` is true.
 fn charge(holds: Lit) -> Charge {
     Charge {
         instruction: 0,

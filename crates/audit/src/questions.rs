@@ -4,7 +4,7 @@ use super::invariants::{Invariants, invariants};
 use super::pipeline::{Concluded, Followed};
 use scanbound_solve::{Maximum, export};
 
-/// The file format of a problem.
+/// The file format of a problem for other solvers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Weighted partial MaxSAT.
@@ -13,12 +13,12 @@ pub enum Form {
     Smt2,
 }
 
-/// A file to be written.
+/// A problem file that is to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// Its name, without a directory.
+    /// The name of the file, without a directory.
     pub name: String,
-    /// Its content.
+    /// The content of the file.
     pub text: String,
 }
 

@@ -21,18 +21,18 @@ pub const STAGE: &str = "searching for invariants";
 /// The stage may use this fraction of the time limit, and each of its searches this fraction of the time that is left.
 const UNTIL: u32 = 2;
 const PARTS: u32 = 8;
-/// The time limit of the stage if there is no other.
+/// The time limit of the stage if the user gives none.
 const LONGEST: Duration = Duration::from_secs(20);
 /// The result for the relays of a program.
 #[derive(Debug, Clone, Default)]
 pub struct Relays {
     /// The sets that are never all on.
     pub exclusive: Vec<Vec<BitTarget>>,
-    /// Relays that the program never turns on. Others may do so, so they are free.
+    /// Relays that the program never turns on. Other writers may turn them on, so their values are free.
     pub freed: BTreeSet<BitTarget>,
-    /// Relays on which a scan's time may depend and whose value between scans is known.
+    /// Relays on which the time of a scan may depend, and whose values between scans are known.
     pub known: BTreeSet<BitTarget>,
-    /// Whether all candidate sets were decided.
+    /// Whether each candidate set was either proved or refuted.
     pub decided: bool,
 }
 
@@ -91,16 +91,16 @@ pub fn exclude(
     (Some(model), relays)
 }
 
-/// Records that the stage was cut short.
+/// Records that the search for mutually exclusive relays was cut short.
 fn cut(budget: &Budget<'_>) {
     budget.record_stop_at_part(
         UNTIL,
         STAGE,
-        "more pairs of relays may be mutually exclusive than were found",
+        "the search for mutually exclusive relays was cut short: there may be more pairs than it found",
     );
 }
 
-/// Converts the sets to indices into `bits`. Sets with a relay that is not in `bits` are left out.
+/// The sets as indices into `bits`. Sets with a relay that is not in `bits` are left out.
 fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
     let place: BTreeMap<BitTarget, usize> =
         bits.iter().enumerate().map(|(place, &bit)| (bit, place)).collect();
@@ -110,7 +110,7 @@ fn places(sets: &[Vec<BitTarget>], bits: &[BitTarget]) -> Vec<Vec<usize>> {
     sets.iter().filter_map(of).collect()
 }
 
-/// Records in the program that these relays are off if its flag says that memory was cleared before the scan.
+/// Records in the program that these relays are off while its flag says that memory was cleared before the scan.
 fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
     let flag = program.power_up.after_clear.map(|bit| Logic::Bit(bit.source()));
     let both = |bit: &BitTarget| {
@@ -124,7 +124,7 @@ fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
     });
 }
 
-/// The sets without duplicates and without supersets of other sets.
+/// The sets, without duplicates and without those that contain a smaller set.
 fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     let sorted = |mut set: Vec<usize>| {
         set.sort_unstable();
@@ -135,13 +135,13 @@ fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     all.into_iter().collect()
 }
 
-/// Candidate sets that scans may preserve, as indices of relays.
+/// Candidates: sets of relays, as indices, of which perhaps no scan turns on all.
 struct Candidates {
     hinted: Vec<Vec<usize>>,
     pairs: Vec<Vec<usize>>,
 }
 
-/// The result, as indices of relays.
+/// The mutually exclusive relays, as indices of a list of relays.
 struct Answer {
     /// The sets that are never all on.
     exclusive: Vec<Vec<usize>>,
@@ -149,12 +149,12 @@ struct Answer {
     freed: BTreeSet<usize>,
 }
 
-/// The model of a scan, and what is asked about it.
+/// The model of a scan, and the literals that a question about the relays needs.
 struct Question<'a> {
     model: &'a ScanModel,
     bits: &'a [BitTransition],
     related: &'a RelatedRelays,
-    /// A condition that is true only if memory was cleared before the scan.
+    /// A literal that is true only if memory was cleared before the scan.
     fresh: Option<Lit>,
 }
 
@@ -180,7 +180,7 @@ impl Question<'_> {
         answer
     }
 
-    /// The sets that scans preserve, if the program alone turns on their relays. `None` if the limits end the search.
+    /// The sets that scans preserve, if only the program turns on their relays. `None` if the limits end the search.
     fn keep_exclusive(&self, mut sets: Vec<Vec<usize>>, limits: &Limits<'_>) -> Option<Answer> {
         // A relay that the program never turns on is turned on by others: it is free, and because of it others may be
         // free, too.
@@ -201,8 +201,8 @@ impl Question<'_> {
         }
     }
 
-    /// The candidates that every scan preserves which starts with all of them true. They all hold after memory was
-    /// cleared.
+    /// The candidates that are true at the end of every scan that starts with all of them true. After memory was
+    /// cleared, all are true.
     fn kept(
         &self,
         candidates: Vec<Vec<usize>>,
@@ -229,7 +229,8 @@ fn off_where(
     own.iter().map(|&bit| !circuit.and(fresh, bits[bit].start)).collect()
 }
 
-/// The condition that memory was cleared before the scan, if there is a flag for it that the program does not write.
+/// The literal that says whether memory was cleared before the scan. `None` if the CPU has no flag for it, or the
+/// program writes the flag.
 fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.after_clear?;
     let holds = program.power_up.memory_hold_word;
@@ -255,7 +256,7 @@ fn atom(bit: BitTarget, variable: VarId) -> Atom {
     }
 }
 
-/// The relays on which a scan's time may depend and that only the program writes, in known ways.
+/// The relays on which the time of a scan may depend and which only the program writes, in known ways.
 fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
     let exclusive = ExclusiveRelays::of(program, trust);
     let read = read(model);
@@ -284,7 +285,7 @@ pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
     read
 }
 
-/// The bits' values when a scan starts.
+/// The literals of the bits at the start of the scan.
 fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),

@@ -16,13 +16,13 @@ use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
 use std::collections::BTreeSet;
 
-/// The most instructions of a real run.
+/// The largest number of instructions that a real run executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
 /// Limits of the search in models that grow with what is learned: the size of each, the gates in all, and the rounds.
 const LARGEST: usize = 2_000_000;
 const MAX_GATES: usize = 1_000_000;
 const MAX_ROUNDS: usize = 400;
-/// The largest model in which the longest scan after power-up is searched for separately.
+/// The largest model, in gates, in which the longest scan after power-up is searched for separately.
 const LARGEST_FIRST: usize = 100_000;
 /// A model with more gates takes as long as a good part of the bound's search. With such models, rounds go on only as
 /// long as each makes the run longer by one part in `WORTH`.
@@ -33,18 +33,18 @@ const MAX_DECISIONS: u64 = 200_000;
 
 /// The longest real run found, and what all runs showed.
 pub struct RunResults {
-    /// The longest run.
+    /// The longest real run.
     pub best: RealRun,
-    /// The values with which it starts.
+    /// The start values of the longest real run.
     pub witness: Witness,
-    /// What all runs showed about operations.
+    /// What all real runs showed about operations.
     pub knowledge: Knowledge,
-    /// Stated facts that runs violate.
+    /// The stated facts that real runs violate.
     pub violations: Violations,
 }
 
 impl RunResults {
-    /// The results after a first run, added to what was known before.
+    /// The results after the first run: what it showed is added to `knowledge`.
     fn first(program: &Program, run: RealRun, start: Witness, knowledge: Knowledge) -> RunResults {
         let mut found =
             RunResults { best: run, witness: start, knowledge, violations: Violations::default() };
@@ -60,7 +60,7 @@ impl RunResults {
         news
     }
 
-    /// Removes the time of a run that is not possible: if there is no other run, nothing is known of any scan.
+    /// Removes the time of a run that is impossible: if no possible run is known, nothing is known of any scan.
     fn without_impossible(mut self) -> RunResults {
         if !self.best.is_possible() {
             self.best.replay.total = Picos::ZERO;
@@ -69,21 +69,22 @@ impl RunResults {
         self
     }
 
-    /// Lets no time stand, since an error stops the CPU before any scan that takes so long.
+    /// Removes the time of the best run, because an operation error stops the CPU before any scan that takes so long.
     pub(super) fn ends_in(&mut self, error: Stopped) {
         self.best.stopped = Some(error);
         self.best.replay.total = Picos::ZERO;
         self.best.replay.events.clear();
     }
 
-    /// Keeps a run that takes longer than the best so far.
+    /// Keeps the run as the best one if it takes longer than the best run so far.
     pub(super) fn replace(&mut self, run: RealRun, start: Witness) {
         if run.replay.total > self.best.replay.total {
             (self.best, self.witness) = (run, start);
         }
     }
 
-    /// Keeps a run that is better than the best so far: a possible one before an impossible one, then the longer one.
+    /// Replaces the best run by this one if this one is better: a possible run is better than an impossible one, then
+    /// the longer one.
     fn keep_better(&mut self, run: RealRun, start: Witness) {
         let rank = |run: &RealRun| (run.is_possible(), run.replay.total);
         if rank(&run) > rank(&self.best) {
@@ -92,19 +93,19 @@ impl RunResults {
     }
 }
 
-/// The results of real runs made before the search of the bound has found its longest scan.
+/// The results of the real runs that were made before the search has found the model's longest scan.
 pub struct EarlyRuns {
     found: RunResults,
-    /// Whether more rounds are worthwhile once more is learned.
+    /// Whether more rounds are worthwhile when the runs have shown more.
     goes_on: bool,
-    /// The sum of the models' gates.
+    /// The total number of gates of the models.
     gates: usize,
 }
 
 /// A search for long real runs.
 pub struct Search<'a> {
     pub program: &'a Program,
-    /// Lower bounds on the times of instructions, for counts that are unknown.
+    /// The times of instructions for lower bounds: an unknown number of units is 0.
     pub least: &'a [Times],
     pub limits: Limits<'a>,
 }
@@ -207,7 +208,7 @@ impl Search<'_> {
         Ok(goes_on)
     }
 
-    /// The model that includes the knowledge. `None` if it is too large to be searched repeatedly.
+    /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly.
     fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
         let limits =
             SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
@@ -290,7 +291,7 @@ impl Search<'_> {
         Ok(run)
     }
 
-    /// `Err` if a run contradicts the analysis.
+    /// Compares a real run with the analysis. `Err` if they contradict each other.
     fn agrees(&self, run: &RealRun) -> Result<(), String> {
         let program = self.program;
         if let Some(&(instruction, cell)) = run.undeclared_writes.first() {
@@ -298,7 +299,7 @@ impl Search<'_> {
             let (file, line) = (&at.place.of(&program.files).name, at.place.line);
             let (text, cell) = (&at.text, program.cell_name(cell));
             return Err(format!(
-                "{file}:{line} {text} writes {cell}, but the analysis says that it does not"
+                "{file}:{line} {text} writes {cell} in a simulated scan, but the analysis says that it does not"
             ));
         }
         let is_kept = |(range, _): &&(usize, i64)| {
@@ -309,16 +310,19 @@ impl Search<'_> {
         if let Some(&(range, value)) = left {
             let cell = program.cell_name(program.stated_ranges[range].cells[0]);
             return Err(format!(
-                "a scan leaves {value} in {cell}, but the analysis proved that the program keeps its range"
+                "a simulated scan leaves {value} in {cell}, but the analysis proved that the program keeps {cell} in its stated range"
             ));
         }
         Ok(())
     }
 
-    /// `Err` if a run takes longer than the bound.
+    /// `Err` if a run takes longer than `upper`, the bound.
     pub(super) fn within(&self, one: &RealRun, upper: Picos) -> Result<(), String> {
         if one.is_possible() && one.replay.total > upper {
-            return Err(format!("a scan takes {}, the bound is {upper}", one.replay.total));
+            return Err(format!(
+                "a simulated scan takes {}, more than the bound of {upper}",
+                one.replay.total
+            ));
         }
         Ok(())
     }
@@ -356,7 +360,7 @@ fn is_hardly_longer(one: &RealRun, best: &RealRun) -> bool {
     one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
 }
 
-/// Adds what a run showed. Returns whether something was new.
+/// Adds what a run showed to `knowledge`. Returns whether something was new.
 fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     let mut news = false;
     for (moment, facts) in std::mem::take(&mut real.learned) {
@@ -371,7 +375,7 @@ fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     news
 }
 
-/// Whether the search may choose a variable's value, must use 0, or cannot know it.
+/// Whether the search for a lower bound may choose a variable's value, must use 0, or may assume nothing.
 pub(super) fn standing(
     program: &Program,
     summary: &BTreeSet<ChoiceId>,
@@ -401,7 +405,7 @@ pub(super) fn standing(
     }
 }
 
-/// The choices of loops that the model summarises. Real runs show what these loops write.
+/// The choices of loops that the model does not follow. Real runs show what these loops write.
 pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
         Step::Summary(summary) if summary.iterations.is_some() => {
@@ -412,7 +416,7 @@ pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     choices.collect()
 }
 
-/// The words that count loops which the model summarises, each with the loop's instruction.
+/// The words that give the iterations of loops that the model does not follow, each with the loop's instruction.
 fn counts(program: &Program) -> Vec<(usize, Cell)> {
     let summary = |step: &Step| match step {
         Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
@@ -570,6 +574,6 @@ mod tests {
         assert!(early.goes_on);
         let low = Picos(early.found.best.replay.total.0 - 1);
         let found = search.continue_from(&Witness::default(), low, early);
-        assert!(found.is_err_and(|told| told.contains("the bound is")));
+        assert!(found.is_err_and(|told| told.contains("more than the bound of")));
     }
 }

@@ -5,71 +5,73 @@ use super::{Share, UnstatedBase};
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// Why a limit is neither proved nor refuted. Some reasons only add what to do about the one before.
+/// Why a limit is neither proved nor refuted. Some reasons only say what to do about the reason before them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reason {
     /// The bound may be too low.
     Doubt(Doubt),
     /// The limit is between the lower and the upper bound.
     Between {
-        /// Whether a search was cut short.
+        /// Whether a search ended before it was complete.
         is_cut: bool,
-        /// The fact to state first, if the bound depends on something that nobody stated.
+        /// The fact that the user should state first, if the bound depends on a fact that is not stated.
         fact: Option<String>,
     },
-    /// The limit is between the bounds, but only because of a clock's tolerance.
+    /// The limit is between the bounds only because the clock is known within a tolerance.
     WithinTolerance,
-    /// The limit is kept with the points that the program uses, but not with all that the CPU can have.
+    /// The limit is not exceeded with the points that the program uses, but may be with all points that the CPU can
+    /// have.
     MorePoints {
-        /// The numbers of points that it uses, for inputs and outputs.
+        /// For inputs and outputs: the number of points that the program uses.
         seen: Vec<(u32, &'static str)>,
-        /// The numbers of points that the CPU can have.
+        /// For inputs and outputs: the number of points that the CPU can have.
         all: Vec<(u32, &'static str)>,
-        /// The bound with the points that it uses.
+        /// The upper bound with only the points that the program uses.
         upper: Picos,
-        /// The bound with all points.
+        /// The upper bound with all points that the CPU can have.
         most: Picos,
     },
     /// The limit is exceeded with the points that the program uses, but not without any points.
     FewerPoints(Vec<(u32, &'static str)>),
-    /// The numbers of these points should be stated.
+    /// The user should state the number of these points.
     StatePoints {
         /// `input`, `output` or both.
         sides: Vec<&'static str>,
-        /// How many more points than are used still keep the limit. `None` if the limit cannot be kept.
+        /// The number of points beyond those used with which no scan exceeds the limit. `None` if there is no such
+        /// number.
         more: Option<u64>,
     },
     /// The slowest base unit was assumed.
     SlowestBase(UnstatedBase),
     /// A scan exceeds the limit, but no run from power-up to it was found.
     NotReached {
-        /// The time of that scan.
+        /// The time of the scan.
         took: Picos,
     },
     /// The program may switch on a constant scan that exceeds the limit.
     ConstantScan {
         /// The largest constant scan time.
         most: Picos,
-        /// The most that interrupts add that occur just before the wait ends.
+        /// The longest time that interrupts just before the end of the wait add.
         interrupts: Picos,
-        /// The relay that switches it on.
+        /// The relay that switches constant scan on. Empty if the constant scan time is certain.
         device: &'static str,
     },
     /// The watchdog is set to an unknown value.
     WatchdogUnknown {
         /// The device that holds the watchdog time.
         device: &'static str,
-        /// The instruction that sets it.
+        /// The text of the instruction that sets the watchdog.
         instruction: String,
-        /// The device whose value it is set to, if there is one.
+        /// The device from which the watchdog time is set. `None` if there is none.
         from: Option<String>,
     },
-    /// The program sets the watchdog, and its time before that is unknown.
+    /// The program sets the watchdog, and the watchdog time before that is unknown.
     DefaultUnknown {
-        /// The watchdog's device.
+        /// The device that holds the watchdog time.
         device: &'static str,
     },
-    /// The watchdog time that the program sets is kept, but not the one before that.
+    /// The watchdog time that the program sets is long enough, but not the one before the program sets it.
     DefaultFirst {
         /// The watchdog time at power-up.
         default: Picos,
@@ -80,11 +82,11 @@ pub enum Reason {
     },
     /// More than the permitted share rests on assumed times.
     Assumed {
-        /// The share.
+        /// The share of assumed times.
         share: Share,
-        /// True: the share of the longest scan found. False: of the bound.
+        /// True: the share of the longest scan found is meant. False: that of the bound.
         of_lower: bool,
-        /// The permitted share, as it was given.
+        /// The largest permitted share, as the user gave it.
         most: String,
         /// The times to state first.
         first: Vec<String>,
@@ -97,7 +99,7 @@ impl From<&Doubt> for Reason {
     }
 }
 
-/// Written as `16 input and 32 output`.
+/// Numbers of points, written as `16 input and 32 output`.
 struct Sides<'a>(&'a [(u32, &'static str)]);
 
 impl fmt::Display for Sides<'_> {
@@ -116,10 +118,10 @@ impl fmt::Display for Reason {
             Reason::Doubt(doubt) => doubt.fmt(f),
             Reason::ConstantScan { most, interrupts, device } => {
                 match *device {
-                    "" => write!(f, "a constant or minimum scan time of {most} is stated"),
+                    "" => write!(f, "a scan may exceed the limit because the constant or minimum scan time is {most}"),
                     _ => write!(
                         f,
-                        "a constant scan of {most} may be switched on ({device}): it is not decided whether a run does so"
+                        "the program may switch on a constant scan of {most} ({device}), but no run that does so was found"
                     ),
                 }?;
                 match *interrupts {
@@ -139,11 +141,11 @@ impl fmt::Display for Reason {
             }
             Reason::DefaultUnknown { device } => write!(
                 f,
-                "the program sets the watchdog ({device}), but its time before that is unknown: state it ([scan] watchdog = \"200ms\"), or add a row @watchdog to the table"
+                "the program sets the watchdog ({device}), but the watchdog time before that is unknown: state it ([scan] watchdog = \"200ms\"), or add a row @watchdog to the table"
             ),
             Reason::DefaultFirst { default, set, device } => write!(
                 f,
-                "the program sets the watchdog ({device}) to {set}, but it stays {default} until the first scan ends or a WDT restarts it: add a WDT after that instruction"
+                "the program sets the watchdog ({device}) to {set}, but the watchdog time stays {default} until the first scan ends or a WDT restarts the watchdog: add a WDT after the instruction that sets it"
             ),
             Reason::Between { is_cut, fact } => {
                 f.write_str("the limit is between the longest scan found and the bound")?;
@@ -159,17 +161,17 @@ impl fmt::Display for Reason {
                 }
             }
             Reason::WithinTolerance => f.write_str(
-                "the limit is within the clock's tolerance; measure the clock and state it (--clock)",
+                "whether scans exceed the limit depends on the clock, which is only known within a tolerance; measure the clock and state it (--clock)",
             ),
             Reason::MorePoints { seen, all, upper, most } => write!(
                 f,
-                "it depends on the number of I/O points, which is not stated: with the {} points that the program uses, no scan takes longer than {upper}; with all {} points that the CPU can have, {most}",
+                "the result depends on the number of I/O points, which is not stated: with the {} points that the program uses, no scan takes longer than {upper}; with all {} points that the CPU can have, {most}",
                 Sides(seen),
                 Sides(all)
             ),
             Reason::FewerPoints(seen) => write!(
                 f,
-                "it depends on the number of I/O points, which is not stated: the longest scan found is over the limit with the {} points that the program uses, but not without them",
+                "the result depends on the number of I/O points, which is not stated: the longest scan found is over the limit with the {} points that the program uses, but not without them",
                 Sides(seen)
             ),
             Reason::StatePoints { sides, more } => {
@@ -186,7 +188,7 @@ impl fmt::Display for Reason {
             }
             Reason::SlowestBase(UnstatedBase { side, least, saves }) => write!(
                 f,
-                "{side} refresh is charged for the slowest base unit, because the base units are not stated; on the base {least} it takes {saves} less: state it in a facts file (--facts): [io] base = \"{least}\""
+                "{side} refresh is charged for the slowest base unit, because the base units are not stated; on the base unit {least} the refresh takes {saves} less: state the base unit in a facts file (--facts): [io] base = \"{least}\""
             ),
             Reason::NotReached { took } => write!(
                 f,

@@ -18,9 +18,9 @@ use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::Limits;
 use scanbound_timing::price::Prices;
 
-/// The limit on the size of a model that includes what was learned: its nodes and questions about words.
+/// The largest size of a model that includes what real runs showed: its nodes and questions about words.
 const MAX_LEARNED_SIZE: usize = 4_000_000;
-/// The most rounds in which summarised loops are followed because their counts became known.
+/// The largest number of rounds in which loops are followed because their number of iterations became known.
 const MAX_ROUNDS: usize = 8;
 
 /// The settings with which both bounds are searched.
@@ -35,11 +35,11 @@ pub struct Refinement<'a, 'r> {
 
 /// The state of the real runs when a search ends.
 pub enum Runs {
-    /// All real runs are made.
+    /// All real runs are complete: their results.
     Complete(RunResults),
-    /// Only those are made that do not need the result of the search.
+    /// Only those real runs are complete that do not need the result of the search.
     Early(EarlyRuns),
-    /// None: another thread makes them.
+    /// This thread makes no real runs: a second thread makes them.
     OtherThread,
 }
 
@@ -167,7 +167,9 @@ fn tighter<'r>(
     let searched = if again.upper < before.upper { again } else { before };
     if found.best.is_possible() && found.best.replay.total > searched.upper {
         let (took, upper) = (found.best.replay.total, searched.upper);
-        return Err(Failure::Internal(format!("a scan takes {took}, the bound is {upper}")));
+        return Err(Failure::Internal(format!(
+            "a simulated scan takes {took}, more than the bound of {upper}"
+        )));
     }
     Ok(searched)
 }

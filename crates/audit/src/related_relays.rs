@@ -3,9 +3,9 @@
 use scanbound_ir::{BitSource, BitTarget, Cell, Join, Program, Source, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A relay that is related to more others than this is a mode flag: it says nothing about single pairs.
+/// A relay with more related relays than this is a mode flag: it says nothing about single pairs.
 const MAX_RELATED: usize = 40;
-/// An input or word on which more relays than this depend says nothing about single pairs, either.
+/// An input or word on which more relays than this depend says nothing about single pairs.
 const MAX_SHARED: usize = 24;
 /// The maximum number of pairs that are considered.
 const MAX_PAIRS: usize = 20_000;
@@ -25,7 +25,7 @@ impl From<BitTarget> for Read {
 
 /// Which relays occur together in a rung. Relays are given by their index in the list passed to [`RelatedRelays::of`].
 pub struct RelatedRelays {
-    /// For each relay: those that are read in rungs which write it.
+    /// For each relay: the relays that are read in rungs which write it.
     read: Vec<BTreeSet<usize>>,
     /// For each relay: those that occur with it in a rung that writes one of the two, or that depend on the same input
     /// or word.
@@ -33,7 +33,7 @@ pub struct RelatedRelays {
 }
 
 impl RelatedRelays {
-    /// The relations between these relays, from the program's rungs.
+    /// Finds from the program's rungs which of these relays are related.
     pub fn of(program: &Program, bits: &[BitTarget]) -> RelatedRelays {
         let place: BTreeMap<Read, usize> =
             bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();

@@ -17,80 +17,82 @@ use std::time::{Duration, Instant};
 pub struct Request<'a> {
     /// The project's files.
     pub inputs: &'a [Input],
-    /// The command line arguments that name them, quoted for a shell, for commands that a report suggests. Empty if
-    /// none is needed.
+    /// The command line arguments that name the project's files, quoted for a shell. Reports use them to suggest
+    /// commands. Empty if none is needed.
     pub named: &'a str,
     /// The fronts that read them.
     pub fronts: Fronts,
     /// The passes that process the program before it is priced.
     pub passes: Passes,
-    /// The dialect. `None`: it is detected from the content.
+    /// The dialect of the source. `None`: it is detected from the content of the files.
     pub dialect: Option<&'a str>,
     /// How source text is read where its language allows several ways.
     pub reading: SourceOptions,
-    /// The CPU, if the source does not name it or names it wrongly.
+    /// The CPU, if the source does not name it or names a wrong one.
     pub cpu: Option<&'a str>,
     /// The timing table. `None`: it is chosen by the CPU.
     pub table: Option<&'a Table>,
     /// Times that the user stated.
     pub times: &'a [Override],
-    /// The clock that the user stated, for a machine that executes one word per clock cycle.
+    /// The clock that the user stated, for a PLC that executes one program word per clock period.
     pub clock: Option<&'a StatedClock>,
     /// The facts that the user stated.
     pub facts: &'a Facts,
     /// Whether calls to routines without code and without stated facts are accepted as if they took no time. The result
     /// is then not a bound.
     pub incomplete: bool,
-    /// Which writers between scans are assumed.
+    /// Which writers are assumed to write between scans.
     pub trust: Trust,
     /// Whether the mutual exclusion of charts' steps is used.
     pub use_chart_exclusion: bool,
     /// The task whose scan is bounded, if the project has several.
     pub task: Option<&'a str>,
-    /// Whether that scan is bounded as if no other task interrupted it, even if interrupts are stated.
+    /// Whether the task's scan is bounded as if no other task interrupted it, even if interrupts are stated.
     pub alone: bool,
     /// Whether it is checked which facts the program keeps and which it violates.
     pub proves_facts: bool,
-    /// Whether mutual exclusion of relays that scans preserve is searched for and used, if relays are trusted.
+    /// Whether the audit searches for mutually exclusive relays, and uses those that scans preserve, if relays are
+    /// trusted.
     pub relays: bool,
-    /// The net that the program was generated from, if any: its knowledge about relays is checked on the code.
+    /// The net from which the program was generated. What the net states about relays is checked on the code. `None` if
+    /// there is no net.
     pub net: Option<&'a Relays>,
-    /// Whether assumed times are refused.
+    /// Whether the audit ends with an error if it needs an assumed time.
     pub strict_times: bool,
     /// Which search to use.
     pub method: Method,
-    /// Whether each search's steps are recorded.
+    /// Whether the steps of each search are recorded.
     pub trace: bool,
     /// Whether Z3 is asked for a second opinion on each group's maximum.
     pub confirm: bool,
     /// The delays for a worst-case response time, if one is requested.
     pub response: Option<Given>,
-    /// How long the search may take. The bound is valid whenever it stops.
+    /// The longest time that the search may take. The bound is valid whenever the search stops.
     pub time_limit: Option<Duration>,
     /// Earlier warnings, which are reported before those of the audit.
     pub warnings: &'a [Diagnostic],
-    /// If given, the search may end as soon as it is decided whether a scan takes longer than this.
+    /// If given, the search may end as soon as it is decided whether a scan takes longer than this time.
     pub limit: Option<Picos>,
-    /// Called now and then. If it returns true, the search stops as at the time limit.
+    /// Called regularly. If it returns true, the search stops as at the time limit.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called with the progress of the audit.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
 impl<'a> Request<'a> {
-    /// The writers between scans that are assumed: anybody, if scans after a download count.
+    /// The writers between scans that are assumed: any, if the bound must cover scans after a download.
     #[must_use]
     pub fn trusted(&self) -> Trust {
         if self.facts.download { Trust::None } else { self.trust }
     }
 
-    /// When the time limit is over that begins now.
+    /// The moment at which a time limit that begins now is reached.
     #[must_use]
     pub fn deadline(&self) -> Option<Instant> {
         self.time_limit.and_then(|limit| Instant::now().checked_add(limit))
     }
 
-    /// Whether others than the program may write its own variables between scans.
+    /// Whether other writers than the program may write its variables between scans.
     #[must_use]
     pub fn others_write(&self) -> bool {
         self.trusted() != Trust::All || !self.facts.external.is_empty()
@@ -133,16 +135,16 @@ impl<'a> Request<'a> {
     }
 }
 
-/// How far an audit is.
+/// A progress report of an audit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// A stage begins.
     Stage(&'static str),
     /// The bounds of the whole scan have improved.
     Bounds {
-        /// No scan takes longer.
+        /// The upper bound of the whole scan.
         upper: Picos,
-        /// Some scan takes this long.
+        /// The lower bound of the whole scan: some scan takes this long.
         lower: Picos,
         /// The group being searched, numbered as in reports.
         group: usize,

@@ -6,7 +6,7 @@ use super::unknown::Unknown;
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// How mutual exclusion in charts affects the bound.
+/// How much the mutual exclusion of chart steps lowers the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coactivity {
     /// The bound if steps and stored actions were not mutually exclusive.
@@ -15,58 +15,59 @@ pub struct Coactivity {
     pub active: Vec<String>,
 }
 
-/// A task and its bound.
+/// A task, and the bounds of its time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TaskUse {
-    /// Its name.
+    /// The name of the task.
     pub name: String,
-    /// Its interval, if it is cyclic.
+    /// The interval of the task. `None` if it is not cyclic.
     pub interval: Option<Picos>,
-    /// Its priority: 0 is the highest.
+    /// The priority of the task: 0 is the highest.
     pub priority: Option<i64>,
-    /// The programs that it calls, in their order.
+    /// The programs that the task calls, in this order.
     pub programs: Vec<String>,
-    /// No run of it takes longer if nothing interrupts it. `None` if it may never end.
+    /// An upper bound on a run of the task that nothing interrupts. `None` if it may never end.
     pub upper: Option<Picos>,
-    /// Some run of it takes this long.
+    /// A lower bound: some run of the task takes this long.
     pub lower: Picos,
-    /// The tasks that interrupt it.
+    /// The tasks that can interrupt this task.
     pub interrupted_by: Vec<String>,
-    /// The tasks of the same priority that it may have to wait for.
+    /// The tasks of the same priority for which this task may have to wait.
     pub waits_for: Vec<String>,
     /// The longest time from its due time to its end, computed from the bounds and intervals of those tasks. `Err` has
     /// the reason if there is none.
     pub response: Result<Picos, String>,
 }
 
-/// Bounds with additional statements.
+/// The bounds of the scan if additional facts are stated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WhatIf {
-    /// The limits of counts that were tried, ascending.
+    /// The limits that were tried for numbers of iterations or units, ascending.
     pub most: Vec<u32>,
-    /// One count after the other. In each step, those of all earlier steps are limited, too.
+    /// The numbers that are limited, one after the other. In each step, the numbers of all earlier steps are limited,
+    /// too.
     pub steps: Vec<Step>,
-    /// The assumptions that are too small to be listed, together.
+    /// The assumptions that change the bound too little to be listed.
     pub minor: Option<Minor>,
-    /// What would lower the bound if the user stated that only the program writes it.
+    /// The devices for which the bound would be lower if the user stated that only the program writes them.
     pub own: Option<Own>,
 }
 
-/// A count that is limited in addition to those before it.
+/// A number of iterations or units that is limited in addition to those of the steps before.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// The count.
+    /// The number of iterations or units that is limited.
     pub unknown: Unknown,
-    /// The bound for each of [`WhatIf::most`]. `None` if the count cannot have that limit.
+    /// The bound for each limit in [`WhatIf::most`]. `None` if the number cannot have that limit.
     pub solved: Vec<Option<SolvedBound>>,
 }
 
-/// Assumptions that hardly change the bound, each alone.
+/// Assumptions of which each alone hardly changes the bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Minor {
-    /// The number of them.
+    /// The number of these assumptions.
     pub count: usize,
-    /// The bound without all of them.
+    /// The bound without any of these assumptions.
     pub without: SolvedBound,
 }
 
@@ -75,18 +76,19 @@ pub struct Minor {
 pub struct Own {
     /// The names of the words and relays.
     pub devices: Vec<String>,
-    /// The bound if that is stated for all of them.
+    /// The bound if the user states that only the program writes all of these devices.
     pub bound: SolvedBound,
 }
 
 /// How a net changes the bound of its code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetBound {
-    /// The net's file.
+    /// The file of the net.
     pub net: String,
     /// The bound if relays could be on in any combination when a scan starts.
     pub without: Picos,
-    /// The bound without the net: combinations are excluded only if the audit finds that itself.
+    /// The bound without the net: combinations of relays are excluded only if the audit itself finds that they cannot
+    /// occur.
     pub alone: Picos,
     /// Sets that the net states and the code preserves.
     pub used: Vec<Set>,
@@ -102,13 +104,13 @@ pub struct NetBound {
 /// Elements of a net, with their relays, that are never all on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Set {
-    /// Their names.
+    /// The names of the elements of the set.
     pub elements: Vec<String>,
-    /// Their relays.
+    /// The relays that represent the elements.
     pub relays: Vec<String>,
-    /// Whether all of them are boxes, timers or counters, and none a transition.
+    /// Whether all elements are boxes, timers or counters, and none is a transition.
     pub is_of_places: bool,
-    /// The largest number of them that can be on at once: one, or all but one.
+    /// The largest number of the elements that can be on at once: one, or all but one.
     pub most: usize,
 }
 
@@ -128,18 +130,18 @@ pub enum Why {
     NoRelay(String),
     /// The value of this element's relay at the start of a scan is unknown.
     StartUnknown(String, StartUnknown),
-    /// The program never turns on this element's relay, so others may do so at any time.
+    /// The program never turns on this element's relay, so other writers may turn it on at any time.
     NeverOn(String),
-    /// No scan depends on the start value of this element's relay.
+    /// No scan depends on the value of this element's relay at the start of the scan.
     NotRead(String),
-    /// A scan of the code violates it.
+    /// One scan of the code can turn on all relays of the set.
     Broken,
-    /// The time was over.
+    /// The time limit was reached before the set was decided.
     NoTime,
 }
 
 impl Why {
-    /// The element because of which the set is not used, if it is only one.
+    /// The element because of which the set is not used. `None` if several elements are the reason.
     #[must_use]
     pub fn element(&self) -> Option<&str> {
         match self {
@@ -155,12 +157,12 @@ impl Why {
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
-            Why::NoRelay(_) => "it has no relay in this code".to_owned(),
+            Why::NoRelay(_) => "the code has no relay for it".to_owned(),
             Why::StartUnknown(_, why) => why.to_string(),
             Why::NeverOn(_) => "the code never turns it on, so others may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
-            Why::NotRead(_) => "no scan depends on its value from the scan before".to_owned(),
-            Why::Broken => "a scan of the code can turn them all on".to_owned(),
-            Why::NoTime => "not decided within the time limit".to_owned(),
+            Why::NotRead(_) => "no scan depends on its value at the start of the scan".to_owned(),
+            Why::Broken => "one scan of the code can turn on all relays of the set".to_owned(),
+            Why::NoTime => "the time limit was reached before this was decided".to_owned(),
         }
     }
 }

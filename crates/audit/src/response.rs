@@ -10,16 +10,16 @@ use scanbound_timing::table::{Evidence, Row, Table};
 /// A delay outside the scan, and its evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delay {
-    /// How long.
+    /// The length of the delay.
     pub time: Picos,
-    /// The evidence for it.
+    /// The evidence for the delay.
     pub evidence: Evidence,
-    /// Its source.
+    /// The source of the delay.
     pub source: String,
 }
 
 impl Delay {
-    /// The delay in a table's row.
+    /// The delay that a row of the timing table gives.
     fn of_row(row: &Row) -> Delay {
         Delay { time: row.on, evidence: row.evidence, source: row.source.clone() }
     }
@@ -36,25 +36,25 @@ const SCANS: u64 = 2;
 /// changes as soon as the values that it is computed from have changed: no timer, counter or step of a sequence waits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Response {
-    /// From the input terminal until a scan reads the input.
+    /// The delay from the input terminal until a scan reads the input.
     pub input: Delay,
-    /// From the end of a scan to the output terminal.
+    /// The delay from the end of a scan to the output terminal.
     pub output: Delay,
     /// The largest number of scans: one that the edge just missed, the one that processes it, and one more for each
     /// relay on the way that is read before it is written.
     pub scans: u64,
-    /// The longest scan.
+    /// The time of the longest scan.
     pub scan: Picos,
-    /// The sum.
+    /// The sum of all parts of the response time.
     pub total: Picos,
 }
 
-/// Delays that the user gave in place of the table's.
+/// Delays that the user gave, which replace those of the table.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Given {
-    /// From an input terminal to the scan.
+    /// The delay from an input terminal to the scan.
     pub input: Option<Picos>,
-    /// From the scan to an output terminal.
+    /// The delay from the scan to an output terminal.
     pub output: Option<Picos>,
 }
 

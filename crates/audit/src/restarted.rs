@@ -8,7 +8,7 @@ use scanbound_model::{Assignment, ByUnits, Charge, Lit, ScanModel};
 use scanbound_solve::{Limits, Method, maxima, methods};
 use std::collections::BTreeSet;
 
-/// The most restarts in a scan for which it is asked: each is a search as long as that of the bound.
+/// The largest number of watchdog restarts in a scan that are examined. Each is a search as long as that of the bound.
 const MAX_RESTARTS: usize = 16;
 
 /// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what

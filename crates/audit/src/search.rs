@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 pub struct Search<'a> {
     /// The method, the limit to decide, the cancellation and the progress reports.
     pub request: &'a Request<'a>,
-    /// The prices, for the points that the CPU can have in addition to those charged.
+    /// The prices, which say how much time the points add that the CPU can have in addition to those charged.
     pub prices: &'a Prices,
     /// The model that the groups belong to.
     pub model: &'a ScanModel,
@@ -25,15 +25,15 @@ pub struct Search<'a> {
     pub constant: Picos,
     /// When the whole search ends.
     pub deadline: Option<Instant>,
-    /// An upper bound of at least this time may be too low, so that the limit stays undecided.
+    /// If the upper bound is at least this time, it may be too low, so that the limit stays undecided.
     pub doubtful_from: Option<Picos>,
 }
 
-/// What is known about all groups together.
+/// The bounds of all groups that have been found.
 struct Known {
     /// Each group's upper and lower bound.
     bounds: Vec<(Picos, Picos)>,
-    /// The sums of these bounds.
+    /// The sums of the groups' upper and lower bounds.
     upper: Picos,
     lower: Picos,
     /// The number of groups whose bounds are equal.
@@ -64,7 +64,7 @@ fn is_open(maximum: &Maximum) -> bool {
     maximum.lower < maximum.upper
 }
 
-/// Takes over the bounds of a further search where they are better.
+/// Replaces the bounds in `known` by those of a later search where these are better.
 fn better(known: &mut Maximum, again: Maximum) {
     let calls = known.calls + again.calls;
     let upper = known.upper.min(again.upper);
@@ -117,7 +117,7 @@ impl Search<'_> {
         (found, open && stop.into_inner())
     }
 
-    /// Searches the undecided groups again, as long as other groups left time over.
+    /// Searches the undecided groups again in the time that the other groups did not use.
     fn again(
         &self,
         found: &mut [Maximum],
@@ -156,7 +156,7 @@ impl Search<'_> {
         }
     }
 
-    /// Only each group's sum, if nothing more is requested.
+    /// The sum of each group's times instead of a search, if nothing more is requested.
     pub fn sums(&self) -> (Vec<Maximum>, bool) {
         let zeros = Assignment(vec![0; self.model.variables.len()]);
         let values = self.model.circuit.evaluate(&zeros);
@@ -176,7 +176,7 @@ impl Search<'_> {
         (self.groups.iter().map(sum).collect(), false)
     }
 
-    /// Which groups are searched in parallel: one range per round.
+    /// The ranges of groups that are searched in parallel, one range for each round.
     fn rounds(&self) -> Vec<Range<usize>> {
         let count = self.groups.len();
         let mut size = if self.request.limit.is_some() { 1 } else { count };
@@ -191,7 +191,7 @@ impl Search<'_> {
         rounds
     }
 
-    /// Whether it is decided if a scan exceeds the limit, for any number of points that the CPU can have.
+    /// Whether it is decided if some scan exceeds the limit, for any number of points that the CPU can have.
     fn decided(&self, known: &Known) -> bool {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
@@ -210,7 +210,7 @@ impl Search<'_> {
         });
     }
 
-    /// When a round must end so that later rounds get their share of the time, in proportion to their charges.
+    /// The moment at which a round must end, so that later rounds get time in proportion to their charges.
     fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
         let charges = |groups: &[Group]| -> usize {
             groups.iter().map(|group| group.charges.len() + 1).sum()

@@ -3,7 +3,7 @@
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// The result of such an audit.
+/// The bound that an audit with changed facts gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SolvedBound {
     /// No scan takes longer under these settings.
@@ -23,6 +23,10 @@ impl SolvedBound {
     /// The note that follows the bound in a report.
     #[must_use]
     pub fn note(&self) -> &'static str {
-        if self.cut { " or less (the time limit ended that audit)" } else { "" }
+        if self.cut {
+            " or less (the time limit ended the audit that found this bound)"
+        } else {
+            ""
+        }
     }
 }

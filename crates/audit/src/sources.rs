@@ -5,16 +5,16 @@ use scanbound_base::checksum::sha256;
 use scanbound_ir::Program;
 use scanbound_timing::table::Table;
 
-/// An input of the audit.
+/// A file that the audit used, for its record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// Its kind.
+    /// What the file is used for.
     pub what: SourceKind,
-    /// Its name as the user gave it. For a built-in table: the name of the table.
+    /// The name of the file as the user gave it. For a built-in table: the name of the table.
     pub name: String,
-    /// The date of its last change, if it contains one.
+    /// The date of the file's last change, if the file contains one.
     pub date: Option<String>,
-    /// The SHA-256 of its bytes.
+    /// The SHA-256 of the file's bytes.
     pub sha256: String,
 }
 
@@ -32,7 +32,7 @@ pub enum SourceKind {
 }
 
 impl SourceKind {
-    /// Its name in reports.
+    /// The name of the kind in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -15,10 +15,10 @@ use scanbound_timing::price::own_points;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most facts that are reported.
+/// The largest number of facts that are reported.
 const MAX_LISTED: usize = 100;
 
-/// Refuses ranges of words if the machine has no words.
+/// Refuses ranges of words if the PLC has no words.
 ///
 /// # Errors
 /// Each such range.
@@ -29,7 +29,7 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .filter(|_| program.stated_ranges.is_empty())
         .take(MAX_LISTED)
         .map(|device| {
-            let message = format!("a range is stated for '{device}', but the machine has no words");
+            let message = format!("a range is stated for '{device}', but this PLC has no words");
             facts.fault(["ranges", device], Part::Key, Code::Fact, message, "remove it")
         })
         .collect();
@@ -56,7 +56,7 @@ pub fn writers(
             .collect();
         let message = format!("'{device}' under [{table}] is not a device or a device range");
         let help = format!(
-            "write \"D100\" or \"D100-D199\"; the machine's devices are {}",
+            "write \"D100\" or \"D100-D199\"; the devices of this PLC are {}",
             names.join(", ")
         );
         facts.fault([table, "devices"], Part::Value, Code::Fact, message, &help)
@@ -126,7 +126,7 @@ pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
     Some(BitSource::WordBit(word, bit))
 }
 
-/// The cell of a device as [`cell`] finds it. For a bit of a word: the word.
+/// The cell of a device, as [`cell`] finds it. For a bit of a word: the cell of the word.
 pub fn holder(program: &Program, name: &str) -> Option<Cell> {
     let of_word = || match bit(program, name)? {
         BitSource::WordBit(word, _) => Some(word),
@@ -135,13 +135,14 @@ pub fn holder(program: &Program, name: &str) -> Option<Cell> {
     cell(program, name).or_else(of_word)
 }
 
-/// The devices, with bits of words replaced by their words: who writes a word can be stated only for the whole word.
+/// The devices, with each bit of a word replaced by its word: which writers write a word can be stated only for the
+/// whole word.
 pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -> BTreeSet<String> {
     let name = |cell| program.cell_name(cell);
     devices.map(|one| holder(program, one).map_or_else(|| one.clone(), name)).collect()
 }
 
-/// Warns of devices that are stated to be written only by the program, if that has no effect.
+/// Warns of devices under [internal] for which the statement that only the program writes them has no effect.
 #[must_use]
 pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     let exclusive = ExclusiveRelays::of(program, trust);
@@ -151,7 +152,10 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     };
     if trust == Trust::None && !facts.internal.is_empty() {
         let message = "[internal] has no effect with --trust none".to_owned();
-        return vec![told(message, "audit with --trust counts or all, or remove it")];
+        return vec![told(
+            message,
+            "audit with --trust counts or --trust all, or remove [internal]",
+        )];
     }
     let is_idle = |&(_, region): &(&String, &Region)| match *region {
         Region::Range { first, count } => {
@@ -173,7 +177,7 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     .collect()
 }
 
-/// A cell by its name as reports write it.
+/// The cell that a report calls by this name. `None` if there is none.
 pub fn cell(program: &Program, name: &str) -> Option<Cell> {
     let name = name.trim().to_ascii_uppercase();
     let known = program.areas.iter().zip(0..).filter_map(|(area, at)| {
@@ -190,7 +194,7 @@ pub fn cell(program: &Program, name: &str) -> Option<Cell> {
     known.max_by_key(|cell| program.area(cell.area).name.len())
 }
 
-/// Warns of routines that are stated as called without code, but have code or are not called.
+/// Warns of routines under [calls] whose code is given, or that are not called.
 #[must_use]
 pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
     let lacked: BTreeSet<&str> =
@@ -200,12 +204,16 @@ pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
         let StatedCall { name, .. } = call;
         let (message, help) = match label(program, plain_name) {
             Some(place) => (
-                format!("the statement about {name} is not used: the routine is in {place}"),
-                "remove the line: the routine is followed as written there",
+                format!(
+                    "the statement about {name} under [calls] is not used: the program contains the routine, in {place}"
+                ),
+                "remove the line from the facts file: the audit uses the routine's code",
             ),
             None => (
-                format!("the statement about {name} is not used: nothing calls it"),
-                "write the name as in the call, or remove the line if the routine is not called",
+                format!(
+                    "the statement about {name} under [calls] is not used: no instruction calls {name}"
+                ),
+                "write the name as in the call instruction, or remove the line if the routine is not called",
             ),
         };
         facts.fault(["calls", name], Part::Key, Code::UnusedFact, message, help).warning()
@@ -213,7 +221,7 @@ pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
     unused.take(MAX_LISTED).map(warning).collect()
 }
 
-/// Where a routine of this name begins.
+/// The file and line at which a routine of this name begins.
 fn label(program: &Program, name: &str) -> Option<String> {
     let (of, name) = name.rsplit_once(':').map_or((None, name), |(of, name)| (Some(of), name));
     let found = program.instructions.iter().find(|one| {
@@ -255,7 +263,7 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         }
         if dropped > 0 {
             let message =
-                format!("and {dropped} further ranges of words that the program does not use");
+                format!("{dropped} more ranges are stated for words that the program does not use");
             warnings.push(Diagnostic::file(Code::UnusedFact, "", message, "").warning());
         }
     }
@@ -272,7 +280,7 @@ pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
         let (seen, why) = own_points(program, side, role, most.as_ref());
         if stated < seen {
             let message = format!("{stated} {side} points are stated, but the program shows {why}");
-            let help = "state all the points that the CPU refreshes";
+            let help = "state the number of all points that the CPU refreshes";
             odd_points(side, message, help);
         }
         if let Some(most) = most.as_ref().map(|most| most.points).filter(|&most| stated > most) {
@@ -304,7 +312,7 @@ pub fn violations(
         format!("`{}` ({file}:{})", at.text, at.place.line)
     };
     let from_power_up =
-        |scan: usize| format!("in scan {scan} after power-up, for any values from outside");
+        |scan: usize| format!("in scan {scan} after power-up, whatever values the inputs have");
     for (&range, &RangeViolation { value, by, scan }) in &found.ranges {
         let word = program.cell_name(program.stated_ranges[range].cells[0]);
         // A range that was derived, not stated, was proved.
@@ -313,13 +321,13 @@ pub fn violations(
         if writes_constant(program, by) || scan.is_some() {
             let when = scan.map_or(String::new(), |scan| format!(", {}", from_power_up(scan)));
             let message = format!(
-                "the program violates this fact: {wrote} leaves {value} in {word} when the scan ends{when}"
+                "the program violates this fact: {wrote} writes {value} to {word}, and {word} has this value when the scan ends{when}"
             );
             let help = "state a range that contains this value, or remove the fact";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "{wrote} may leave {value} in {word} at the end of a scan: the known facts do not exclude this"
+                "{wrote} may leave {value} in {word} at the end of a scan: the known facts do not exclude this value"
             );
             let help = "check the range, or state what prevents this value, such as the ranges of the words that it is computed from";
             doubtful
@@ -340,11 +348,11 @@ pub fn violations(
                 "the program violates this fact: {by} {leave} {names} both on when the scan ends, {}",
                 from_power_up(*scan)
             );
-            let help = "remove one of the two from the set";
+            let help = "remove one of the two bits from the set";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "{by} may leave {names} both on at the end of a scan: the known facts do not exclude this"
+                "{by} may leave {names} both on at the end of a scan: the known facts do not exclude that both are on"
             );
             let help = "check the set, or state what prevents this, such as inputs that are never on together";
             doubtful
@@ -385,7 +393,7 @@ pub fn forget_unnamed(program: &mut Program) {
 /// The cells that instructions read, write, or have among their operands.
 struct Named {
     cells: BTreeSet<Cell>,
-    /// Ranges by their first cell. Each value is the furthest end among this range and those before it.
+    /// Ranges of cells by their first cell. Each value is the largest end of this range and all ranges before it.
     ranges: BTreeMap<Cell, u64>,
     areas: BTreeSet<AreaId>,
     everything: bool,
@@ -416,7 +424,7 @@ impl Named {
         named
     }
 
-    /// Extends each range's end to the furthest end before it.
+    /// Sets the end of each range to the largest end of all ranges before it.
     fn reach(&mut self) {
         let mut reach: Option<(AreaId, u64)> = None;
         for (first, end) in &mut self.ranges {
@@ -440,7 +448,7 @@ impl Named {
         }
     }
 
-    /// The names of the words that are used individually, or as the first of a block.
+    /// The names of the words that instructions use individually, or as the first of a block.
     fn words<'a>(&'a self, program: &'a Program) -> impl Iterator<Item = String> + 'a {
         let is_word = |cell: &&Cell| {
             let area = program.area(cell.area);

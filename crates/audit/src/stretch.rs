@@ -18,7 +18,7 @@ struct Passed {
 }
 
 impl Passed {
-    /// The state where a part begins.
+    /// The state at the beginning of a part.
     const BEGIN: Passed = Passed { through: Some(0), since: None };
 
     fn is_reached(self) -> bool {
@@ -34,7 +34,7 @@ impl Passed {
         Passed { through: self.through.map(more), since: self.since.map(more) }
     }
 
-    /// The times behind a part that begins here and passes with these times.
+    /// The times after a part of the program that begins with the times `self`, if the part itself takes `part`.
     fn then(self, part: Passed) -> Passed {
         let along = part.through.map_or(Passed::default(), |time| self.plus(time));
         Passed { since: along.since.max(part.since.filter(|_| self.is_reached())), ..along }
@@ -48,22 +48,22 @@ impl Passed {
 /// A part of the program that was followed from its beginning.
 #[derive(Debug, Clone, Default)]
 struct Part {
-    /// The longest time from its beginning to a restart.
+    /// The longest time from the beginning of the part to its first watchdog restart.
     head: Option<u128>,
-    /// The longest time between two restarts in it.
+    /// The longest time between two watchdog restarts within the part.
     inner: u128,
-    /// The times at its end and at returns in it.
+    /// The times at the end of the part, and at the returns in it.
     out: Passed,
     returned: Passed,
-    /// The times where the main routine ends, and where the scan ends.
+    /// The times where the main routine ends, and where the scan ends, within the part.
     ended: Passed,
     stopped: Passed,
-    /// The times at jumps out of it, by their target.
+    /// The times at jumps out of the part, by the target of the jump.
     exits: BTreeMap<usize, Passed>,
 }
 
 impl Part {
-    /// Includes a part that is entered from here.
+    /// Adds a part that begins where `from` is the state: its times are added to those since the last watchdog restart.
     fn enter(&mut self, from: Passed, part: &Part) {
         let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
         self.head = self.head.max(longest(from.through));
@@ -81,16 +81,16 @@ impl Part {
     }
 }
 
-/// What is known about conditions at a place.
+/// What is known about conditions at one instruction.
 struct Conditions {
-    /// The results on the stack. Those below are unknown.
+    /// The results on the stack, as far as they are known. Results below them are unknown.
     stack: Vec<Option<bool>>,
-    /// Whether there is nothing below them on the stack.
+    /// Whether the stack has no results below these.
     is_whole: bool,
     slots: BTreeMap<u32, Option<bool>>,
-    /// The open master control regions, each with its level and whether it is certainly on.
+    /// The open master control regions: the level of each, and whether it is certainly on.
     masters: Vec<(u32, Option<bool>)>,
-    /// Whether all surrounding regions are certainly on.
+    /// Whether all master control regions around the instruction are certainly on.
     around: Option<bool>,
     /// Bits that are known to be on.
     on: Vec<Cell>,
@@ -102,7 +102,7 @@ impl Conditions {
         Conditions { stack, is_whole, slots, masters, around, on: Vec::new() }
     }
 
-    /// Whether a step fires, if that is the same in every scan.
+    /// Whether a step fires. `None` if that is not the same in every scan.
     fn fires(&self, step: &Step) -> Option<bool> {
         let condition = if step.depends_on_master_control() {
             and(self.top(), self.masters())
@@ -159,7 +159,7 @@ impl Conditions {
         self.masters.iter().fold(self.around, |all, &(_, one)| and(all, one))
     }
 
-    /// Forgets the conditions, because control may come from elsewhere.
+    /// Forgets what is known about conditions, because control may also come by a jump.
     fn forget(&mut self) {
         (self.stack, self.is_whole) = (Vec::new(), false);
         self.slots.clear();
@@ -178,13 +178,13 @@ fn or(a: Option<bool>, b: Option<bool>) -> Option<bool> {
     and(a.map(|a| !a), b.map(|b| !b)).map(|neither| !neither)
 }
 
-/// The traversal of a program.
+/// The traversal of a program that measures times between watchdog restarts.
 struct Walk<'p> {
     program: &'p Program,
     times: &'p [Times],
     /// The routines that were followed, by their first instruction.
     routines: BTreeMap<usize, Part>,
-    /// Whether restarts count.
+    /// Whether an instruction that restarts the watchdog begins a new part. Otherwise such instructions have no effect.
     restarts: bool,
 }
 
@@ -213,7 +213,7 @@ pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos>
     Some(stretch + interrupts(program, times))
 }
 
-/// The longest time of all interrupts in a scan.
+/// The longest total time of all interrupts in a scan.
 pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
     let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
     let mut all = 0_u128;
@@ -411,7 +411,7 @@ impl Walk<'_> {
         part
     }
 
-    /// The longest time of an instruction that is reached.
+    /// The longest time of an instruction that control reaches. `fires` is `None` if unknown.
     fn cost(&self, at: usize, fires: Option<bool>) -> u128 {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
@@ -424,7 +424,7 @@ impl Walk<'_> {
     }
 }
 
-/// Combines the times of a loop from one followed iteration, for between `least` and `most` iterations.
+/// The times of a loop that makes between `least` and `most` iterations, computed from the times of one iteration.
 fn around_loop(
     part: &mut Part,
     pending: &mut BTreeMap<usize, Passed>,

@@ -48,8 +48,8 @@ impl TableParts<'_> {
         }
     }
 
-    /// The assumed times of instructions, by the table's row. For a class row: by the row that would price the
-    /// instruction itself.
+    /// The assumed times of instructions, by the table's row. For a class row: by the name of the row that the
+    /// instruction itself would have.
     fn assumed_instructions(
         &self,
         costs: &[(usize, Picos)],

@@ -77,7 +77,7 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
             if all[other].delays(&all[this]) && !before.contains(&other) {
                 by_intervals(all, bounds, other).map_err(|why| {
                     format!(
-                        "it can be delayed by {}, for which no response time is known: {why}",
+                        "it can be delayed by the task {}, whose response time is unknown: {why}",
                         all[other].name
                     )
                 })?;
@@ -103,8 +103,10 @@ fn by_intervals(
         }
         let interval = task
             .interval
-            .ok_or_else(|| format!("it is not stated how often {} runs", task.name))?;
-        bounds[other].0.ok_or_else(|| format!("nothing bounds {}", task.name))?;
+            .ok_or_else(|| format!("it is not stated how often the task {} runs", task.name))?;
+        bounds[other]
+            .0
+            .ok_or_else(|| format!("the time of the task {} has no bound", task.name))?;
         let takes = bounds[other].1;
         before.push((interval, takes));
     }
@@ -122,9 +124,11 @@ fn by_intervals(
         if next > limit {
             return Err(match all[at].interval {
                 Some(interval) => {
-                    format!("it may still be running when it is due again, after {interval}")
+                    format!(
+                        "it may still be running when its interval of {interval} has passed and it must start again"
+                    )
                 }
-                None => "the tasks that run before it may use all of the CPU's time".to_owned(),
+                None => "the tasks that delay it may use all of the CPU's time".to_owned(),
             });
         }
         if next == whole {
@@ -134,7 +138,7 @@ fn by_intervals(
     }
 }
 
-/// A day: longer than any useful response time.
+/// The longest response time that is searched for: a day.
 const LONGEST: Picos = Picos(86_400_000_000_000_000);
 
 #[cfg(test)]
@@ -197,14 +201,24 @@ mod tests {
     #[test]
     fn what_is_not_known_gives_no_time() {
         let told = |tasks: &[_], at: usize| responses(tasks)[at].clone().expect_err("not known");
-        assert!(told(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0).contains("how often b"));
-        assert!(told(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("due again"));
-        assert!(told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("due again"));
+        assert!(
+            told(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0).contains("how often the task b")
+        );
+        assert!(
+            told(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("must start again")
+        );
+        assert!(
+            told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("must start again")
+        );
         assert!(
             told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("all of the CPU's time")
         );
         let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
-        assert!(told(&late, 0).starts_with("it can be delayed by b"), "{}", told(&late, 0));
+        assert!(
+            told(&late, 0).starts_with("it can be delayed by the task b"),
+            "{}",
+            told(&late, 0)
+        );
         // It is unknown which of the two runs first.
         assert_eq!(responses(&[(Some(9), None, 1), (Some(9), Some(0), 2)]), [Ok(3), Ok(3)]);
     }

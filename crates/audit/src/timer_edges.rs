@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "comparing timers with edges";
-/// The stage may use this fraction of the time limit, and no more than this time.
+/// The stage may use this fraction of the time limit, and at most the time in the next constant.
 const UNTIL: u32 = 4;
 const LONGEST: Duration = Duration::from_secs(5);
 /// The most pairs that are checked.
@@ -41,7 +41,7 @@ pub fn exclude(
     let bits: Vec<BitTarget> = cells.iter().map(|&cell| BitTarget::Cell(cell)).collect();
     let followed = scan_model_to_end(program, &prices.times(), &limits, &bits);
     let Ok((mut model, ends)) = followed else {
-        let what = "the model may contain combinations of timers and edges that never occur";
+        let what = "the bound may assume combinations of timers and edges that never occur";
         budget.record_stop_at_part(UNTIL, STAGE, what);
         return None;
     };
@@ -66,7 +66,7 @@ pub fn exclude(
     (!kept.is_empty()).then_some(model)
 }
 
-/// The memory cells of timers, and those of edges, whose start values the model reads.
+/// The cells with the state of timers, and those with the memory of edges, whose start values the model reads.
 fn memory_cells(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     let expiries = program.timekeeping.expiries.values();
     let running: BTreeSet<Cell> = expiries.map(|one| one.memory).collect();
@@ -90,7 +90,7 @@ fn memory_cells(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     [timers, edges]
 }
 
-/// The bits' values when a scan starts.
+/// The literals of the bits at the start of the scan.
 fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),

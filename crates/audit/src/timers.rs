@@ -13,7 +13,7 @@ use scanbound_scan::scan_model;
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
-/// The largest set value, for binary and for decimal ones.
+/// The largest set value of a timer, in binary and in decimal.
 const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 
 /// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
@@ -33,7 +33,7 @@ pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
     }
 }
 
-/// The same from the model of a scan. Returns whether this resolves further timers.
+/// As [`settle_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
 pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
     if !has_open(program) {
         return false;
@@ -87,8 +87,7 @@ fn has_open(program: &Program) -> bool {
     open
 }
 
-/// An upper bound on a scan in which everything unknown has its worst value. `None` if something has no known worst
-/// value.
+/// An upper bound on a scan in which each unknown value is the worst possible one. `None` if a worst value is unknown.
 fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
@@ -103,7 +102,7 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
     others.iter().try_fold(largest, |sum, time| sum.checked_add(time.0)).map(Picos)
 }
 
-/// Regions that instructions other than a timer's own write, with present values of timers in them.
+/// The regions that instructions other than those of a timer write, and that contain present values of timers.
 struct Others(Vec<Region>);
 
 impl Others {

@@ -9,14 +9,14 @@ use scanbound_replay::replay;
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeSet;
 
-/// The search ends when this many loops are found: one alone leaves a scan without a bound.
+/// The search ends when it has found this many loops: a single one is enough to leave a scan without a bound.
 const MAX_FOUND: usize = 10;
 
 /// The loops without a bound.
 pub struct Loops {
-    /// Those that a scan can reach.
+    /// The unbounded loops that a scan can reach.
     pub found: Vec<LoopUse>,
-    /// Those that were not decided.
+    /// The loops for which it was not decided whether a scan can reach them.
     pub open: Vec<LoopUse>,
 }
 
@@ -72,7 +72,7 @@ pub fn loops(
         if replayed.unbounded.is_none() || come_to.is_empty() {
             let line = shown(program, first.instruction).to.line;
             return Err(format!(
-                "the interpreter's scan ends, but the analysis says that it stays in the loop to line {line} or a later one for ever"
+                "the scan ends in the interpreter, but the analysis says that it stays for ever in the loop to line {line} or in a later loop"
             ));
         }
         known.found.extend(come_to);
@@ -86,7 +86,7 @@ pub fn loops(
     Ok(known)
 }
 
-/// All loops of the program, if none was checked.
+/// All loops of the program that have no bound, as undecided ones.
 pub fn unasked(program: &Program) -> Vec<LoopUse> {
     let steps = program.instructions.iter().enumerate();
     let endless = steps.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));

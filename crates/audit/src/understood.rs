@@ -11,7 +11,7 @@ use scanbound_ir::Program;
 use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
 
-/// The most wrong facts of one kind that are reported.
+/// The largest number of wrong facts of one kind that are reported.
 const MAX_LISTED: usize = 100;
 
 /// A decoded program and its timing table.
@@ -19,7 +19,7 @@ const MAX_LISTED: usize = 100;
 pub struct Understood {
     pub program: Program,
     pub table: Table,
-    /// What the user can state about the machine.
+    /// What the user can state about this PLC.
     pub machine: MachineOptions,
     /// The warnings.
     pub warnings: Vec<Diagnostic>,
@@ -83,7 +83,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         return Err(Failure::from(no_clock()));
     }
     if request.facts.latched.is_some() && !machine.latched {
-        let message = "`[io] latched` cannot be stated for this PLC: its value is fixed";
+        let message = "`[io] latched` cannot be stated for this PLC: the PLC always reads its inputs in the same way";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
@@ -93,7 +93,8 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         ("indirect", request.facts.indirect.is_some()),
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
-        let message = format!("`[index] {key}` cannot be stated for this PLC: its value is fixed");
+        let message =
+            format!("`[index] {key}` cannot be stated for this PLC: it has no such parameter");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
@@ -120,7 +121,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
     Ok((program, table))
 }
 
-/// Refuses a requested task that does not exist, probably a typing error.
+/// Refuses a requested task that the project does not have, probably a typing error.
 fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let Some(asked) = request.task else { return Ok(()) };
     if program.tasks.iter().any(|task| task.name.eq_ignore_ascii_case(asked)) {
@@ -136,7 +137,7 @@ fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
 }
 
-/// A table adapted to a program's areas, with the stated clock.
+/// A timing table fitted to a program's memory areas and to the stated clock.
 pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Table {
     request.clock.into_iter().for_each(|clock| table.set_clock(clock));
     for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
@@ -145,8 +146,8 @@ pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Tab
     table
 }
 
-/// Refuses counts for interrupt routines that do not exist. They are probably typing errors, so that another routine
-/// has no count.
+/// Refuses stated numbers of runs for interrupt routines that do not exist. They are probably typing errors, so that a
+/// real routine has no number.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
     // The task whose scan this is interrupts others.
     let tasks = program.tasks.iter().map(|one| &one.name);
@@ -163,7 +164,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
             let names: Vec<&str> =
                 program.interrupts.iter().take(MAX_LISTED).map(|one| one.name.as_str()).collect();
             let help = match names.as_slice() {
-                [] => "it has no interrupt routines at all".to_owned(),
+                [] => "the program has no interrupt routines: remove the line".to_owned(),
                 names => format!("its interrupt routines are {}", names.join(", ")),
             };
             request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
@@ -180,7 +181,7 @@ pub fn other_series(named: Option<&str>, source: Option<&str>) -> Option<Diagnos
         return None;
     }
     let message = format!(
-        "the programs are for {source}, but the named CPU {named} is of another series: its times and devices are used"
+        "the programs are for {source}, but the CPU {named} that you named is of another series: the audit uses the times and devices of {named}"
     );
     let help = format!("omit the CPU (--cpu, scanbound.toml) unless the programs run on {named}");
     Some(Diagnostic::file(Code::OtherCpu, "", message, help).warning())
@@ -217,7 +218,7 @@ pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<T
     Ok(amended(table, request))
 }
 
-/// A table with the user's times.
+/// The table with the times that the user gave.
 fn amended(mut table: Table, request: &Request<'_>) -> Table {
     if request.strict_times {
         table.refuse_assumed_points();
@@ -237,6 +238,6 @@ fn amended(mut table: Table, request: &Request<'_>) -> Table {
 }
 
 fn no_clock() -> Diagnostic {
-    let message = "--clock does not apply to this CPU: its instructions take different times";
-    Diagnostic::file(Code::NoClock, "", message, "omit --clock; use --table or --time for times")
+    let message = "--clock does not apply to this CPU: not all of its instructions take the same number of clock periods";
+    Diagnostic::file(Code::NoClock, "", message, "omit --clock; give times with --table or --time")
 }

@@ -9,61 +9,61 @@ use scanbound_ir::{Approximated, Counted, Program, Step, WordSource};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A count is listed if it takes at least the bound divided by this.
+/// A word is listed if its iterations or units take at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// A count about which something is known is listed if it may still be this large.
+/// A number about which something is known is listed if it may still be this large.
 const WIDE: i64 = 1000;
 
 /// The end of the range that is offered for an index.
 pub(super) const INDEX: i64 = 99;
 
-/// The most words that are named as the origin of an index.
+/// The largest number of words that are named as the origin of an index.
 const MAX_ORIGINS: usize = 4;
 
 /// A value about which nothing, or little, is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
-    /// The word, as written in the source.
+    /// The word that holds the unknown value, as written in the source.
     pub word: Arc<str>,
     /// The places where it matters with the instructions there, the longest time first or in the order of the scan. At
     /// least one.
     pub places: Vec<(Location, Arc<str>)>,
-    /// The kind of the unknown value.
+    /// What the value is used for.
     pub kind: UnknownKind,
-    /// Its key in a facts file: a place, or the word if it is a count at several places.
+    /// The key of the value in a facts file: a place, or the word if several places read a number from it.
     pub key: String,
-    /// The line for the facts file's table, with a number to be replaced.
+    /// The line for that table, with a number that the user replaces.
     pub fact: String,
 }
 
-/// The kinds of unknown values.
+/// What an unknown value is used for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum UnknownKind {
-    /// A count.
+    /// A number of iterations or units.
     Count(Counts),
     /// An index that selects where a write goes: any device of the area is assumed. The words are those whose start
     /// values it may be.
     Index(Vec<String>),
     /// The number of bits of an index.
     IndexBits,
-    /// The target of an indirect address.
+    /// The devices that an indirect address may select.
     Indirect,
 }
 
-/// The assumed values of a count.
+/// The values that are assumed for a number of iterations or units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
-    /// The largest assumed count.
+    /// The largest number that is assumed.
     pub most: i64,
-    /// The largest time of one iteration or unit, summed over all places.
+    /// The largest time of one iteration or unit, added up over all places that read the word.
     pub each: Picos,
-    /// The largest time of all of them in every execution of the instructions, at most the bound.
+    /// The largest time of all iterations or units, over all executions of the instructions; at most the bound.
     pub cost: Picos,
 }
 
 impl Unknown {
-    /// The facts file's table for it.
+    /// The table of the facts file in which the value can be stated.
     #[must_use]
     pub fn table(&self) -> &'static str {
         match self.kind {
@@ -72,7 +72,7 @@ impl Unknown {
         }
     }
 
-    /// The assumed values, if it is a count.
+    /// The assumed values. `None` if the value is not a number of iterations or units.
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match &self.kind {
@@ -81,7 +81,7 @@ impl Unknown {
         }
     }
 
-    /// The words whose start values an index may be, as a text. Empty if nothing is known of that.
+    /// The words whose start values an index may have, as a text. Empty if nothing is known of that.
     #[must_use]
     pub fn origin(&self) -> String {
         match &self.kind {
@@ -94,12 +94,12 @@ impl Unknown {
         }
     }
 
-    /// Whether its size matters: it is a number.
+    /// Whether a smaller value lowers the bound: the value is a number.
     pub(super) fn is_number(&self) -> bool {
         matches!(self.kind, UnknownKind::Count(_) | UnknownKind::Index(_))
     }
 
-    /// The line for the facts file's table that limits it to `most`.
+    /// The line for the facts file that limits the value to `most`.
     pub(super) fn stated(&self, most: u32) -> String {
         match self.is_number() {
             true => format!("{:?} = [0, {most}]", self.key),
@@ -107,7 +107,7 @@ impl Unknown {
         }
     }
 
-    /// Adds the limit `most` to the facts, if it is a number.
+    /// Adds the limit `most` to the facts, if the value is a number.
     pub(super) fn state(&self, facts: &mut Facts, most: u32) {
         let range = (0, i64::from(most));
         match self.kind {
@@ -120,7 +120,7 @@ impl Unknown {
     }
 }
 
-/// A count at one place, before the counts of the same word are combined.
+/// A number of iterations or units at one place, before those of the same word are combined.
 struct Found {
     word: Arc<str>,
     places: Vec<(Location, Arc<str>)>,
@@ -128,8 +128,8 @@ struct Found {
 }
 
 impl Unknown {
-    /// The unknown counts on which a bound depends, the longest time first. `times` is parallel to the program's
-    /// instructions.
+    /// The unknown numbers of iterations and units on which a bound depends, the longest time first. `times` is
+    /// parallel to the program's instructions.
     pub(super) fn counted(program: &Program, times: &[Times], upper: Picos) -> Vec<Unknown> {
         let mut costs = Costs { program, times, routines: BTreeMap::new() };
         let unknown = program.approximations.iter().filter_map(|one| match &one.what {
@@ -193,7 +193,7 @@ impl Unknown {
     }
 }
 
-/// The word from which an instruction reads its count.
+/// The word from which an instruction reads its number of iterations or units.
 pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     let instruction = &program.instructions[at];
     let count = match &instruction.step {
@@ -215,7 +215,7 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     }
 }
 
-/// The name of a place in a facts file.
+/// The key for a place of the program in a facts file.
 pub(super) fn key(program: &Program, at: Location) -> String {
     let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
     let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
@@ -228,16 +228,16 @@ pub(super) fn key(program: &Program, at: Location) -> String {
     format!("{file}:{}", at.line)
 }
 
-/// Upper bounds on the times of parts of a program: every instruction takes its larger time.
+/// Upper bounds on the times of parts of a program, in which every instruction takes its larger time.
 struct Costs<'a> {
     program: &'a Program,
     times: &'a [Times],
-    /// The routines' times by their entries. Zero while a routine is being computed.
+    /// For each routine, by its first instruction, its time. Zero while the time is being computed.
     routines: BTreeMap<usize, Picos>,
 }
 
 impl Costs<'_> {
-    /// The largest count of an instruction, and the time of that many iterations or units.
+    /// The largest number of iterations or units of an instruction, and the time of that many.
     fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
         match &self.program.instructions[at].step {
             Step::ForBegin { most, end, .. } => {
@@ -262,7 +262,7 @@ impl Costs<'_> {
         }
     }
 
-    /// The time of a summary's charges: instructions, and how often each is charged.
+    /// The time of a loop or routine that is not followed: its instructions, and how often each is charged.
     fn summary(&self, charges: &[(usize, u64)]) -> Picos {
         let all = charges.iter().map(|&(at, often)| times(self.largest_time(at), often));
         all.fold(Picos::ZERO, plus)

@@ -7,7 +7,7 @@ use scanbound_model::{Group, Origin, ScanModel, UnknownWrite};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The number of places that are named.
+/// The largest number of places that a report names.
 const MAX_PLACES: usize = 20;
 
 /// The unknown targets of writes on which something depends, in the order of the scan. Those that depend only on values
@@ -70,7 +70,7 @@ pub(super) fn all(
     found
 }
 
-/// The name of the index of the write in the program.
+/// The name of the word that is the index of the write.
 fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
     let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.indices[..]);
     let cells = readings.unwrap_or_default().iter().flatten().filter_map(|word| match word {

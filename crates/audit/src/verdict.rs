@@ -18,14 +18,14 @@ impl Margin {
         Picos(u64::try_from(scaled.div_ceil(1_000_000)).unwrap_or(u64::MAX))
     }
 
-    /// The longest time, rounded down, that is within the limit with the margin added.
+    /// The longest time that does not exceed the limit when the margin is added, rounded down.
     #[must_use]
     pub fn room(self, limit: Picos) -> Picos {
         let most = u128::from(limit.0) * 1_000_000 / (1_000_000 + u128::from(self.0));
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
-    /// The margin in millionths.
+    /// The margin in millionths of the time.
     #[must_use]
     pub fn millionths(self) -> u32 {
         self.0
@@ -41,7 +41,7 @@ impl Margin {
 impl FromStr for Margin {
     type Err = String;
     fn from_str(text: &str) -> Result<Margin, String> {
-        let help = || format!("'{text}' is not a margin: give percent from 0% to 1000%");
+        let help = || format!("'{text}' is not a percentage from 0% to 1000%");
         let number = text.trim().strip_suffix('%').ok_or_else(help)?.trim();
         let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
         let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
@@ -70,7 +70,7 @@ impl FromStr for MostAssumed {
     type Err = String;
     fn from_str(text: &str) -> Result<MostAssumed, String> {
         let most = text.parse().ok().filter(|&Margin(millionths)| millionths <= 1_000_000);
-        let help = || format!("'{text}' is not a share: give percent from 0% to 100%");
+        let help = || format!("'{text}' is not a percentage from 0% to 100%");
         most.map(MostAssumed).ok_or_else(help)
     }
 }
@@ -84,16 +84,16 @@ impl fmt::Display for MostAssumed {
 /// How much of the time that decides a check is assumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Assumed {
-    /// The assumed part. Everything that the search left open counts as assumed.
+    /// The assumed part of the time. All that the search left open is included.
     pub time: Picos,
-    /// The whole time.
+    /// The time of which a part is assumed.
     pub of: Picos,
-    /// Whether the assumed part may be less than that.
+    /// Whether the assumed part may be less than `time`.
     pub at_most: bool,
 }
 
 impl Assumed {
-    /// The assumed part of the bound, with all points that the CPU can have if they are not stated.
+    /// The assumed part of the bound. If points are not stated: of the bound with all points that the CPU can have.
     fn of_upper(audit: &Audit) -> Assumed {
         let points = audit.points.iter().filter_map(|points| points.most.as_ref());
         let assumed = points.filter(|most| most.founded == Evidence::Assumed);
@@ -133,7 +133,7 @@ impl Assumed {
         Share::of(self.time, self.of)
     }
 
-    /// Whether it is more than permitted.
+    /// Whether the assumed part is more than permitted.
     #[must_use]
     pub fn is_above(&self, most: MostAssumed) -> bool {
         u128::from(self.time.0) * 1_000_000 > u128::from(self.of.0) * u128::from((most.0).0)
@@ -152,7 +152,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Its name in reports.
+    /// The name of the verdict in reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -170,12 +170,12 @@ pub enum Measure {
     Cycle,
     /// The scan's execution time.
     Execution,
-    /// The longest time without a restart of the watchdog.
+    /// The longest time without a restart of the watchdog, which the watchdog limits.
     Stretch,
 }
 
 impl Measure {
-    /// Its name in reports.
+    /// The name of the measure in options and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -186,30 +186,32 @@ impl Measure {
     }
 }
 
-/// A limit, and the verdict on it.
+/// The comparison of a time with a limit, and its verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
-    /// The limit.
+    /// The limit that is checked.
     pub limit: Picos,
-    /// Which time is compared with it.
+    /// Which time is compared with the limit.
     pub measure: Measure,
-    /// The upper bound, without the margin.
+    /// The upper bound on the measured time, without the margin.
     pub longest: Picos,
-    /// The longest time found, without the margin. If points are not stated, without any points.
+    /// The longest time found, without the margin. If points are not stated, the refresh time of points is not
+    /// included.
     pub took: Picos,
-    /// Whether a run from power-up to that scan was found.
+    /// Whether a run from power-up to the scan that refutes was found.
     pub is_reached: bool,
     /// The margin that is added before the comparison.
     pub margin: Margin,
     /// The upper bound with the margin. If points are not stated, with all points that the CPU can have.
     pub upper: Picos,
-    /// The time of the replayed scan with the margin. If points are not stated, without any points.
+    /// The time of the replayed scan with the margin. If points are not stated, the refresh time of points is not
+    /// included.
     pub lower: Picos,
-    /// The assumed part of the deciding time: of the scan found if it refutes the limit, otherwise of the bound.
+    /// The assumed part of the time that decides: of the scan found if that refutes the limit, otherwise of the bound.
     pub assumed: Assumed,
-    /// The largest permitted share, if that is a condition.
+    /// The largest permitted share of assumed times. `None` if the user gave none.
     pub most_assumed: Option<MostAssumed>,
-    /// The answer.
+    /// The result of the comparison.
     pub verdict: Verdict,
 }
 
@@ -316,7 +318,7 @@ impl Check {
         }
     }
 
-    /// Adds the verdict. Some scan takes at least `lower`.
+    /// Adds the verdict to the check. `lower` is a lower bound on the scan time.
     fn judged(mut self, audit: &Audit, lower: Picos) -> Check {
         let (limit, margin) = (self.limit, self.margin);
         (self.upper, self.lower) = (margin.on(self.longest), margin.on(lower));
@@ -340,7 +342,7 @@ impl Check {
         self
     }
 
-    /// Why a limit between the bounds is neither proved nor refuted, and what to do.
+    /// Why a limit between the lower and the upper bound is neither proved nor refuted, and what to do.
     fn open(&self, audit: &Audit) -> Vec<Reason> {
         let (limit, margin) = (self.limit, self.margin);
         let cycle = &audit.cycle;
@@ -349,7 +351,9 @@ impl Check {
         match self.measure {
             Measure::Cycle => match most {
                 Some(most) => {
-                    let (interrupts, device) = (cycle.interrupts, cycle.devices[1]);
+                    let is_sure = cycle.lower == cycle.upper;
+                    let device = if is_sure { "" } else { cycle.devices[1] };
+                    let interrupts = cycle.interrupts;
                     vec![Reason::ConstantScan { most, interrupts, device }]
                 }
                 None => open(audit, limit, margin),
@@ -371,7 +375,7 @@ impl Check {
         }
     }
 
-    /// The same check, except that only a scan refutes to which a run from power-up was found.
+    /// The same check, but a scan refutes the limit only if a run from power-up to that scan was found.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && !audit.is_endless() && !self.is_reached {
@@ -381,7 +385,7 @@ impl Check {
         self
     }
 
-    /// The same check on the condition that at most this share of the deciding time is assumed. An endless loop does
+    /// The same check, which is undecided if more than this share of the deciding time is assumed. An endless loop does
     /// not depend on times.
     #[must_use]
     pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
@@ -403,10 +407,10 @@ impl Check {
     }
 }
 
-/// How many assumed times are named if there are too many.
+/// The largest number of assumed times that a reason names.
 const MAX_NAMED: usize = 6;
 
-/// Why a limit between the bounds is neither proved nor refuted, and what to do.
+/// Why a limit between the lower and the upper bound is neither proved nor refuted, and what to do.
 fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
     let seen = audit.points.iter().map(|points| (points.taken, points.side)).collect();
     let sides = audit.points.iter().map(|points| points.side).collect();

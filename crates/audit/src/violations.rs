@@ -4,8 +4,8 @@ use scanbound_ir::{BitSource, Effect, Logic, Number, Program, Region, WordSource
 use scanbound_replay::RealRun;
 use std::collections::BTreeMap;
 
-/// The stated facts that should hold whenever a scan starts and that real runs violate, each with the instructions that
-/// do.
+/// The stated facts that should be true whenever a scan starts and that real runs violate, each with the instructions
+/// that cause it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Violations {
     /// Violated ranges, by index into `Program::ranges`.
@@ -61,9 +61,9 @@ impl Violations {
 /// A word whose value at the end of a real run is outside its stated range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RangeViolation {
-    /// The value.
+    /// The value at the end of the scan, outside the range.
     pub value: i64,
-    /// The last instruction that wrote it.
+    /// The last instruction that wrote the value.
     pub by: usize,
     /// The number of the scan since power-up that ends with this value for any values from outside. `None` if no such
     /// scan is known.
@@ -73,9 +73,9 @@ pub struct RangeViolation {
 /// Two bits that are stated to be mutually exclusive and are both on at the end of a real run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExclusionViolation {
-    /// The last instructions that wrote them.
+    /// The last instructions that wrote the bits.
     pub by: Vec<usize>,
-    /// As in [`RangeViolation`].
+    /// The number of the scan after power-up, as in [`RangeViolation`].
     pub scan: Option<usize>,
 }
 
@@ -100,7 +100,7 @@ pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     }
 }
 
-/// Whether the instruction writes only constants of the program.
+/// Whether the instruction writes only constants that are in the program's text.
 pub fn writes_constant(program: &Program, at: usize) -> bool {
     let is_constant = |effect: &Effect| match &effect.write {
         Write::Words(_, Number::Words(words)) => {

@@ -14,7 +14,7 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The number of scans that are simulated to see what they set, and the most instructions in each.
+/// The number of scans that are simulated to see which times they set, and the largest number of instructions in each.
 const SCANS: usize = 3;
 const MAX_INSTRUCTIONS: u64 = 400_000;
 
@@ -24,18 +24,18 @@ pub(super) struct ScanControlAnalysis<'a> {
     pub prices: &'a Prices,
     pub table: &'a Table,
     pub facts: &'a Facts,
-    /// The model of the scan, unless it is the structural sum.
+    /// The model of the scan. `None` if the bound is only the structural one.
     pub model: Option<&'a ScanModel>,
 }
 
 /// What was observed in runs from power-up.
 #[derive(Default)]
 struct Observed {
-    /// The parts of their scans without a restart.
+    /// The parts of the runs' scans without a restart of the watchdog.
     stretches: Vec<Stretch>,
-    /// Whether a scan set the watchdog.
+    /// Whether a scan of the runs set the watchdog.
     sets_watchdog: bool,
-    /// The longest constant scan time that was certainly in effect.
+    /// The longest constant scan time that was certainly set in one of the runs.
     constant: Option<Picos>,
 }
 
@@ -148,7 +148,8 @@ impl ScanControlAnalysis<'_> {
         Some(settings.into_iter().chain([self.default()?]).max().unwrap_or_default())
     }
 
-    /// The longest times without a restart in the longest scan found, as the first scan and as a later one.
+    /// The longest times without a watchdog restart in the longest scan found, both as the first scan and as a later
+    /// one.
     fn others(
         &self,
         found: &RunResults,
@@ -186,7 +187,7 @@ impl ScanControlAnalysis<'_> {
         }
     }
 
-    /// The longest time that certainly passes in a scan without a restart.
+    /// The longest time that certainly passes in a scan without a restart of the watchdog.
     fn longest(&self, events: &[Event]) -> Picos {
         let control = &self.program.scan_control;
         let overhead = self.prices.overhead_sum().checked_sub(self.prices.unsure());

@@ -5,12 +5,12 @@ use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
 use std::collections::BTreeSet;
 
-/// The number of other values that are tried at once, one per bit of a machine word.
+/// The number of changed values that are tried at once, one per bit of a machine word.
 const LANES: usize = 64;
 
-/// Another value that is tried for a variable.
+/// A changed value that is tried for a variable.
 struct Trial {
-    /// The index of the variable among those requested.
+    /// The index of the variable in the list of requested variables.
     of: usize,
     variable: usize,
     value: u16,
@@ -37,7 +37,7 @@ pub fn weights(
     lost(model, assignment, charges, &trials, variables.len())
 }
 
-/// The same for inverted bits: variables that are bits, or bits of variables that are words.
+/// As [`weights`], for inverted bits: variables that are bits, or single bits of variables that are words.
 pub fn weights_of_bits(
     model: &ScanModel,
     assignment: &Assignment,
@@ -52,7 +52,7 @@ pub fn weights_of_bits(
     lost(model, assignment, charges, &trials, bits.len())
 }
 
-/// A variable's value with one bit inverted.
+/// The value of a variable with one bit inverted.
 pub fn turned(atom: Atom, now: u16) -> u16 {
     match atom {
         Atom::WordBit(_, bit) => now ^ 1 << bit,
@@ -60,7 +60,7 @@ pub fn turned(atom: Atom, now: u16) -> u16 {
     }
 }
 
-/// The largest loss among the trials of each variable.
+/// For each variable, the largest time that the charges lose in any of its trials.
 fn lost(
     model: &ScanModel,
     assignment: &Assignment,
@@ -124,7 +124,7 @@ impl Lists {
 struct Readers<'a> {
     /// For each node, the nodes that use it.
     nodes: Lists,
-    /// For each node, the charges that use it, as indices into the charges.
+    /// For each node, the charges that use it, as indices into the list of charges.
     charges: Lists,
     /// For each variable, the nodes that use it.
     of_variables: Vec<Vec<u32>>,
@@ -172,11 +172,11 @@ impl<'a> Readers<'a> {
     }
 }
 
-/// Every node's current value, and the lanes in which it differs.
+/// The value of each node, and the lanes in which it differs from the original value.
 struct Changes<'a> {
     values: &'a Values,
     turned: Vec<u64>,
-    /// The nodes that differ in any lane.
+    /// The nodes whose value differs from the original in some lane.
     any: Vec<usize>,
 }
 
@@ -185,7 +185,7 @@ impl<'a> Changes<'a> {
         Changes { values, turned: vec![0; model.circuit.nodes().len()], any: Vec::new() }
     }
 
-    /// Sets the changes of a batch and removes all others.
+    /// Applies the changed values of these trials, one in each lane, and undoes all earlier ones.
     fn make(
         &mut self,
         model: &ScanModel,
@@ -223,7 +223,7 @@ impl<'a> Changes<'a> {
         }
     }
 
-    /// Its value in every lane.
+    /// The value of a literal in each lane (one bit for each).
     fn lanes(&self, lit: Lit) -> u64 {
         every(self.values.get(lit)) ^ self.turned[lit.node()]
     }
@@ -233,7 +233,7 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// The same value in every lane.
+/// The lanes of a value that is the same in all of them.
 fn every(value: bool) -> u64 {
     if value { u64::MAX } else { 0 }
 }

@@ -20,11 +20,11 @@ use std::collections::BTreeSet;
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "solving what if";
-/// The most counts that are limited together.
+/// The largest number of counts that are limited together.
 const MAX_STEPS: usize = 5;
-/// The most audits that measure the assumptions.
+/// The largest number of audits that measure assumptions.
 const MAX_PRICING: usize = 64;
-/// A change of the bound by less than the bound divided by this is not listed.
+/// A change of the bound is listed only if it is at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
 /// Adds to an audit how much its unknown counts and its assumptions are worth.
@@ -73,8 +73,8 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
     Ok(WhatIf { most, steps, minor: None, own: None })
 }
 
-/// What lowers the bound if everything is trusted: first measured for all devices together, then reduced to those that
-/// matter.
+/// The devices for which a statement that only the program writes them lowers the bound: first all are tried together,
+/// then those that do not matter are removed.
 fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
     let Some((upper, mut new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
     // Areas that a front creates have no names for a facts file; others cannot write them anyway.
@@ -115,7 +115,7 @@ pub(super) fn trusting_all(
     Ok(Some((found.bound.upper, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
-/// Whether a bound is lower by so much that it is worth reporting.
+/// Whether the lower bound is so much below the upper one that reporting it is worthwhile.
 pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
@@ -226,11 +226,11 @@ fn no_higher(
     }
 }
 
-/// How much assumptions are worth.
+/// By how much assumptions lower the bound.
 struct Priced {
-    /// Those that are worth listing, the most valuable first.
+    /// The assumptions that are worth listing, the most valuable first.
     assumptions: Vec<Assumption>,
-    /// The others together.
+    /// The assumptions that hardly change the bound, together.
     minor: Option<Minor>,
 }
 

@@ -25,7 +25,7 @@ impl fmt::Display for StopReason {
 /// Records that a stage stopped early.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EarlyStop {
-    /// Why it stopped.
+    /// Why the stage stopped.
     pub reason: StopReason,
     /// The stage, by its name in progress messages.
     pub stage: &'static str,
@@ -44,7 +44,7 @@ pub struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    /// A budget that starts at `start`. `cuts` are the records of earlier stages.
+    /// A time budget of `limit` that starts at `start`. `cuts` are the stages that already stopped early.
     pub fn new(
         start: Instant,
         limit: Option<Duration>,
@@ -70,7 +70,7 @@ impl<'a> Budget<'a> {
         Some(StopReason::TimeLimit(limit))
     }
 
-    /// Whether the stage must stop now.
+    /// Whether the stage must stop now: the time limit was reached, or the user cancelled the audit.
     #[must_use]
     pub fn must_stop(&self) -> bool {
         self.stop_reason().is_some()
@@ -88,7 +88,7 @@ impl<'a> Budget<'a> {
         self.record_stop_at_part(1, stage, open);
     }
 
-    /// Like [`Budget::record_stop`], for a stage that may use 1/`parts` of the time limit.
+    /// Like [`Budget::record_stop`], for a stage that may use at most 1/`parts` of the time limit.
     pub fn record_stop_at_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
         let by = match self.limit {
             _ if (self.cancelled)() => StopReason::Cancelled,

@@ -24,7 +24,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The page of documentation: what the code means, an example, what to do.
+            /// The page of documentation about the code: its meaning, an example, what to do.
             #[must_use]
             pub const fn page(self) -> &'static str {
                 match self {
@@ -80,13 +80,13 @@ codes! {
     Comments = "comments",
     /// Only device comments were given, and no program
     CommentsAlone = "comments-alone",
-    /// A connection of a drawing leads nowhere, or forms a circle
+    /// A connection in a drawn program leads nowhere, or forms a circle
     Connection = "connection",
     /// A loop and a master control region overlap
     CrossedMasterControl = "crossed-master-control",
     /// A name is declared twice, or the program does not say which of several things it means
     DeclaredTwice = "declared-twice",
-    /// A label stands in two places
+    /// A label is defined twice
     DoubleLabel = "double-label",
     /// A file is empty
     EmptyFile = "empty-file",
@@ -98,7 +98,7 @@ codes! {
     ExtraOperand = "extra-operand",
     /// A scan ends in a state that contradicts a stated fact
     BrokenFact = "broken-fact",
-    /// A stated fact does not fit the program or the machine
+    /// A stated fact does not fit the program or the PLC
     Fact = "fact",
     /// The facts file cannot be used, or no scan satisfies its facts
     Facts = "facts",
@@ -114,27 +114,27 @@ codes! {
     InnerLoop = "inner-loop",
     /// The begin and the end of an interlock do not match
     Interlock = "interlock",
-    /// A jump and its end do not match, or it goes back
+    /// A jump and its target do not match, or the jump goes back
     Jump = "jump",
     /// A jump goes into or out of a master control region
     JumpAcrossMasterControl = "jump-across-master-control",
     /// A jump goes back, so nothing bounds the scan
     JumpBack = "jump-back",
-    /// GJ stands where its meaning is not defined
+    /// GJ stands inside a group, where its meaning is not defined
     JumpInGroup = "jump-in-group",
     /// A jump goes into a loop of FOR and NEXT
     JumpIntoLoop = "jump-into-loop",
-    /// A jump goes to another routine
+    /// A jump leads out of its routine
     JumpOut = "jump-out",
-    /// A label stands in two places of a flowchart
+    /// A label is defined twice in a flowchart
     LabelTwice = "label-twice",
     /// A file was left out that may belong to the scan
     LeftOut = "left-out",
     /// A line is far longer than an instruction
     LongLine = "long-line",
-    /// The begin and the end of a loop do not match, or it makes too many iterations
+    /// The begin and the end of a loop do not match, or the loop makes too many iterations
     Loop = "loop",
-    /// How often a loop goes round is not known, or its count is not a number that is allowed
+    /// The number of iterations of a loop is unknown, or is not a permitted number
     LoopCount = "loop-count",
     /// A condition combines a timer with other tests
     MixedCondition = "mixed-condition",
@@ -164,19 +164,19 @@ codes! {
     NetSyntax = "net-syntax",
     /// The facts name a base unit for which the table has no times
     NoBase = "no-base",
-    /// An instruction joins two blocks of contacts, but there are fewer
+    /// An instruction joins two blocks of contacts, but fewer blocks come before it
     NoBlock = "no-block",
     /// A branch is read or closed but was not opened
     NoBranch = "no-branch",
-    /// `--clock` has no meaning here, or contradicts a time
+    /// `--clock` does not apply to this CPU, or contradicts a stated time
     NoClock = "no-clock",
     /// An instruction that needs a condition has none
     NoCondition = "no-condition",
     /// A response time needs the delay of inputs or outputs, which is not known
     NoDelay = "no-delay",
-    /// An instruction has no device
+    /// An instruction lacks the device that it needs
     NoDevice = "no-device",
-    /// A routine, a group or a file has no end
+    /// A routine, a group or a file has nothing that ends it
     NoEnd = "no-end",
     /// A program starts or stops a group that does not exist
     NoGroup = "no-group",
@@ -184,7 +184,7 @@ codes! {
     NoHeads = "no-heads",
     /// A file contains no instruction
     NoInstructions = "no-instructions",
-    /// The facts state how often an interrupt routine runs, but it does not exist
+    /// The facts state how often an interrupt routine runs that the program does not have
     NoInterrupt = "no-interrupt",
     /// A jump or call goes to a label that does not exist
     NoLabel = "no-label",
@@ -194,15 +194,15 @@ codes! {
     NoMain = "no-main",
     /// A master control region is closed but was not opened
     NoMasterControl = "no-master-control",
-    /// An instruction has no operand
+    /// An instruction lacks an operand that it needs
     NoOperand = "no-operand",
     /// No program was given
     NoProgram = "no-program",
     /// No response time is known for the program
     NoResponse = "no-response",
-    /// A subroutine or an interrupt program has no end
+    /// A subroutine or an interrupt program has no return instruction
     NoReturn = "no-return",
-    /// A return ends no subroutine
+    /// A return instruction is not in a subroutine
     NoRoutine = "no-routine",
     /// An instruction has no rung before it
     NoRung = "no-rung",
@@ -210,7 +210,7 @@ codes! {
     NoSubroutine = "no-subroutine",
     /// `--dialect` names no known dialect
     NoSuchDialect = "no-such-dialect",
-    /// A line of a table of symbols cannot be read, or contradicts another
+    /// A line of a table of symbols cannot be read, or contradicts a line before it
     NoSymbol = "no-symbol",
     /// There is no timing table for the CPU, or the CPU is not known
     NoTable = "no-table",
@@ -236,17 +236,17 @@ codes! {
     OpenRung = "open-rung",
     /// A string has no closing quotation mark
     OpenString = "open-string",
-    /// The instruction does not take this operand
+    /// An operand is of a kind that its instruction does not take
     Operand = "operand",
     /// An instruction has too few operands, or too many
     OperandCount = "operand-count",
-    /// The operands of an instruction do not match its name
+    /// An instruction has too few or too many operands
     Operands = "operands",
-    /// The files are for different CPUs, for another CPU than the named one, or for one that has no bound
+    /// The files are for different CPUs, for a CPU of another series than the named one, or for a CPU that is not supported
     OtherCpu = "other-cpu",
-    /// A file is in another dialect than the named one
+    /// A file is not in the dialect that the user named
     OtherDialect = "other-dialect",
-    /// The bits of a word do not match its instruction
+    /// The bits that are written for a word do not match its instruction
     OtherPattern = "other-pattern",
     /// A group starts or stops itself
     OwnGroup = "own-group",
@@ -258,9 +258,9 @@ codes! {
     Recursion = "recursion",
     /// Two program files of the project hold the same text
     SameContent = "same-content",
-    /// The scan cannot be followed
+    /// The analysis cannot follow a scan to its end
     Scan = "scan",
-    /// A step number is not a number
+    /// The text in the place of a step number is not a number
     StepNumber = "step-number",
     /// A step number or an address does not follow from the one before it
     StepOrder = "step-order",
@@ -300,11 +300,11 @@ codes! {
     TableTime = "table-time",
     /// The time limit ended the search before it found a scan that satisfies the facts
     Time = "time",
-    /// A time has no timer before it
+    /// The time of a timer stands without a timer before it
     TimeAlone = "time-alone",
     /// A file is larger than any program
     TooLarge = "too-large",
-    /// A program is longer than the machine's memory
+    /// A program is longer than the memory of the PLC
     TooLong = "too-long",
     /// A project has more instructions than any CPU holds
     TooMany = "too-many",
@@ -318,7 +318,7 @@ codes! {
     TwoPrograms = "two-programs",
     /// Blocks of contacts are not joined
     Unjoined = "unjoined",
-    /// The machine does not have such a device
+    /// The PLC does not have a device of this name or number
     UnknownDevice = "unknown-device",
     /// A file is not a program in a known dialect
     UnknownDialect = "unknown-dialect",
@@ -334,7 +334,7 @@ codes! {
     Unreadable = "unreadable",
     /// A file has a tool's own format that is not supported
     UnsupportedFormat = "unsupported-format",
-    /// No instruction uses a condition
+    /// A condition is computed, but no instruction uses it
     UnusedCondition = "unused-condition",
     /// A fact has no effect on this program
     UnusedFact = "unused-fact",

@@ -16,7 +16,7 @@ pub enum Severity {
 pub struct Diagnostic {
     /// The stable short name of this type of finding, such as `unknown-instruction`.
     pub code: Code,
-    /// Error or warning.
+    /// Whether the input is rejected (error) or accepted (warning).
     pub severity: Severity,
     /// The file's name as the user gave it.
     pub file: String,
@@ -34,9 +34,9 @@ pub struct Diagnostic {
     pub help: String,
 }
 
-/// The longest word, in bytes, of a message. Longer ones come from the source, and their rest says nothing more.
+/// The longest word, in bytes, of a message. A longer word is a text of the source; the rest of it is left out.
 const LONGEST_WORD: usize = 160;
-/// The most bytes of a line that a finding keeps.
+/// The largest number of bytes of a source line that a finding keeps.
 const LONGEST_LINE: usize = 20_000;
 
 /// Shortens words that are longer than [`LONGEST_WORD`].
@@ -102,7 +102,7 @@ impl Diagnostic {
         self
     }
 
-    /// Marks the first occurrence of `part` in the text as the part that is wrong, if it occurs.
+    /// Marks the first occurrence of `part` in the text as wrong. Without an occurrence, nothing changes.
     #[must_use]
     pub fn mark(mut self, part: &str) -> Self {
         self.span =
@@ -110,7 +110,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds the PLC's step number.
+    /// Adds the step number that the PLC's own editor gives the instruction.
     #[must_use]
     pub fn at_step(mut self, step: Option<u32>) -> Self {
         self.step = step;

@@ -20,17 +20,17 @@ pub use reader::TABLES;
 pub struct Facts {
     /// The name and the SHA-256 of the facts file; `None` if the facts come from elsewhere.
     pub read_from: Option<(String, String)>,
-    /// By device as written (`D100`): the least and the largest value that it has at the start of a scan, signed.
+    /// By device as written (`D100`): the least and the largest value of the device at the start of a scan, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
     /// By place (`MAIN.csv:543`) or word (`D100`) as written: the least and the largest count that the instruction
     /// there, or that the word, ever gives: iterations of a loop, length of a block.
     pub counts: BTreeMap<String, (i64, i64)>,
-    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: what it costs
-    /// and writes.
+    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: its time and
+    /// writes.
     pub calls: BTreeMap<String, StatedCall>,
-    /// By interrupt label in upper case (`I0`): how often its routine runs in one scan at most.
+    /// By interrupt label in upper case (`I0`): the largest number of runs of the interrupt's routine in one scan.
     pub interrupts: BTreeMap<String, u32>,
-    /// By interrupt label in upper case (`I28`): the interval at which it occurs, once in each interval.
+    /// By interrupt label in upper case (`I28`): the interval in which the interrupt occurs once.
     pub intervals: BTreeMap<String, Picos>,
     /// The number of input points that the CPU refreshes.
     pub inputs: Option<u32>,
@@ -43,7 +43,7 @@ pub struct Facts {
     pub by_base: [BTreeMap<String, u32>; 2],
     /// The longest time that network refresh takes in one scan; zero if there is no network.
     pub network: Option<Picos>,
-    /// The factor by which the whole scan is multiplied; replaces the one of the timing table.
+    /// The factor by which the whole scan is multiplied. It replaces the factor of the timing table.
     pub factor: Option<StatedFactor>,
     /// A CPU parameter: whether the CPU stops at an operation error (`true`) or continues with the next instruction.
     pub stops_on_error: Option<bool>,
@@ -94,7 +94,7 @@ pub enum ActionOrder {
 }
 
 impl ActionOrder {
-    /// All orders.
+    /// All orders of actions, in the order in which error messages list them.
     pub const ALL: [ActionOrder; 3] =
         [ActionOrder::Named, ActionOrder::Declared, ActionOrder::Alphabetical];
 
@@ -109,12 +109,12 @@ impl ActionOrder {
     }
 }
 
-/// The rate of an interrupt routine.
+/// How often an interrupt routine interrupts a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterruptRate {
     /// At most this many times in one scan.
     Times(u32),
-    /// Once in each interval of this length, which is not 0.
+    /// The interrupt occurs once in each interval of this length, which is not 0.
     Every(Picos),
 }
 
@@ -139,13 +139,14 @@ pub struct StatedFactor {
 }
 
 impl Facts {
-    /// The stated number of runs of an interrupt routine in one scan, if any. Letter case of the label does not matter.
+    /// The stated number of runs of an interrupt routine in one scan. `None` if not stated. Letter case of the label
+    /// does not matter.
     #[must_use]
     pub fn interrupt(&self, label: &str) -> Option<u32> {
         self.interrupts.get(&label.to_ascii_uppercase()).copied()
     }
 
-    /// States the rate of an interrupt routine, and replaces what the facts file states of it.
+    /// States the rate of an interrupt routine. This replaces what the facts file states about the routine.
     pub fn state_interrupt(&mut self, label: &str, often: InterruptRate) {
         self.places.forget("interrupts", label);
         let label = label.to_ascii_uppercase();

@@ -3,7 +3,7 @@
 /// A line of one of the project's files, and the PLC's step number there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Location {
-    /// Index into the project's files. Four bytes, because every instruction has a location.
+    /// Index into the project's list of files. Four bytes, because every instruction has a location.
     pub file: u32,
     /// Line in the file, from 1.
     pub line: u32,

@@ -40,7 +40,7 @@ pub struct Times {
     pub on: Picos,
     /// The time when control reaches the instruction but it does not fire (the off-time).
     pub off: Picos,
-    /// The additional time for each unit when it fires, if the number of units is variable.
+    /// The additional time for each unit if the instruction fires and its number of units is variable.
     pub per_unit: Picos,
 }
 
@@ -51,7 +51,7 @@ impl Times {
         Times { on, off, per_unit: Picos::ZERO }
     }
 
-    /// The on-time with this number of units.
+    /// The on-time of an instruction with this number of units (words, digits or points).
     #[must_use]
     pub fn with(self, units: u64) -> Picos {
         self.on + self.per_unit.times(units)
@@ -59,7 +59,7 @@ impl Times {
 }
 
 impl Picos {
-    /// Zero.
+    /// A time of zero.
     pub const ZERO: Picos = Picos(0);
 
     /// Reads decimal microseconds (`1.52`) without rounding.

@@ -16,10 +16,10 @@ const UNITS: [(&str, u64, u64); 8] = [
     ("ps", 1, 0),
 ];
 
-/// The number of significant digits shown.
+/// The number of significant digits with which a time is shown.
 const DIGITS: u32 = 4;
 
-/// A unit and a number of decimals, so that the times of a column are shown alike.
+/// A unit and a number of decimals, with which all times of a column are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scale {
     unit: &'static str,
@@ -28,7 +28,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale that suits this time best.
+    /// The scale that shows this time with [`DIGITS`] significant digits.
     #[must_use]
     pub fn of(time: Picos) -> Scale {
         if time == Picos::ZERO {

@@ -12,7 +12,7 @@ impl WordInterval {
     /// All 65,536 values.
     pub const TOP: WordInterval = WordInterval { low: 0, span: u16::MAX };
 
-    /// The interval that contains this value only.
+    /// The interval that contains only this value.
     pub const fn constant(value: u16) -> WordInterval {
         WordInterval { low: value, span: 0 }
     }
@@ -25,7 +25,7 @@ impl WordInterval {
         }
     }
 
-    /// The first value, at which the interval begins.
+    /// The first value of the interval. It is above the last one if the interval wraps around from 65,535 to 0.
     #[must_use]
     pub fn first(self) -> u16 {
         self.low
@@ -113,7 +113,7 @@ impl WordInterval {
         }
     }
 
-    /// The smallest interval that contains both.
+    /// The smallest interval that contains both intervals.
     pub fn join(self, other: WordInterval) -> WordInterval {
         if self.contains(other) {
             return self;

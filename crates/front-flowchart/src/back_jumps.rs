@@ -6,20 +6,20 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The search limit: the total size of all states.
+/// The largest total size of all states of the search.
 const MAX_STATES: usize = 500_000;
-/// The largest number of jumps back that is unrolled.
+/// The largest number of jumps back in one turn that is unrolled.
 const MAX_BACK_JUMPS: usize = 64;
 
-/// What is known at an instruction. An unknown bit may be on or off; after a test its value is known.
+/// What is known when an instruction is executed. An unknown bit may be on or off; after a test its value is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,
-    /// The current condition.
+    /// The condition that the tests so far have computed.
     holds: bool,
-    /// Known outputs, and known inputs that have an image.
+    /// The outputs whose value is known, and inputs that have an image.
     bits: BTreeMap<u32, bool>,
-    /// Known timers: whether each was started in an earlier pass.
+    /// The timers whose state is known: whether each was started in an earlier pass.
     timers: BTreeMap<u32, bool>,
 }
 
@@ -104,7 +104,7 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
     longest
 }
 
-/// The possible next states.
+/// The states that can follow this state when the next instruction is executed.
 fn nexts(
     source: &Source,
     tested: &BTreeSet<u32>,

@@ -31,9 +31,9 @@ const TIMERS: AreaId = AreaId(2);
 const HEADS: AreaId = AreaId(3);
 const BACK: AreaId = AreaId(4);
 const RUNS: AreaId = AreaId(5);
-/// The timers that were started in this pass.
+/// The area of the timers that were started in this pass.
 const STARTED: AreaId = AreaId(6);
-/// The first of the areas for WAITs; each routine has one.
+/// The number of the first area for WAITs; each routine has one such area.
 const WAITS: u16 = 7;
 /// The largest number of instructions to which a group is unrolled, unless a single copy has more.
 const MAX_UNROLLED: usize = 100_000;
@@ -108,7 +108,7 @@ fn name(routine: &Routine) -> String {
     routine.group.map_or("Main".to_owned(), |group| format!("GN{group}"))
 }
 
-/// The timers, unless timers and ends of passes together are too many to be kept from pass to pass.
+/// The timers whose state is kept from pass to pass; none if these and the ends of passes together are too many.
 fn timers(source: &Source) -> BTreeSet<u32> {
     const MAX_TIMERS: usize = 20_000;
     let all: BTreeSet<u32> = source
@@ -143,7 +143,7 @@ fn blocks(source: &Source) -> Vec<u32> {
     blocks
 }
 
-/// Whether a condition follows a label.
+/// Whether the instruction after a label is a test.
 fn blocks_begin_with_test(source: &Source, label: usize) -> bool {
     source.instructions.get(label + 1).is_some_and(|next| next.op.is_test())
 }
@@ -158,7 +158,7 @@ struct Layout<'s> {
     latched: bool,
     outputs: BTreeSet<u32>,
     blocks: Vec<u32>,
-    /// The timers whose state is kept from pass to pass.
+    /// The timers whose state is remembered from pass to pass.
     timers: BTreeSet<u32>,
     program: Program,
     /// Calls of groups that are not resolved yet: the instruction and the group.
@@ -172,16 +172,16 @@ struct RoutineLayout {
     routine: usize,
     is_main: bool,
     copies: usize,
-    /// The first instruction of each position.
+    /// The first lowered instruction of each position in the source.
     laid: BTreeMap<Spot, usize>,
-    /// Jumps to positions that are lowered later.
+    /// Jumps to positions that are not lowered yet: the jump and its target.
     jumps: Vec<(usize, Spot)>,
-    /// Jumps back from the last copy: the jump, and its target in the source.
+    /// Jumps back out of the last copy of a loop: the jump, and its target in the source.
     rounds: Vec<(usize, usize, usize)>,
 }
 
 impl Layout<'_> {
-    /// The bit for a routine's position; `None` for the head of the main routine.
+    /// The bit that says that a routine continues at this position; `None` for the head of the main routine.
     fn stands(&self, routine: usize, place: usize) -> Option<Cell> {
         let body = &self.source.routines[routine];
         if place == body.body.start {
@@ -256,7 +256,7 @@ impl Layout<'_> {
         }
     }
 
-    /// The positions that control can reach.
+    /// The positions of a routine that control can reach.
     fn reached(&self, routine: &Routine, copies: usize) -> BTreeSet<Spot> {
         let mut reached = BTreeSet::new();
         let mut open: Vec<Spot> =
@@ -359,7 +359,7 @@ impl Layout<'_> {
         }
     }
 
-    /// GS: a stopped group starts at its head; a running one may or may not restart.
+    /// Lowers GS: a stopped group starts at its head; a running one may or may not start again there.
     fn start(&mut self, at: usize, group: u32) {
         self.tell(at, "GS on a running group may or may not restart it");
         // The documents do not say which, so no lower bound may depend on it.
@@ -393,7 +393,7 @@ impl Layout<'_> {
         }
     }
 
-    /// What the end of a pass stores: the position of the main routine, and the timers that the pass has started.
+    /// What the end of a pass stores: the position of the main routine, and the timers that were started in this pass.
     fn ends(&self, routine: usize, place: usize) -> Vec<Effect> {
         let fired = |write| Effect { when: When::Fired, write };
         let place = self.stands(routine, place).map(|cell| fired(set(cell, true)));
@@ -405,7 +405,7 @@ impl Layout<'_> {
         place.into_iter().chain(timers).collect()
     }
 
-    /// Whether a timer from an earlier pass has timed out, an external choice.
+    /// The value of an external choice: whether a timer that was started in an earlier pass has timed out.
     fn elapsed(&mut self, memory: Cell, tenths: u32) -> Logic {
         let over = ChoiceId(self.program.choices);
         let words = [tenths as u16, (tenths >> 16) as u16].map(WordSource::Const);
@@ -417,7 +417,7 @@ impl Layout<'_> {
         self.any()
     }
 
-    /// How a test is connected: the first one begins a new condition.
+    /// How a test is combined with the condition: the first test begins a new condition.
     fn join(&self, at: usize) -> Join {
         let follows =
             at.checked_sub(1).is_some_and(|before| self.source.instructions[before].op.is_test());
@@ -429,7 +429,7 @@ impl Layout<'_> {
         Cell { area, index: bit }
     }
 
-    /// The value that a test reads.
+    /// The value that a test of an input or output reads.
     fn test(&mut self, bit: u32) -> Logic {
         if self.latched || self.outputs.contains(&bit) {
             Logic::cell(self.bit(bit))
@@ -438,19 +438,19 @@ impl Layout<'_> {
         }
     }
 
-    /// An unknown value.
+    /// A bit that may have any value.
     fn unknown(&mut self) -> Logic {
         self.program.choices += 1;
         Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
     }
 
-    /// A value that something outside determines.
+    /// A bit that something outside the program determines.
     fn any(&mut self) -> Logic {
         self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::External);
         self.unknown()
     }
 
-    /// Lists an over-approximation at the instruction to be added next.
+    /// Records an over-approximation at the instruction that will be added next.
     fn tell(&mut self, at: usize, what: &str) {
         if self.reported.insert(at) {
             let instruction = self.program.instructions.len();
@@ -497,7 +497,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Constrains the start of a pass to the reachable states. They cover both meanings of CNR TIM.
+    /// Constrains the start of a pass to the reachable states. Both meanings of CNR TIM are covered.
     fn invariant(&mut self) {
         self.program.invariants = self.starts(Reset::Either);
         let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
@@ -543,7 +543,7 @@ impl Layout<'_> {
     }
 }
 
-/// The bit for whether a group runs.
+/// The cell of the bit that says whether a group runs.
 fn runs(group: u32) -> Cell {
     Cell { area: RUNS, index: group }
 }

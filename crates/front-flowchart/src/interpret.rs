@@ -12,20 +12,20 @@ pub trait Plant {
     fn started(&mut self, timer: u32) -> bool;
     /// Whether a timer that was started in an earlier pass has timed out.
     fn elapsed(&mut self, timer: u32) -> bool;
-    /// Whether CNR TIM keeps the timer's remaining time, so that the next TIM continues it.
+    /// Whether CNR TIM keeps the timer's remaining time, so that the next TIM continues with it.
     fn keeps_rest(&mut self, timer: u32) -> bool;
-    /// The initial position of a routine, from 0 to `places` - 1. For a group, 0 means that it is stopped.
+    /// The initial position of a routine, from 0 to `places` - 1. For a group, 0 means that the group is stopped.
     fn stands(&mut self, group: Option<u32>, places: usize) -> usize;
     /// Whether GS restarts a group that already runs.
     fn restarts(&mut self, group: u32) -> bool;
 }
 
-/// How a pass ended.
+/// How a pass of the program ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
-    /// At a jump back or a WAIT of the main routine.
+    /// The pass ended at a jump back or a WAIT of the main routine.
     Pass,
-    /// It did not end within the instruction limit, so it repeats without end.
+    /// The pass did not end within the instruction limit, so it repeats for ever.
     Never,
 }
 
@@ -35,30 +35,30 @@ pub struct Pass {
     /// The executed instructions (indices into [`Source::instructions`]), and whether each was true: a test, a jump
     /// that was taken, a WAIT that passed; true for all others.
     pub ran: Vec<(usize, bool)>,
-    /// How it ended.
+    /// How the pass ended.
     pub ended: Ended,
 }
 
 /// A pass with more instructions is treated as endless.
 const ENDLESS: usize = 20_000;
 
-/// The state of a timer.
+/// Whether a timer was started, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Timer {
-    /// Nothing.
+    /// The timer was not started.
     Idle,
-    /// It was started in this pass.
+    /// The timer was started in this pass.
     Fresh,
-    /// It was started in an earlier pass; it runs or has timed out.
+    /// The timer was started in an earlier pass; it runs or has timed out.
     Old,
 }
 
-/// The known part of the state between passes.
+/// The part of the memory between passes that is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct State {
     bits: BTreeMap<u32, bool>,
     timers: BTreeMap<u32, Timer>,
-    /// The position of each group; `None` if it is stopped.
+    /// The instruction at which each group continues; `None` if the group is stopped.
     groups: BTreeMap<u32, Option<usize>>,
     main: Option<usize>,
 }
@@ -74,7 +74,7 @@ pub struct Machine<'s> {
 }
 
 impl<'s> Machine<'s> {
-    /// A machine with unknown state; the plant answers for it.
+    /// A machine whose state is unknown; `plant` chooses each value that a pass needs.
     #[must_use]
     pub fn anywhere(source: &'s Source, latched: bool) -> Machine<'s> {
         Machine { source, latched, outputs: source.outputs(), state: State::default() }
@@ -101,13 +101,13 @@ impl<'s> Machine<'s> {
         &self.state
     }
 
-    /// The state of an output, if known.
+    /// Whether an output is on. `None` if unknown.
     #[must_use]
     pub fn output(&self, bit: u32) -> Option<bool> {
         self.state.bits.get(&bit).copied()
     }
 
-    /// Whether a group runs, if known.
+    /// Whether a group runs. `None` if unknown.
     #[must_use]
     pub fn runs(&self, group: u32) -> Option<bool> {
         self.state.groups.get(&group).map(Option::is_some)
@@ -136,7 +136,7 @@ impl<'s> Machine<'s> {
         pass
     }
 
-    /// Executes a routine from a position until its turn ends; returns its new position.
+    /// Executes a routine from `start` until its turn ends; returns the instruction at which it continues.
     fn turn(
         &mut self,
         routine: &Routine,
@@ -211,7 +211,7 @@ impl<'s> Machine<'s> {
         }
     }
 
-    /// The value that a test reads: the last one written or read, except for an input without image.
+    /// The value that a test reads: the one written or read last. An input without image is read anew each time.
     fn bit(&mut self, bit: u32, plant: &mut impl Plant) -> bool {
         if !self.latched && !self.outputs.contains(&bit) {
             return plant.bit(bit);
@@ -253,7 +253,8 @@ impl<'s> Machine<'s> {
         found.map_or(0, |(_, routine)| routine.body.start)
     }
 
-    /// The position of a group.
+    /// The index of the instruction at which a group continues; `None` if the group is stopped. If the pass so far does
+    /// not determine it, `plant` chooses, and the state keeps the choice.
     fn place(&mut self, group: u32, plant: &mut impl Plant) -> Option<usize> {
         if let Some(place) = self.state.groups.get(&group) {
             return *place;

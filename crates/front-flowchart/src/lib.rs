@@ -104,7 +104,7 @@ pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// The instructions with their addresses: each occupies one, and a timer's time another.
+/// The instructions with their addresses. Each instruction occupies one address, and a timer's time one more.
 fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = NumberedLine<'_>> {
     list.iter().enumerate().map(|(at, one)| {
         let is_head = one.word == parse::Word::Head;

@@ -55,7 +55,7 @@ const WORDS: [(&[&str], Word); 17] = [
 ];
 
 impl Word {
-    /// Whether no other vendor's list has it.
+    /// Whether no other vendor's instruction list has this mnemonic.
     fn is_own(self) -> bool {
         !matches!(
             self,
@@ -75,21 +75,21 @@ impl Word {
 /// One instruction with unresolved references.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listed {
-    /// What it is.
+    /// The mnemonic of the instruction.
     pub word: Word,
-    /// Its operand; 0 if it has none.
+    /// The operand of the instruction; 0 if it has none.
     pub operand: u32,
-    /// A timer's time in tenths of a second.
+    /// The time of a timer, in tenths of a second.
     pub time: Option<u32>,
-    /// Its line.
+    /// The line of the instruction in the file, from 1.
     pub line: u32,
-    /// Its address, if one is given.
+    /// The address of the instruction, if one is given.
     pub step: Option<u32>,
     /// The source text.
     pub text: String,
     /// The byte range of its operand in the file, or of its mnemonic if it has none.
     pub at: Range<u32>,
-    /// The comment of its line.
+    /// The comment of the instruction's line.
     pub comment: String,
 }
 
@@ -358,7 +358,7 @@ impl Line<'_> {
     }
 }
 
-/// The words without blanks between them.
+/// The words joined without blanks.
 fn concat(words: &[Token]) -> String {
     words.iter().map(|one| one.word.as_str()).collect()
 }

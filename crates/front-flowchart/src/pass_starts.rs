@@ -6,19 +6,19 @@
 use super::source::{Op, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The search limit: the total size of the states of all steps.
+/// The largest total size of the states of all steps of the search.
 const MAX_STEPS: usize = 2_000_000;
-/// With more timers than this, states do not contain timers.
+/// If there are more timers than this, states do not contain timers.
 const MAX_TIMERS: usize = 250;
-/// With more outputs than this, states do not contain outputs: each may be on or off at power-up.
+/// If there are more outputs than this, states do not contain outputs: each may be on or off at power-up.
 const MAX_OUTPUTS: usize = 6;
 
 /// A state at the beginning of a pass.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Start {
-    /// The position of the main routine.
+    /// The instruction at which the main routine continues.
     pub main: usize,
-    /// The positions of the running groups.
+    /// The running groups, each with the instruction at which it continues.
     pub groups: BTreeMap<u32, usize>,
     /// The timers that were started and not reset.
     pub timers: BTreeSet<u32>,
@@ -29,26 +29,26 @@ pub struct Start {
 /// All states in which a pass can begin, and the timers and outputs that they contain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PassStarts {
-    /// The states.
+    /// The states in which a pass can begin.
     pub starts: BTreeSet<Start>,
-    /// The timers in the states; others may be in any state.
+    /// The timers that states contain; other timers may be in any state.
     pub timers: BTreeSet<u32>,
-    /// The outputs in the states; others may be on or off.
+    /// The outputs that states contain; other outputs may be on or off.
     pub outputs: BTreeSet<u32>,
     /// The inputs that are read again at each test.
     direct: BTreeSet<u32>,
-    /// The assumed effect of CNR TIM.
+    /// The assumed effect of CNR TIM on a timer.
     reset: Reset,
 }
 
 /// The effect of CNR TIM on a timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reset {
-    /// It resets the timer.
+    /// CNR TIM resets the timer.
     Nothing,
-    /// It keeps the remaining time.
+    /// CNR TIM keeps the remaining time of the timer.
     Rest,
-    /// Either effect is possible.
+    /// CNR TIM may have either effect.
     Either,
 }
 
@@ -123,17 +123,17 @@ fn follow(source: &Source, mut view: PassStarts) -> Option<PassStarts> {
     Some(view)
 }
 
-/// An unfinished pass.
+/// A pass that has not been followed to its end.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Walk {
     state: Start,
-    /// The next instruction.
+    /// The index of the next instruction.
     at: usize,
-    /// The current condition.
+    /// The condition that the tests so far have computed.
     holds: bool,
     /// The group whose turn it is, and where the main routine continues afterwards.
     turn: Option<(u32, usize)>,
-    /// Values known in this pass, of inputs with an image and of outputs that the states do not contain.
+    /// The values that are known in this pass, of inputs with an image and of outputs that states do not contain.
     known: BTreeMap<u32, bool>,
     /// The timers that this pass has started.
     fresh: BTreeSet<u32>,
@@ -172,7 +172,7 @@ impl Walk {
         }
     }
 
-    /// The size of the state.
+    /// The size of the state, for the limit of the search.
     fn size(&self) -> usize {
         let Start { groups, timers, outputs, .. } = &self.state;
         10 + groups.len() + timers.len() + outputs.len() + self.known.len() + self.fresh.len()
@@ -218,7 +218,7 @@ impl Walk {
         all
     }
 
-    /// GS on a running group may or may not restart it.
+    /// The states after a GS, which may or may not restart a group that already runs.
     fn start(self, source: &Source, group: u32) -> Vec<Next> {
         let head = source.groups().find(|(number, _)| *number == group);
         let head = head.map_or(0, |(_, routine)| routine.body.start);
@@ -278,7 +278,8 @@ impl Walk {
         Next::On(self)
     }
 
-    /// The next running group from this number on has its turn; if there is none, the main routine continues.
+    /// Gives the turn to the next running group from number `from` on; if there is none, the main routine continues at
+    /// `back`.
     fn groups(mut self, from: u32, back: usize) -> Next {
         let next = self.state.groups.range(from..).next().map(|(&group, &place)| (group, place));
         self.turn = next.map(|(group, _)| (group, back));

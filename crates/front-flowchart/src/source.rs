@@ -16,36 +16,36 @@ pub const MAX_GROUPS: usize = 32;
 pub enum Op {
     /// `AND n`, `AND NOT n`: part of the condition for the next CJP or WAIT.
     And {
-        /// The input or output.
+        /// The number of the input or output that is tested.
         bit: u32,
-        /// Whether it must be off.
+        /// Whether the test requires that the input or output is off.
         negated: bool,
     },
-    /// `TIM n #t`: starts the timer if it is idle; the condition is whether it has timed out.
+    /// `TIM n #t`: starts the timer if it was not started; the condition is whether it has timed out.
     Timer {
-        /// The timer number.
+        /// The number of the timer.
         timer: u32,
-        /// The time in tenths of a second; 0 if any TIM of this timer has time 0.
+        /// The time of the timer in tenths of a second; 0 if any TIM of this timer has the time 0.
         tenths: u32,
     },
     /// `OUT n`, `OUT NOT n`: turns an output on or off.
     Out {
-        /// The output.
+        /// The number of the output.
         bit: u32,
-        /// Whether it is turned on.
+        /// Whether the output is turned on. Otherwise it is turned off.
         on: bool,
     },
     /// `CNR TIM n`: resets the timer.
     ResetTimer(u32),
-    /// `JMP L`.
+    /// `JMP L`: jumps to the instruction with this index.
     Jump(usize),
-    /// `CJP L`: jumps if the condition holds.
+    /// `CJP L`: jumps to the instruction with this index if the condition holds.
     JumpIf(usize),
-    /// `WAIT`: continues if the condition is true. Otherwise the routine's turn ends, and its next one begins here.
+    /// `WAIT`: continues if the condition is true. Otherwise the routine's turn ends, and its next turn begins here.
     Wait,
-    /// `LBL n`.
+    /// `LBL n`: the target of jumps.
     Label(u32),
-    /// `GJ`: each started group has its turn.
+    /// `GJ`: each started group runs until it waits.
     Groups,
     /// `GS n`: starts a group.
     Start(u32),
@@ -58,19 +58,19 @@ pub enum Op {
 }
 
 impl Op {
-    /// Whether it is part of a condition.
+    /// Whether the instruction is part of a condition.
     #[must_use]
     pub fn is_test(self) -> bool {
         matches!(self, Op::And { .. } | Op::Timer { .. })
     }
 
-    /// Whether it uses the condition.
+    /// Whether the instruction uses the condition before it.
     #[must_use]
     pub fn asks(self) -> bool {
         matches!(self, Op::JumpIf(_) | Op::Wait)
     }
 
-    /// Whether the next instruction is never reached from it.
+    /// Whether control never continues from the instruction to the next one.
     #[must_use]
     pub fn leaves(self) -> bool {
         matches!(self, Op::Jump(_) | Op::End(_))
@@ -80,11 +80,11 @@ impl Op {
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instruction {
-    /// What it does.
+    /// The operation of the instruction.
     pub op: Op,
-    /// Its line, from 1.
+    /// The line of the instruction in the file, from 1.
     pub line: u32,
-    /// Its address, if the list has one.
+    /// The address of the instruction, if the list has one.
     pub step: Option<u32>,
     /// The source text with single blanks.
     pub text: String,
@@ -95,7 +95,7 @@ pub struct Instruction {
 pub struct Routine {
     /// The group's number; `None` for the main routine.
     pub group: Option<u32>,
-    /// Its instructions.
+    /// The range of the routine's instructions.
     pub body: Range<usize>,
 }
 
@@ -144,7 +144,7 @@ impl Source {
         self.routines.iter().filter_map(|routine| routine.group.map(|group| (group, routine)))
     }
 
-    /// The outputs: all that an OUT sets.
+    /// The numbers of all outputs that an OUT instruction sets.
     #[must_use]
     pub fn outputs(&self) -> BTreeSet<u32> {
         let outputs = self.instructions.iter().filter_map(|one| match one.op {
@@ -154,7 +154,7 @@ impl Source {
         outputs.collect()
     }
 
-    /// The inputs: all that is tested, but not set by an OUT.
+    /// The numbers of all inputs: what is tested but not set by an OUT instruction.
     #[must_use]
     pub fn inputs(&self) -> BTreeSet<u32> {
         let outputs = self.outputs();
@@ -165,7 +165,7 @@ impl Source {
         tested.collect()
     }
 
-    /// The shortest timer setting above 0, in tenths of a second.
+    /// The shortest time of a timer above 0, in tenths of a second. `None` if there is no timer.
     #[must_use]
     pub fn shortest_timer(&self) -> Option<u32> {
         let times = self.instructions.iter().filter_map(|one| match one.op {

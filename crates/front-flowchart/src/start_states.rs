@@ -3,10 +3,10 @@
 use scanbound_ir::{Cell, Logic};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The bits for the position of one routine.
+/// The bits that hold the position of one routine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RoutinePositions {
-    /// Whether the group runs; `None` for the main routine, which always runs.
+    /// The bit that says whether the group runs; `None` for the main routine, which always runs.
     pub(super) runs: Option<Cell>,
     /// One bit for each position. If none is on, the main routine is at its head.
     pub(super) places: Vec<Cell>,
@@ -17,7 +17,7 @@ pub(super) struct RoutinePositions {
 pub(super) struct StartState {
     /// The position bit of each routine; `None`: the group is stopped, or the main routine is at its head.
     pub(super) places: Vec<Option<Cell>>,
-    /// The other bits that are on.
+    /// The bits besides those of positions that are on.
     pub(super) on: BTreeSet<Cell>,
 }
 
@@ -46,7 +46,8 @@ fn any(cells: &[Cell]) -> Logic {
     Logic::Any(cells.iter().copied().map(Logic::cell).collect())
 }
 
-/// Says that at most one cell is on, by halves and halves of halves.
+/// Expressions that together say that at most one of the cells is on: not one in each half, and the same within each
+/// half.
 fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
     if cells.len() < 2 {
         return Vec::new();
@@ -58,7 +59,7 @@ fn at_most_one(cells: &[Cell]) -> Vec<Logic> {
     all
 }
 
-/// Whether the routines from `at` on, and the cells, are as in one of the states.
+/// The expression that says that the routines from `at` on, and the cells, are as in one of the states.
 fn one_of(
     routines: &[RoutinePositions],
     at: usize,
@@ -89,7 +90,7 @@ fn one_of(
     Logic::Any(disjuncts.collect())
 }
 
-/// Whether the cells have the values of one of the states.
+/// The expression that says that the cells have the values of one of the states.
 fn on(states: &[&StartState], cells: &[Cell]) -> Logic {
     let Some((&cell, rest)) = cells.split_first() else {
         return Logic::Const(!states.is_empty());

@@ -6,7 +6,7 @@ use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Resolves a list. Errors are reported, and the faulty parts are replaced by neutral ones.
+/// Resolves the references of a list. Errors are reported, and the faulty parts are replaced by ones without effect.
 pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
     let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);
@@ -53,9 +53,9 @@ fn without_delay(instructions: &mut [Instruction]) {
 struct Reader<'a, 'f> {
     /// The text of the file.
     text: &'a str,
-    /// The instruction of each label.
+    /// The index of the instruction at each label.
     labels: BTreeMap<u32, usize>,
-    /// The head of each group.
+    /// The index of the GN instruction of each group.
     groups: BTreeMap<u32, usize>,
     faults: &'a mut Faults<'f>,
 }
@@ -68,7 +68,7 @@ impl Reader<'_, '_> {
             if one.word == Word::Label {
                 if let Some(&first) = self.labels.get(&one.operand) {
                     let message = format!(
-                        "LBL{} is already defined in line {}",
+                        "LBL{} is defined a second time: line {} defines it too",
                         one.operand, list[first].line
                     );
                     self.fault(
@@ -84,7 +84,7 @@ impl Reader<'_, '_> {
             if one.word == Word::Head {
                 if let Some(&first) = self.groups.get(&one.operand) {
                     let message = format!(
-                        "group {} already begins in line {}",
+                        "group {} begins a second time: it begins in line {} too",
                         one.operand, list[first].line
                     );
                     self.fault(
@@ -168,7 +168,7 @@ impl Reader<'_, '_> {
             Word::End => {
                 if group != Some(n) {
                     let message = match group {
-                        Some(own) => format!("GE {n} is in group {own}"),
+                        Some(own) => format!("GE {n} ends group {n}, but it is in group {own}"),
                         None => "GE is not in a group".to_owned(),
                     };
                     self.fault(
@@ -183,7 +183,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The instruction that a jump leads to.
+    /// The index of the instruction to which a jump leads.
     fn target(&mut self, one: &Listed, routine: Option<&Routine>) -> Option<usize> {
         let n = one.operand;
         let Some(&target) = self.labels.get(&n) else {
@@ -205,7 +205,7 @@ impl Reader<'_, '_> {
         None
     }
 
-    /// Checks conditions: tests, or one timer, directly before the CJP or WAIT that uses them.
+    /// Checks each condition: it must be tests, or one timer, directly before the CJP or WAIT that uses it.
     fn conditions(&mut self, source: &Source) {
         let list = &source.instructions;
         let mut found = Vec::new();
@@ -251,11 +251,11 @@ impl Reader<'_, '_> {
             if !last.op.leaves() {
                 let (message, help) = match routine.group {
                     None => (
-                        "the main routine continues after its last instruction",
+                        "the main routine does not end with an unconditional jump",
                         "end it with a JMP back to its label",
                     ),
                     Some(_) => (
-                        "the group continues after its last instruction",
+                        "the group does not end with GE or an unconditional jump",
                         "end it with GE or with a JMP",
                     ),
                 };

@@ -42,7 +42,7 @@ impl catalog::Vocabulary for Vocabulary {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Axis;
 
-/// The values of the MELSEC columns.
+/// The values of the columns that only the MELSEC catalog has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Extra {
     /// Whether the instruction has a pulse form.
@@ -53,35 +53,35 @@ pub(crate) struct Extra {
 pub(crate) type Role = catalog::Role<Axis>;
 /// One operand of an instruction.
 pub(crate) type Operand = catalog::Operand<Axis>;
-/// One form of an instruction, with its name without the pulse suffix.
+/// One form of an instruction. Its mnemonic is written without the suffix P of the pulse form.
 pub(crate) type Entry = Row<Vocabulary>;
 
 /// What an instruction does to its destinations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Operation {
-    /// They get any value when it fires.
+    /// The destinations get any value when the instruction fires.
     Havoc,
-    /// They may get any value whether its condition is true or false.
+    /// The destinations may get any value whether the condition is true or false.
     HavocAlways,
-    /// They may get any value at any moment, even later than this scan: the instruction starts something that runs in
-    /// parallel with the program.
+    /// The destinations may get any value at any moment, even later than this scan: the instruction starts something
+    /// that runs in parallel with the program.
     HavocAnytime,
-    /// It writes no device, and needs a condition.
+    /// The instruction writes no device, and needs a condition.
     Nothing,
-    /// It writes no device and needs no condition.
+    /// The instruction writes no device and needs no condition.
     Free,
     /// Copies the words of the first operand to the second. All are read before any is written.
     Copy,
     /// Copies the first operand to each counted unit of the second.
     Fill,
-    /// Adds the two sources, or destination and source.
+    /// Adds the two sources, or the source to the destination.
     Add,
-    /// Subtracts: first source minus second, or destination minus source.
+    /// Subtracts the second source from the first, or the source from the destination.
     Subtract,
-    /// Adds one.
+    /// Adds one to the operand.
     Increment,
-    /// Subtracts one.
+    /// Subtracts one from the operand.
     Decrement,
     /// Bitwise AND; operands as for `Add`.
     WordAnd,
@@ -95,7 +95,7 @@ pub enum Operation {
     WordNot,
     /// Negates the operand (two's complement).
     Negate,
-    /// Exchanges the operands.
+    /// Exchanges the values of the two operands.
     Exchange,
     /// Exchanges the two bytes of each word.
     Swap,
@@ -107,26 +107,27 @@ pub enum Operation {
     SetBit,
     /// Clears this bit.
     ResetBit,
-    /// The bit takes the value of the bit before it, which is cleared.
+    /// The bit takes the value of the bit with the next lower number, which is then cleared.
     ShiftOne,
-    /// Inverts the bit.
+    /// Inverts the bit of the operand.
     Alternate,
-    /// Moves each counted unit to the next higher number; the lowest becomes zero.
+    /// Moves the value of each counted word or bit to the next higher number; the lowest one becomes zero.
     SlideUp,
-    /// Moves each counted unit to the next lower number; the highest becomes zero.
+    /// Moves the value of each counted word or bit to the next lower number; the highest one becomes zero.
     SlideDown,
-    /// Computes each counted unit of the third operand from those of the first two at the same position.
+    /// Computes each counted word of the third operand from those words of the first two operands that have the same
+    /// position.
     Pairwise,
-    /// Stores a text and a closing NUL in the second operand.
+    /// Stores a text and a closing zero byte in the second operand.
     Text,
-    /// Sets three bits: the first operand is larger than the second, equal, smaller.
+    /// Sets one of three bits: the first operand is larger than the second, equal, or smaller.
     Order,
 }
 
-/// The catalog's answer for a mnemonic.
+/// What the catalog says about a mnemonic.
 #[derive(Debug, Clone)]
 pub struct CatalogMatch {
-    /// The row.
+    /// The row of the catalog for this mnemonic and number of operands.
     pub entry: Cow<'static, Entry>,
     /// Whether the mnemonic is the pulse form, which executes on the rising edge of its condition.
     pub pulsed: bool,
@@ -135,16 +136,16 @@ pub struct CatalogMatch {
 /// Why the catalog has no row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotFound {
-    /// It does not have the mnemonic.
+    /// The catalog has no such mnemonic.
     Unknown,
-    /// The mnemonic takes another number of operands.
+    /// The mnemonic exists, but takes a different number of operands.
     OperandCount {
         /// The numbers that it takes, in ascending order.
         expected: Vec<usize>,
     },
 }
 
-/// The catalog.
+/// The catalog of all MELSEC application instructions.
 static CATALOG: LazyLock<Catalog<Vocabulary>> =
     LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
 
@@ -168,12 +169,12 @@ const WRITES_ONLY_OPERANDS: [&str; 75] = [
 ];
 /// The timing class of dedicated instructions.
 const DEDICATED_CLASS: &str = "dedicated";
-/// Dedicated instructions that finish before the next instruction. The results of the others arrive later.
+/// Dedicated instructions that finish before the next instruction. The results of all other ones arrive later.
 const SYNCHRONOUS: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
-/// The largest number of words that a dedicated instruction moves, except file access: MRECV of an Ethernet module
-/// (QJ71E71 manual).
+/// The largest number of words that a dedicated instruction moves, apart from file access: that of MRECV of an Ethernet
+/// module (QJ71E71 manual).
 const DEDICATED_WORDS: u64 = 6517;
-/// File access instructions; their control data say how many words they move.
+/// File access instructions, for which their control data say how many words they move.
 const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
 const FILE_WORDS: u64 = 65_535;
 /// A mnemonic is suggested only if at most one letter in this many would have to change.
@@ -283,7 +284,7 @@ fn dedicated(mnemonic: &str, operands: usize) -> CatalogMatch {
     CatalogMatch { entry: Cow::Owned(entry), pulsed }
 }
 
-/// The most similar mnemonic to an unknown one, to suggest it.
+/// The known mnemonic that is most similar to an unknown one, for a suggestion.
 pub fn close(mnemonic: &str) -> Option<String> {
     let slips = (mnemonic.chars().count() / LETTERS_PER_SLIP).max(1);
     CATALOG

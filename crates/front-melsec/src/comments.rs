@@ -21,9 +21,9 @@ const DEVICE_HEADS: [&str; 12] = [
 ];
 /// Texts in the heading of a comment column.
 const COMMENT_HEADS: [&str; 6] = ["comment", "コメント", "注释", "註解", "코멘트", "주석"];
-/// Words of the headings, to recognise the code page.
+/// Words in the headings by which the code page is recognised.
 pub(super) const MARKS: [&str; 5] = ["コメント", "注释", "軟元件", "코멘트", "주석"];
-/// The number of rows in which the headings must be.
+/// The number of rows at the beginning in which the headings must be.
 const HEADING_ROWS: usize = 4;
 /// The number of data rows that are examined if the headings are in an unknown language.
 const LOOKED_AT: usize = 6;
@@ -37,7 +37,7 @@ struct Layout {
     columns: Vec<usize>,
 }
 
-/// Whether a file begins like device comments.
+/// Whether the beginning of a file looks like a file of device comments.
 pub(super) fn sniff(beginning: &str) -> bool {
     layout(beginning).is_some()
 }
@@ -103,7 +103,7 @@ fn reader(text: &str, delimiter: u8) -> ::csv::Reader<&[u8]> {
         .from_reader(text.as_bytes())
 }
 
-/// Adds a file's comments to those of the project. If a device already has one, it is kept.
+/// Adds a file's comments to those of the project. A device that already has a comment keeps it.
 pub(super) fn read(text: &str, comments: &mut BTreeMap<String, String>) {
     let Some(layout) = layout(text) else { return };
     for record in reader(text, layout.delimiter).into_records().skip(layout.heading) {

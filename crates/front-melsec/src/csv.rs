@@ -40,7 +40,7 @@ const WORKS2_MARKS: [&str; 7] =
     ["plcinformation", "plctype", "pc情報", "pcタイプ", "plc信息", "plc类型", "plc정보"];
 /// Texts before the CPU name in files of GX Works3.
 const WORKS3_MARKS: [&str; 5] = ["moduletype", "機種情報", "机型信息", "기종정보", "모듈타입"];
-/// Words of the headings, to recognise the code page.
+/// Words in the headings by which the code page is recognised.
 pub(super) const MARKS: [&str; 12] = [
     "命令",
     "ステップ",
@@ -56,15 +56,15 @@ pub(super) const MARKS: [&str; 12] = [
     "디바이스",
 ];
 
-/// The number of rows in which the headings must be.
+/// The number of rows at the beginning in which the headings must be.
 const HEADING_ROWS: usize = 6;
-/// The column numbers.
+/// The numbers of the columns, from 0.
 const STEP: usize = 0;
 const STATEMENT: usize = 1;
 const INSTRUCTION: usize = 2;
 const DEVICE: usize = 3;
 
-/// The layout of a program's CSV from the beginning of the file; `None` if it is not one.
+/// The layout of a program's CSV, from the beginning of the file; `None` if the file is not such a CSV.
 pub(super) fn layout(beginning: &str) -> Option<Layout> {
     // The headings are near the start: an unclosed quotation mark must not hide the whole file.
     let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
@@ -135,7 +135,7 @@ fn is_works3_cpu(value: &str) -> bool {
     value.starts_with("RCPU") || value.starts_with("FX5")
 }
 
-/// The CPU type in `QCPU (Q mode) Q26UDV`: the last word with a digit, else the first word.
+/// The CPU type in a text such as `QCPU (Q mode) Q26UDV`: the last word with a digit, otherwise the first word.
 fn cpu(value: &str) -> Option<String> {
     let of_type = |word: &&str| {
         word.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -149,7 +149,7 @@ fn cpu(value: &str) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// A heading for comparison: without blanks, in lower case.
+/// A heading without blanks and in lower case, to compare it.
 fn plain(head: &str) -> String {
     head.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect()
 }
@@ -187,7 +187,7 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
             lines.line,
             first_line(&text[start..]),
             "the quotation mark that begins here is never closed",
-            "the file may be truncated: export it again",
+            "export the file again: it may be truncated",
         );
     }
     let Body { instructions, faults, .. } = body;
@@ -210,7 +210,7 @@ fn first_line(text: &str) -> &str {
     text.lines().next().unwrap_or_default()
 }
 
-/// Counts physical lines while reading forward through the text.
+/// Counts the lines of the text while it is read from the beginning to the end.
 struct Lines<'a> {
     text: &'a str,
     counted: usize,
@@ -248,7 +248,7 @@ struct Pending {
     step: Option<u32>,
     mnemonic: String,
     operands: Vec<String>,
-    /// The lines of its rows.
+    /// The lines of the rows that belong to the instruction.
     rows: Vec<u32>,
 }
 
@@ -266,7 +266,7 @@ impl Body<'_, '_, '_> {
                 n => format!("{n} cells"),
             };
             let message = format!("this row has {cells}, but the heading row has {columns}");
-            let help = "the file may be truncated or saved by another tool: export it again; put a text that contains a separator in quotation marks";
+            let help = "export the file again: it may be truncated, or a spreadsheet program may have saved it; put a text that contains a separator in quotation marks";
             fault(self.faults, Code::Columns, &message, help);
             return;
         }
@@ -281,7 +281,7 @@ impl Body<'_, '_, '_> {
                 Ok(step) => Some(step),
                 Err(_) => {
                     let message = format!("'{}' is not a step number", shown(digits));
-                    let help = "the first column must contain step numbers or be empty: export the file again";
+                    let help = "export the file again: each field of the first column must be a step number or empty";
                     fault(self.faults, Code::StepNumber, &message, help);
                     return;
                 }
@@ -307,8 +307,8 @@ impl Body<'_, '_, '_> {
                 return;
             }
             let Some(open) = &mut self.open else {
-                let message = "an operand without an instruction before it";
-                let help = "a row with only a device continues the instruction above it: rows are missing here, export the file again";
+                let message = "this row has an operand, but no instruction comes before it";
+                let help = "export the file again: a row with only a device continues the instruction above it, and that instruction is missing";
                 fault(self.faults, Code::StrayOperand, message, help);
                 return;
             };
@@ -319,9 +319,9 @@ impl Body<'_, '_, '_> {
         self.close();
         let (mnemonic, operands) = found.split_first().map_or(("", &[][..]), |(m, o)| (*m, o));
         if !words::can_be_mnemonic(mnemonic) {
-            let message = "the instruction column does not contain an instruction";
+            let message = "this row has no mnemonic in the instruction column";
             let help =
-                "the third column must contain mnemonics such as LD or MOV: export the file again";
+                "export the file again: the third column must contain mnemonics such as LD or MOV";
             fault(self.faults, Code::NotAnInstruction, message, help);
             return;
         }
@@ -330,7 +330,7 @@ impl Body<'_, '_, '_> {
         self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands, rows });
     }
 
-    /// Completes the pending instruction.
+    /// Adds the pending instruction to the list.
     fn close(&mut self) {
         if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
             let places = WordPositions::Rows(rows.into());

@@ -31,14 +31,16 @@ pub fn decode(
     emitter.finish()
 }
 
-/// Refuses a project with more instructions than the largest CPU of its family can hold (each takes at least one step).
+/// Returns an error for a project that has more instructions than the largest CPU of its family can hold (each takes at
+/// least one step).
 fn too_many(project: &RawProject, family: Family) -> Result<(), Vec<Diagnostic>> {
     let most = family.most_steps();
     let files = project.files.iter();
     let mut all = files.flat_map(|file| file.instructions.iter().map(move |one| (file, one)));
     let Some((file, one)) = all.nth(most) else { return Ok(()) };
     let message = format!("the project has more than {most} instructions");
-    let help = format!("no {} can hold so many: check the file and the CPU", family.series());
+    let help =
+        format!("check the file and the CPU: no {} can hold so many instructions", family.series());
     let fault = Diagnostic::line(Code::TooMany, &file.name, one.line, &*one.text, message, help);
     Err(vec![fault.at_step(one.step)])
 }

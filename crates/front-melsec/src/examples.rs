@@ -6,7 +6,8 @@ use super::memory::Family;
 use super::mnemonic::{OperandType, compared, contact};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
-/// Programs around an example line: rungs, then structures with branches, jumps, loops, calls and master control.
+/// Programs into which an example line is inserted: rungs, then structures with branches, jumps, loops, calls and
+/// master control.
 const FRAMES: [&str; 16] = [
     "LD X100\n{}\nEND",
     "{}\nOUT Y100\nEND",
@@ -101,7 +102,7 @@ pub fn all() -> Vec<String> {
     own.chain(compare).chain(listed).collect()
 }
 
-/// The name of the pulse form.
+/// The name of an instruction's pulse form.
 fn pulsed(name: &str) -> String {
     if let (true, Some((prefix, rest))) = (name.contains('.'), name.split_once('.')) {
         return format!("{prefix}P.{rest}");
@@ -160,7 +161,7 @@ fn forms(name: &str, family: Family) -> Option<Vec<Form>> {
 /// The number of operand spellings that are tried.
 const ALTERNATIVES: usize = 4;
 
-/// An example operand; `at` is its position.
+/// An example operand of the kind `sample`; `at` is its position among the operands.
 fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
     let place = at * 100;
     match sample {

@@ -61,7 +61,7 @@ impl Front for Melsec {
         &DIALECTS
     }
 
-    /// The tools name the file of device comments COMMENT, and export it even if it is empty.
+    /// Whether a file holds device comments: the tools name it COMMENT, and export it even if it is empty.
     fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let is_named = || scanbound_front::stem(name).eq_ignore_ascii_case("COMMENT");
         comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())

@@ -117,7 +117,7 @@ fn read_line(
                 Code::BareStep,
                 number,
                 line,
-                "a step number without an instruction",
+                "this line has a step number, but no instruction",
                 "write the instruction after the step number, or remove the line",
             );
         }
@@ -143,7 +143,7 @@ fn read_line(
     out.push(words::instruction(number, step, mnemonic, operands, places));
 }
 
-/// The line without its comment. A `;` or `//` inside a string does not begin one.
+/// The line without its comment. A `;` or `//` inside a string does not begin a comment.
 fn code(line: &str) -> &str {
     if !line.contains([';', '/']) {
         return line;

@@ -82,36 +82,36 @@ impl Family {
     }
 }
 
-/// The type of a device name.
+/// What a device name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeviceType {
-    /// A bit of this area.
+    /// A bit device, whose cells are in this area.
     Bit(AreaId),
-    /// A word of this area.
+    /// A word device, whose cells are in this area.
     Word(AreaId),
-    /// A timer or counter: contact, coil and current value.
+    /// A timer or counter, which has a contact, a coil and a present value.
     Timed(Timed),
-    /// A bit that changes without the program. Each read may give another value; writes are ignored.
+    /// A bit that changes without the program. Two reads may give different values; writes are ignored.
     VolatileBit,
-    /// A word that changes without the program. Each read may give another value; writes are ignored.
+    /// A word that changes without the program. Two reads may give different values; writes are ignored.
     VolatileWord,
 }
 
 /// The three areas of timers, retentive timers or counters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timed {
-    /// Contacts.
+    /// The area of the contacts.
     pub contact: AreaId,
-    /// The area of current values.
+    /// The area of the coils.
     pub coil: AreaId,
-    /// Present values.
+    /// The area of the present values.
     pub value: AreaId,
     /// Whether contact and value are kept while the coil is off (retentive timers, counters).
     pub retentive: bool,
 }
 
 impl Timed {
-    /// The areas that a write to some unknown device of this type may change.
+    /// The areas that may change if a write goes to an unknown device of this type.
     pub fn areas(self) -> impl Iterator<Item = AreaId> {
         let memory = (self.contact == TIMER.contact).then_some(const { area("T ran ") });
         [self.value, self.contact, self.coil].into_iter().chain(memory)
@@ -125,7 +125,7 @@ impl Timed {
     }
 }
 
-/// All areas; an area's id is its index here.
+/// All areas. The id of an area is its index in this list.
 const AREAS: [(&str, AreaKind); 43] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
@@ -275,7 +275,7 @@ fn role(name: &str) -> Role {
     }
 }
 
-/// The radix of the numbers after a device name.
+/// The radix of the numbers that follow a device name.
 #[must_use]
 pub fn radix(name: &str, family: Family) -> Radix {
     match name {
@@ -285,7 +285,7 @@ pub fn radix(name: &str, family: Family) -> Radix {
     }
 }
 
-/// The hidden bit with this number, in which an instruction remembers an earlier result.
+/// The hidden bit with this number. An instruction remembers an earlier result in it.
 #[must_use]
 pub fn edge_memory(index: u32) -> Cell {
     Cell { area: area("edge "), index }
@@ -294,9 +294,9 @@ pub fn edge_memory(index: u32) -> Cell {
 /// A device name.
 #[derive(Debug)]
 pub struct Name {
-    /// Its letters.
+    /// The letters of the device name.
     pub letters: &'static str,
-    /// Its type, unless the family defines another one.
+    /// What the name stands for, unless the family defines something else.
     kind: DeviceType,
 }
 
@@ -407,13 +407,14 @@ pub fn is_digit(byte: u8, radix: Radix) -> bool {
     }
 }
 
-/// Whether an FX timer counts during the scan: those for subroutines, 1 ms timers, 100 ms retentive timers.
+/// Whether an FX timer's value changes while the scan runs: timers for subroutines, 1 ms timers, 100 ms retentive
+/// timers.
 #[must_use]
 pub fn has_own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
 }
 
-/// The words of each function register: FD1 begins this many words after FD0.
+/// The number of words of each function register: FD1 begins this many words after FD0.
 pub const FUNCTION_WORDS: u32 = 4;
 
 /// The device type of these letters in a family; `None` if it has no such device. For `index`, see [`Name::kind`].

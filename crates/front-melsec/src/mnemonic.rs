@@ -2,28 +2,28 @@
 
 use scanbound_ir::{Join, Relation};
 
-/// The type of the operands of a comparison contact.
+/// The type of the two operands of a comparison contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OperandType {
     /// Integers.
     Integer {
-        /// Words of each operand.
+        /// The number of words of each operand.
         words: usize,
-        /// Whether they are signed.
+        /// Whether the operands are signed.
         signed: bool,
     },
     /// Real numbers.
     Real {
-        /// Words of each operand.
+        /// The number of words of each operand.
         words: usize,
     },
-    /// Strings.
+    /// Character strings.
     Text,
     /// Dates or times of day, three words each.
     Clock,
 }
 
-/// How a contact is connected, which edge it detects (rising: true), and whether it is negated.
+/// For a contact: how it is combined with the result, which edge it detects (rising: true), and whether it is negated.
 pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
         (Join::Load, rest)

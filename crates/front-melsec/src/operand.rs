@@ -22,11 +22,11 @@ pub enum Operand {
     Module,
     /// A string without its quotes.
     Text(String),
-    /// `P50`.
+    /// A pointer, such as `P50`.
     Pointer(u32),
-    /// `I0`.
+    /// An interrupt pointer, such as `I0`.
     Interrupt(u32),
-    /// `N0`.
+    /// A nesting level of a master control region, such as `N0`.
     Nesting(u32),
     /// A device.
     Device(Device),
@@ -37,31 +37,31 @@ pub enum Operand {
 pub struct Device {
     /// The device's letters (`D`, `ZR`); for an indexed constant `K` or `H`; empty for module and indirect access.
     pub name: &'static str,
-    /// The location.
+    /// The place of the device.
     pub place: Place,
-    /// The index that is added to the device, if any.
+    /// The index that is added to the device. `None` if there is none.
     pub index: Option<Index>,
-    /// What the operand has besides the device.
+    /// What the operand adds to the device: an index, a digit designation or a bit number.
     pub modifiers: Modifiers,
     /// For indirect access, the words that hold the address.
     pub address: Option<AddressWords>,
 }
 
-/// What an operand has besides its device. All combinations are possible.
+/// What an operand has besides its device. Each combination is possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Modifiers {
-    /// Memory of a module or another station (`U0\\G5`, `J1\\W5`).
+    /// Whether the operand is memory of a module or of a second station (`U0\\G5`, `J1\\W5`).
     pub module: bool,
-    /// An index register, or indirect access.
+    /// Whether the device has an index register, or indirect access.
     pub indexed: bool,
-    /// A digit designation (`K4M0`).
+    /// Whether the operand has a digit designation (`K4M0`).
     pub digits: bool,
-    /// A bit of a word (`D0.3`).
+    /// Whether the operand is a bit of a word (`D0.3`).
     pub word_bit: bool,
 }
 
 impl Modifiers {
-    /// The modifiers that at least one of the two has.
+    /// The modifiers that at least one of `self` and `other` has.
     #[must_use]
     pub fn or(self, other: Modifiers) -> Modifiers {
         Modifiers {
@@ -76,18 +76,18 @@ impl Modifiers {
 /// The two words that hold the address for indirect access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AddressWords {
-    /// The device type of the words.
+    /// The device type of the words that hold the address.
     pub kind: DeviceType,
-    /// The number of the first word; `None` if it has an index.
+    /// The number of the first word; `None` if an index is added to it.
     pub first: Option<u32>,
 }
 
-/// An index: the device without it, and the index register.
+/// An index register, and the device to which its value is added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Index {
-    /// The number of the device that the index is added to.
+    /// The number of the device to which the index is added.
     pub number: u32,
-    /// For a bit of a word, the bit number.
+    /// For a bit of a word: the number of the bit.
     pub bit: Option<u8>,
     /// The letters of the index register: `Z`, `ZZ`, `LZ` or `V`.
     pub letters: &'static str,
@@ -95,22 +95,22 @@ pub struct Index {
     pub register: u32,
 }
 
-/// The location of a device operand.
+/// The place of a device operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// One device, by its number.
+    /// One device, by its type and number.
     At(DeviceType, u32),
     /// A bit of a word device: the word's number, and the bit from 0 to 15.
     BitOf(DeviceType, u32, u8),
     /// A digit designation (`K4M0`): the number of the first bit, and the number of digits (1 to 8) of four bits.
     Digits(DeviceType, u32, u8),
-    /// An indexed device of this type; true: a bit of an indexed word.
+    /// An indexed device of this type. `true`: a bit of an indexed word.
     Indexed(DeviceType, bool),
     /// A digit designation with an index, and its number of digits.
     IndexedDigits(DeviceType, u8),
     /// Indirect access (`@D0`): any word device.
     Indirect,
-    /// Memory of a module or another station; true: a bit of it.
+    /// Memory of a module or of a second station. `true`: a bit of such memory.
     Foreign(bool),
     /// A relay with a constant value (`SM400`, `M8000`).
     Fixed(bool),
@@ -119,7 +119,7 @@ pub enum Place {
 }
 
 impl DeviceType {
-    /// The cell of an ordinary bit or word device; for a timer or counter that of its contact.
+    /// The cell of an ordinary bit or word device; for a timer or counter, that of its contact.
     #[must_use]
     pub fn cell(self, index: u32) -> Option<Cell> {
         match self {
@@ -169,7 +169,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
                 .map_err(|_| format!("`{text}` is not a hexadecimal constant"))?;
             match i64::try_from(value) {
                 Ok(value) if value <= 0xFFFF_FFFF => Ok(Operand::Constant(value)),
-                _ => Err(format!("`{text}` does not fit in 32 bits")),
+                _ => Err(format!("the constant `{text}` does not fit in in 32 bits")),
             }
         }
         'E' if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
@@ -199,7 +199,7 @@ fn constant(value: i64, text: &str) -> Result<Operand, String> {
     if (-0x8000_0000..=0xFFFF_FFFF).contains(&value) {
         Ok(Operand::Constant(value))
     } else {
-        Err(format!("`{text}` does not fit in 32 bits"))
+        Err(format!("the constant `{text}` does not fit in in 32 bits"))
     }
 }
 
@@ -238,7 +238,7 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
     match u32::from_str_radix(digits, base) {
         // No CPU has device numbers above this; it also keeps cell indices far from overflow.
         Ok(value) if value < 0x4000_0000 => Ok(value),
-        Ok(_) => Err(format!("`{text}`: no CPU has a device of that number")),
+        Ok(_) => Err(format!("`{text}`: the device number is higher than on any CPU")),
         Err(_) => Err(format!("`{text}`: `{digits}` is not {what}")),
     }
 }
@@ -287,7 +287,9 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         },
     };
     if bit.is_some() && !matches!(kind, DeviceType::Word(_) | DeviceType::VolatileWord) {
-        return Err(format!("`{text}`: only a word device has numbered bits"));
+        return Err(format!(
+            "`{text}`: only the bits of a word device can be selected by a number"
+        ));
     }
     let index = index_of(suffix).filter(|_| !is_behind_bit).map(|(letters, register)| Index {
         number: index,
@@ -298,7 +300,7 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     Ok(Device { name, place, index, modifiers, address: None })
 }
 
-/// Parses indirect access; `text` is what follows the `@`.
+/// Parses an indirect access. `text` is the part after the `@`.
 fn indirect(text: &str, family: Family) -> Result<Device, String> {
     let address = device(text, family)?;
     let words = match address.place {
@@ -423,7 +425,7 @@ fn foreign(text: &str, family: Family) -> Result<Operand, String> {
     Ok(Operand::Device(Device { name, place, index: None, modifiers, address: None }))
 }
 
-/// Whether a part begins with a digit designation such as `K4`, and the text after it.
+/// Whether a part of an operand begins with a digit designation such as `K4`, and the text after the designation.
 fn without_digits(part: &str) -> (bool, &str) {
     match part.as_bytes() {
         [b'K', b'1'..=b'8', ..] => (true, &part[2..]),

@@ -87,7 +87,7 @@ fn check_cpus(project: &mut RawProject) {
                 Code::OtherCpu,
                 &file.name,
                 format!(
-                    "this program is for {}, but that in {} is for {cpu}",
+                    "this program is for {}, but the program in {} is for {cpu}",
                     shown(other),
                     first.name
                 ),

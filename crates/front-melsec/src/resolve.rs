@@ -22,13 +22,13 @@ const SWITCH_PROGRAMS: [&str; 6] = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN",
 
 /// What decoding needs besides the source.
 pub struct DecodeOptions<'a> {
-    /// The CPU family.
+    /// The CPU family of the project.
     pub family: Family,
     /// Whether the timing table has a user-defined instruction of this name.
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
     /// The user's facts.
     pub facts: &'a Facts,
-    /// See [`scanbound_front::Options`].
+    /// Whether calls of missing routines take no time: see [`scanbound_front::Options`].
     pub absent_calls_take_no_time: bool,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Resolved<'a> {
 }
 
 impl Resolved<'_> {
-    /// The file whose program has this name; a file name extension in it is ignored.
+    /// The file whose program has this name; a file name extension in `name` is ignored.
     pub(super) fn named(&self, name: &str) -> Option<usize> {
         let stem = name.split('.').next().unwrap_or(name);
         self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem))
@@ -76,13 +76,13 @@ pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
     /// The mnemonic in upper case.
     pub(super) name: Cow<'a, str>,
-    /// What it is.
+    /// The category of the instruction, and its data.
     pub(super) category: Category,
-    /// Its parsed operands, or why one is invalid.
+    /// The parsed operands of the instruction, or why one is invalid.
     pub(super) operands: Vec<Result<Operand, String>>,
 }
 
-/// An error at an instruction; `part` is a slice of it or one of its words.
+/// An error at an instruction; `part` is a slice of the instruction's text or one of its words.
 pub(super) fn fault(
     raw: &RawInstruction,
     file: &RawFile,
@@ -93,10 +93,10 @@ pub(super) fn fault(
     raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step)
 }
 
-/// The error for a number of operands other than `count`, if it is wrong.
+/// The error that says that the instruction does not have `count` operands. `None` if it has.
 pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> Option<Diagnostic> {
     let found = raw.operands.len();
-    let message = || format!("`{}` takes {}, but here are {found}", raw.mnemonic, operands(count));
+    let message = || format!("`{}` takes {}, but has {found}", raw.mnemonic, operands(count));
     let part = raw.operands.get(count).unwrap_or(&raw.mnemonic);
     let help = "see the description of the instruction";
     (found != count).then(|| fault(raw, file, (Code::OperandCount, part), message(), help))
@@ -107,7 +107,7 @@ pub(super) enum Category {
     /// A contact.
     Contact {
         join: Join,
-        /// The edge that it detects: rising, falling or none.
+        /// The edge that the contact detects: rising (`true`), falling (`false`), or none.
         rising: Option<bool>,
         negated: bool,
     },
@@ -115,21 +115,21 @@ pub(super) enum Category {
     Comparison { join: Join, sort: OperandType, relation: Relation },
     /// A contact that is true while a program runs.
     ProgramCheck(Join),
-    /// ANB, ORB.
+    /// An instruction that connects two blocks of contacts: ANB or ORB.
     Block,
-    /// MPS, MRD, MPP.
+    /// An instruction of a branch: MPS, MRD or MPP.
     Branch,
-    /// An instruction that changes the result (INV, MEP, EGP and similar).
+    /// An instruction that changes the result of the rung (INV, MEP, EGP and similar).
     Result,
-    /// Part of the control structure.
+    /// An instruction of the control structure.
     Control(Control),
-    /// OUT, SET and similar.
+    /// A coil: OUT, SET and similar instructions.
     Coil,
     /// An application instruction of the catalog.
     Listed(CatalogMatch),
     /// A user-defined instruction with a row in the timing table.
     User,
-    /// An unknown instruction, already reported; whether it counts as its rung's output.
+    /// An unknown instruction, which was already reported. `is_output`: it counts as the output of its rung.
     Unknown { is_output: bool },
 }
 
@@ -147,9 +147,9 @@ pub(super) enum Control {
     Call,
     /// RET; it also ends a step ladder.
     Return,
-    /// SRET, IRET.
+    /// An instruction that only ends a routine: SRET or IRET.
     OnlyReturn,
-    /// RETSTL.
+    /// The end of a step ladder: RETSTL.
     LadderEnd,
     End,
     For,
@@ -199,7 +199,7 @@ fn item<'a>(
     item
 }
 
-/// Contacts, and instructions that connect or change their results.
+/// The category of a contact, or of an instruction that connects results or changes them. `None` for others.
 fn in_rung(name: &str) -> Option<Category> {
     if let Some((join, rising, negated)) = contact(name) {
         return Some(Category::Contact { join, rising, negated });
@@ -244,7 +244,7 @@ fn control(name: &str, raw: &RawInstruction, options: &DecodeOptions<'_>) -> Opt
     })
 }
 
-/// An instruction of the catalog or the timing table, or the error that it is in neither.
+/// The category of an instruction of the catalog or of the timing table. Reports an error if it is in neither.
 fn listed(
     item: &Item<'_>,
     file: &RawFile,
@@ -279,15 +279,14 @@ fn listed(
         Err(NotFound::OperandCount { expected }) => {
             let expected: Vec<String> = expected.into_iter().map(operands).collect();
             let found = item.raw.operands.len();
-            let message =
-                format!("`{written}` takes {}, but here are {found}", expected.join(" or "));
+            let message = format!("`{written}` takes {}, but has {found}", expected.join(" or "));
             let help = "see the description of the instruction";
             refuse(Code::OperandCount, message, help, true)
         }
     }
 }
 
-/// `1 operand`, `3 operands`.
+/// The number of operands in words: `1 operand`, `3 operands`.
 fn operands(count: usize) -> String {
     match count {
         0 => "no operand".to_owned(),

@@ -19,12 +19,12 @@ pub struct RawInstruction {
     pub operands: Vec<String>,
     /// Mnemonic and operands, separated by single blanks.
     pub text: Arc<str>,
-    /// The positions of its words in the source.
+    /// The positions of the instruction's words in the source.
     pub places: WordPositions,
 }
 
 impl RawInstruction {
-    /// For diagnostics that point at a part of it.
+    /// The data with which a diagnostic can point at a part of the instruction.
     pub(crate) fn caret<'a>(&'a self, file: &'a RawFile) -> Caret<'a> {
         Caret {
             line: self.line,
@@ -48,7 +48,7 @@ pub struct RawFile {
     pub cpu: Option<String>,
     /// The instructions in source order.
     pub instructions: Vec<RawInstruction>,
-    /// The file's text, to show lines of it; empty for a CSV file.
+    /// The text of the file, of which messages show lines; empty for a CSV file.
     pub source: String,
 }
 

@@ -20,18 +20,18 @@ const MAX_NESTING: usize = 64;
 /// On the FX, P63 means END and needs no label.
 const END_OF_FX: u32 = 63;
 
-/// The role of an item in the control structure. Other items are named by their indices.
+/// What an item does in the control structure. Other items are referred to by their indices.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Part {
     /// A pointer label.
     Label,
     /// The start of an interrupt program.
     Interrupt,
-    /// A jump to this label or end.
+    /// A jump to the item with this index.
     Jump(usize),
-    /// A call of the routine at this label.
+    /// A call of the routine that begins at this item.
     Call(usize),
-    /// A call of a missing routine, with its name in the facts.
+    /// A call of a missing routine. The text is the routine's name in the facts file.
     Absent(String),
     /// The end of a routine.
     Return,
@@ -41,7 +41,7 @@ pub(super) enum Part {
     End,
     /// A stop of the CPU.
     Stop,
-    /// A NEXT, with the FOR that begins its loop.
+    /// A NEXT; the number is the item of the FOR that begins its loop.
     For(usize),
     Next,
     /// The start of a master control region of this nesting level.
@@ -52,40 +52,41 @@ pub(super) enum Part {
     LadderState(Vec<Cell>),
 }
 
-/// The regions around an item.
+/// The master control region and the step ladder state in which an item is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Site {
-    /// The item that begins the innermost region that may hold it off: a master control or a state.
+    /// The item that begins the innermost region that may prevent this item from acting: a master control region or a
+    /// state.
     pub(super) master: Option<usize>,
-    /// The item that begins the step ladder state around it.
+    /// The item that begins the step ladder state in which this item is.
     pub(super) state: Option<usize>,
 }
 
-/// The control structure.
+/// The control structure of a project: routines, jumps, loops and master control regions.
 #[derive(Debug, Default)]
 pub(super) struct Structure {
     /// The control items by index. An item with a reported error is missing.
     parts: BTreeMap<usize, Part>,
     /// The regions around each item.
     sites: Vec<Site>,
-    /// For each file whose program need not run in every scan, the end to which it then jumps.
+    /// For each file whose program need not run in every scan: the END to which it jumps when it does not run.
     skip_targets: Vec<Option<usize>>,
     /// The files that contain only routines and do not run by themselves.
     standby: BTreeSet<usize>,
 }
 
 impl Structure {
-    /// The role of an item in the control structure.
+    /// What an item does in the control structure. `None` if nothing.
     pub(super) fn part(&self, item: usize) -> Option<&Part> {
         self.parts.get(&item)
     }
 
-    /// The regions around an item.
+    /// The master control region and the step ladder state in which an item is.
     pub(super) fn site(&self, item: usize) -> Site {
         self.sites.get(item).copied().unwrap_or_default()
     }
 
-    /// The end to which a file's program may jump at once, if it need not run in every scan.
+    /// The END to which a file's program may jump at once, if the program need not run in every scan.
     pub(super) fn skip_target(&self, file: usize) -> Option<usize> {
         self.skip_targets.get(file).copied().flatten()
     }
@@ -130,7 +131,7 @@ pub(super) fn structure(
     walk.structure
 }
 
-/// An open region, with the item that begins it.
+/// A master control region or step ladder state that is open, with the item that begins it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Region {
     Master(u32, usize),
@@ -145,7 +146,7 @@ impl Region {
     }
 }
 
-/// A routine's name in the facts.
+/// The name of a routine in the facts file.
 fn routine(program: Option<&str>, label: u32) -> String {
     // The text after a dot is the program's file name extension.
     let stem = |program: &str| program.split('.').next().unwrap_or(program).to_owned();
@@ -157,9 +158,9 @@ fn routine(program: Option<&str>, label: u32) -> String {
 struct UnresolvedJump {
     item: usize,
     label: u32,
-    /// The file that is searched first.
+    /// The file in which the label is searched first.
     file: usize,
-    /// Whether only this file is searched.
+    /// Whether the label is searched only in this file.
     only: bool,
     is_call: bool,
 }
@@ -169,7 +170,7 @@ struct UnresolvedJump {
 struct Transfer {
     from: usize,
     to: usize,
-    /// The innermost regions around both items.
+    /// The innermost master control regions of both items.
     masters: [Option<usize>; 2],
 }
 
@@ -178,7 +179,7 @@ struct Checker<'r, 'f> {
     options: &'r DecodeOptions<'r>,
     faults: &'r mut [Faults<'f>],
     structure: Structure,
-    /// The current file.
+    /// The file that is being checked.
     file: usize,
     /// The labels of each file, and the items where they are.
     labels: Vec<BTreeMap<u32, usize>>,
@@ -186,9 +187,9 @@ struct Checker<'r, 'f> {
     transfers: Vec<Transfer>,
     /// The FOR items of open loops.
     loops: Vec<usize>,
-    /// Open regions.
+    /// The master control regions that are open.
     masters: Vec<Region>,
-    /// The open state of a step ladder, and the region around it.
+    /// The step ladder state that is open, and the region in which it began.
     state: Option<(usize, Option<usize>)>,
 }
 
@@ -197,7 +198,7 @@ impl<'r> Checker<'r, '_> {
         &self.resolved.items[at]
     }
 
-    /// Reports an error at an item of the current file; `part` is a slice of it or one of its words.
+    /// Reports an error at an item of the current file; `part` is a slice of the item's text or one of its words.
     fn fault(&mut self, at: usize, code: Code, part: &str, message: String, help: &str) {
         self.fault_in(self.file, at, (code, part), message, help);
     }
@@ -239,7 +240,7 @@ impl<'r> Checker<'r, '_> {
         self.end_of_file(items.end);
     }
 
-    /// Finds the role of a control instruction, and opens and closes regions and loops.
+    /// Finds what a control instruction does, and opens or closes the region or loop.
     fn control(&mut self, at: usize, control: Control) -> Option<Part> {
         let count = match control {
             Control::Break | Control::Master => 2,
@@ -308,7 +309,7 @@ impl<'r> Checker<'r, '_> {
         None
     }
 
-    /// The label number of an operand.
+    /// The label number in operand `n` of an item.
     fn pointer(&mut self, at: usize, n: usize) -> Option<u32> {
         match self.operand(at, n)? {
             Operand::Pointer(label) => Some(*label),
@@ -350,14 +351,15 @@ impl<'r> Checker<'r, '_> {
     fn jump_to_end(&mut self, at: usize) -> Option<Part> {
         let to = self.end_behind(self.file, at + 1);
         if to.is_none() {
-            let message = "the program has no END after this jump to the end".to_owned();
+            let message =
+                "this jump leads to the END of the program, but the program has no END".to_owned();
             self.fault(at, Code::NoEnd, "", message, "write END after the last instruction");
         }
         self.transfers.extend(to.map(|to| Transfer { from: at, to, masters: [None, None] }));
         to.map(Part::Jump)
     }
 
-    /// The next program end of a file, after an item.
+    /// The first END of a file's program that follows an item.
     fn end_behind(&self, file: usize, from: usize) -> Option<usize> {
         let is_end =
             |at: &usize| matches!(self.item(*at).category, Category::Control(Control::End));
@@ -381,7 +383,7 @@ impl<'r> Checker<'r, '_> {
         None
     }
 
-    /// The program name in the first operand.
+    /// The name of a program in the first operand of an item.
     fn program(&mut self, at: usize) -> Option<&'r str> {
         match self.operand(at, 0)? {
             Operand::Text(name) => Some(name),
@@ -398,14 +400,14 @@ impl<'r> Checker<'r, '_> {
         let message = format!("the program `{program}` is not among the given files");
         let text = &self.item(at).raw.operands[0];
         let help = absent::help(
-            "give all files of the project, and name each file like its program",
+            "give all files of the project, and give each file the name of the program in it",
             &name,
         );
         self.fault(at, Code::NoProgram, text, message, &help);
         None
     }
 
-    /// Whether a call of this missing routine is allowed.
+    /// Whether a call of this missing routine is allowed because its time is stated.
     fn may_lack(&self, name: &str) -> bool {
         self.options.absent_calls_take_no_time || self.options.facts.calls.contains_key(name)
     }
@@ -419,7 +421,7 @@ impl<'r> Checker<'r, '_> {
                 Code::Nesting,
                 "FOR",
                 message,
-                "nest at most 16 loops, the limit of the CPUs",
+                "nest at most 16 loops: CPUs allow no more",
             );
         }
     }
@@ -435,7 +437,7 @@ impl<'r> Checker<'r, '_> {
         }
         if self.structure.sites[begin].master != self.masters.last().map(|region| region.begin()) {
             let message = "the loop and a master control region overlap".to_owned();
-            let help = "end the inner one before the outer one";
+            let help = "put the whole loop inside the region, or the whole region inside the loop";
             self.fault(at, Code::CrossedMasterControl, "NEXT", message, help);
         }
         Some(Part::Next)
@@ -444,7 +446,7 @@ impl<'r> Checker<'r, '_> {
     fn breaks(&mut self, at: usize) -> Option<Part> {
         if self.loops.is_empty() {
             let message = "`BREAK` is outside a loop".to_owned();
-            let help = "put it between FOR and NEXT";
+            let help = "put the instruction between FOR and NEXT";
             self.fault(at, Code::NoLoop, &self.item(at).name, message, help);
             return None;
         }
@@ -464,7 +466,7 @@ impl<'r> Checker<'r, '_> {
         if matches!(self.masters.last(), Some(Region::Master(open, _)) if *open >= level) {
             let text = &self.item(at).raw.operands[0];
             let message = format!("a master control region of level N{level} is already open here");
-            let help = "use a higher level number for an inner region";
+            let help = "give the inner region a higher level number";
             self.fault(at, Code::Nesting, text, message, help);
         }
         self.masters.push(Region::Master(level, at));
@@ -509,7 +511,8 @@ impl<'r> Checker<'r, '_> {
         Some(Part::LadderState(relays))
     }
 
-    /// Ends the open state before an item, if there is one; the jump over the state leads to that item.
+    /// Ends the step ladder state that is open before an item, if there is one; the jump over the state leads to that
+    /// item.
     fn close_state(&mut self, at: usize) -> bool {
         let Some((begin, around)) = self.state.take() else { return false };
         self.masters.retain(|region| matches!(region, Region::Master(..)));
@@ -518,7 +521,7 @@ impl<'r> Checker<'r, '_> {
         true
     }
 
-    /// Reports what is still open at the end of a file.
+    /// Reports the loops and regions that are still open at the end of a file.
     fn end_of_file(&mut self, end: usize) {
         self.close_state(end);
         let (loops, masters) = (take(&mut self.loops), take(&mut self.masters));

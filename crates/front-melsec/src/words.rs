@@ -10,7 +10,7 @@ use scanbound_front::{Faults, shown};
 /// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real
 /// projects have some ten thousand instructions.
 const MAX_INSTRUCTIONS: usize = 400_000;
-/// The longest line, in bytes.
+/// The largest length of a line, in bytes.
 const LONGEST: usize = 64 * 1024;
 
 /// Splits at blanks and TABs. A word that begins with `"` extends to its closing `"`, including blanks. `Err` holds the
@@ -38,7 +38,7 @@ fn string_end(text: &str) -> Option<usize> {
         .find(|&end| text[end..].chars().next().is_none_or(char::is_whitespace))
 }
 
-/// Whether a word is a label of its own: `P50`, `I0`.
+/// Whether a word is a pointer label: `P50`, `I0`.
 pub(super) fn is_pointer(word: &str) -> bool {
     word.strip_prefix(['P', 'I', 'p', 'i'])
         .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
@@ -84,7 +84,7 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
             Code::TooMany,
             faults.file(),
             format!("the program has more than {MAX_INSTRUCTIONS} instructions"),
-            "scanbound does not support so many: check the file",
+            "check the file: no CPU can hold so many instructions",
         ));
     }
     too_many
@@ -101,7 +101,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],
                 "this line is far too long",
-                "the file is damaged, or is not a program: export it again",
+                "export the file again: it is damaged, or is not a program",
             );
             return true;
         }
@@ -131,7 +131,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                 Code::NoEnd,
                 file,
                 "the program has no END",
-                "the file may be truncated: export it again, or write END after the last instruction",
+                "export the file again if it is truncated, or write END after the last instruction",
             );
             fault.line = Some(lines.max(1));
             if let Some(instruction) = instructions.last() {
@@ -152,10 +152,10 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                         instruction.line,
                         shown(&instruction.text),
                         format!(
-                            "this instruction{others} comes after the END in line {}",
+                            "this instruction{others} comes after the END of the program, in line {}",
                             instructions[end].line
                         ),
-                        "each file has one program: remove what follows END, or remove this END",
+                        "keep one program in each file: remove what follows END, or remove this END",
                     )
                     .at_step(instruction.step),
                 );

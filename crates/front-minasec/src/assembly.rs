@@ -247,7 +247,7 @@ enum Address {
     TooLarge,
 }
 
-/// Removes an address at the start of the words, and returns it (`12`, `12:`, `0x0C`).
+/// Removes an address (`12`, `12:`, `0x0C`) from the start of the words, and returns it.
 fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     let first = words.first()?;
     let digits = first.strip_suffix(':').unwrap_or(first);

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// The name of the only CPU.
 pub(super) const CPU: &str = "MINASEC-U";
-/// The areas, named so that cell names match the machine's device names: `X0` and 3 make X03.
+/// The areas. Their names and indices together give the PLC's device names: `X0` and 3 make X03.
 const AREAS: [(&str, Role); 7] = [
     ("X0", Role::Input),
     ("Y0", Role::Output),
@@ -117,14 +117,14 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
     }
 }
 
-/// The device after the mnemonic and a blank.
+/// The device of a word, as the operand in the instruction's text.
 fn operand(word: Word) -> Option<Operand> {
     let device = Device { cell: cell(word)?, bit: None };
     let start = word.opcode().mnemonic().len() + 1;
     Some(Operand { start: start as u32, end: word.to_string().len() as u32, device })
 }
 
-/// The cell that holds the device's value.
+/// The cell that holds the device's value. `None` for the counter's clear input, which holds no value.
 fn cell(word: Word) -> Option<Cell> {
     let (high, low) = (word.device().address() >> 3, u32::from(word.device().address() & 7));
     match word.device().kind() {
@@ -137,7 +137,7 @@ fn cell(word: Word) -> Option<Cell> {
     }
 }
 
-/// The value that a word reads.
+/// The expression for the value that a word reads from its device.
 fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
         let choice = ChoiceId(program.choices);
@@ -163,7 +163,7 @@ fn read(word: Word, program: &mut Program) -> Logic {
     }
 }
 
-/// The effects of a store. Writes to the counter's clock and clear only change the count.
+/// The effects of a store. Stores to the counter's clock and clear inputs only change the count, which is not modelled.
 fn store(word: Word, value: Logic) -> Vec<Effect> {
     match word.device().kind() {
         DeviceKind::Input | DeviceKind::Clear => Vec::new(),

@@ -7,7 +7,7 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
 
-/// The number of bytes in a written record.
+/// The number of bytes in each record of a written file.
 const RECORD: usize = 16;
 
 /// The sizes of the memory ICs that fit the board (HM6116, HM6264, HM62256). The board connects address lines from A8
@@ -29,7 +29,7 @@ pub fn is_image(bytes: &[u8]) -> bool {
             .any(|&byte| byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
 }
 
-/// The first byte of a memory IC that the board cannot reach and that has other content.
+/// The first byte of a memory IC that the board cannot reach and that is not empty.
 fn unreachable(bytes: &[u8]) -> Option<usize> {
     let uniform = |value: u8| bytes[WORDS..].iter().all(|&byte| byte == value);
     if uniform(0) || uniform(0xFF) {

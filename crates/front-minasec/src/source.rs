@@ -15,7 +15,7 @@ pub const BINARY: &str = "minasec-bin";
 pub struct Source {
     /// The file's name as the user gave it.
     pub name: String,
-    /// The dialect's name.
+    /// The name of the dialect in which the program is written.
     pub dialect: &'static str,
     /// The program memory. Words that are not in the file are 0 (`LD X00`), as in a cleared memory.
     pub words: [Word; WORDS],
@@ -35,7 +35,7 @@ impl Source {
         }
     }
 
-    /// The memory as bytes.
+    /// The program memory as bytes.
     #[must_use]
     pub fn bytes(&self) -> [u8; WORDS] {
         self.words.map(|word| word.0)

@@ -5,24 +5,24 @@ use std::fmt;
 /// The number of words that the eight-bit program counter can address. Each scan executes all of them.
 pub const WORDS: usize = 256;
 
-/// The operation of a word.
+/// What a program word does with its device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Opcode {
     /// Loads the device's value into the accumulator.
     Ld,
-    /// Loads the inverted value.
+    /// Loads the inverted value of the device into the accumulator.
     Ldi,
     /// ANDs the device's value to the accumulator.
     And,
-    /// ANDs the inverted value.
+    /// ANDs the inverted value of the device to the accumulator.
     Andi,
     /// ORs the device's value to the accumulator.
     Or,
-    /// ORs the inverted value.
+    /// ORs the inverted value of the device to the accumulator.
     Ori,
     /// Stores the accumulator in the device.
     St,
-    /// The device takes the inverse of the accumulator's value; the accumulator keeps its own.
+    /// Stores the inverse of the accumulator's value in the device; the accumulator keeps its value.
     Sti,
 }
 
@@ -51,31 +51,31 @@ impl Opcode {
         Opcode::ALL.into_iter().find(|opcode| opcode.mnemonic().eq_ignore_ascii_case(text))
     }
 
-    /// Whether it writes to its device.
+    /// Whether the operation writes to its device.
     #[must_use]
     pub fn is_store(self) -> bool {
         matches!(self, Opcode::St | Opcode::Sti)
     }
 
-    /// Whether it inverts the value that it reads or writes.
+    /// Whether the operation inverts the value that it reads or writes.
     #[must_use]
     pub fn inverts(self) -> bool {
         self as u8 & 1 == 1
     }
 }
 
-/// The type of a device.
+/// What a device is: an input, an output, a relay, a timer or a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DeviceKind {
     /// Input: the value latched at the start of the scan. It cannot be written.
     Input,
-    /// Output: a latch, whose value appears at the terminals at the end of the scan.
+    /// An output: a latch, whose value appears at the terminal at the end of the scan.
     Output,
-    /// Internal relay.
+    /// An internal relay, which is not connected to a terminal.
     Relay,
     /// On-delay timer: a write sets its coil, a read gives its delayed contact.
     Timer,
-    /// Counter: a write sets its clock, a read tells whether the count equals the set value.
+    /// A counter: a write sets its clock, a read tells whether its count equals the set value.
     Counter,
     /// Clear input of the counter: it can be written, and always reads 0.
     Clear,
@@ -95,7 +95,7 @@ impl Device {
     /// The clear input of the counter.
     pub const CLEAR: Device = Device(0b11111);
 
-    /// The device with this address; only the low five bits count.
+    /// The device with this address; only the low five bits of `address` matter.
     #[must_use]
     pub fn at(address: u8) -> Device {
         Device(address & 0b11111)
@@ -106,13 +106,13 @@ impl Device {
         (0..32).map(Device)
     }
 
-    /// Its address, 0 to 31.
+    /// The address of the device, 0 to 31.
     #[must_use]
     pub fn address(self) -> u8 {
         self.0
     }
 
-    /// The type of the device.
+    /// What the device is.
     #[must_use]
     pub fn kind(self) -> DeviceKind {
         match self.0 {
@@ -162,25 +162,25 @@ impl fmt::Display for Device {
 pub struct Word(pub u8);
 
 impl Word {
-    /// The word of an instruction.
+    /// The program word of an instruction.
     #[must_use]
     pub fn new(opcode: Opcode, device: Device) -> Word {
         Word((opcode as u8) << 5 | device.0)
     }
 
-    /// Its operation.
+    /// The operation of the word.
     #[must_use]
     pub fn opcode(self) -> Opcode {
         Opcode::ALL[usize::from(self.0 >> 5)]
     }
 
-    /// Its device.
+    /// The device of the word.
     #[must_use]
     pub fn device(self) -> Device {
         Device::at(self.0)
     }
 
-    /// Whether it writes to an input, which is not possible.
+    /// Whether the word writes to an input, which is not possible.
     #[must_use]
     pub fn stores_to_input(self) -> bool {
         self.opcode().is_store() && self.device().kind() == DeviceKind::Input

@@ -10,7 +10,7 @@ use scanbound_front::operand_spans;
 use scanbound_ir::{AccessedDevices, Cell, Device, Region};
 use std::sync::Arc;
 
-/// Stands for an unknown count. The price then uses the instruction's units.
+/// Stands for an unknown number of cells. The price then uses the instruction's units.
 const MANY: u32 = u32::MAX / 2;
 
 /// The operands of an instruction that are devices.
@@ -23,7 +23,7 @@ pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
     named.collect()
 }
 
-/// The device of an operand.
+/// The device that an operand names.
 pub(super) fn device(operand: &Operand) -> Option<Device> {
     match *operand {
         Operand::Word(cell) | Operand::Flag(cell) => Some(Device { cell, bit: None }),
@@ -32,7 +32,7 @@ pub(super) fn device(operand: &Operand) -> Option<Device> {
     }
 }
 
-/// What an instruction accesses.
+/// The devices that an instruction reads and writes.
 pub(super) fn touched(item: &Item<'_>, memory: Memory) -> AccessedDevices {
     let mut touched = AccessedDevices::default();
     for (at, operand) in item.operands.iter().enumerate() {

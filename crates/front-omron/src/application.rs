@@ -46,14 +46,14 @@ pub(super) fn lower_application(builder: &mut OmronBuilder, item: &Item<'_>) {
         let written = written(builder, item);
         builder.approximate(match written.is_empty() {
             true if item.name == "SRCH" => "IR0 and DR0 may have any value".to_owned(),
-            true => "what this changes may have any value".to_owned(),
+            true => "everything that this instruction writes may have any value".to_owned(),
             false => format!("{written} may have any value"),
         });
     }
     data::note_indirect(builder, item);
 }
 
-/// The written operands, as in the source.
+/// The operands that the instruction writes, as text for a message.
 fn written(builder: &OmronBuilder, item: &Item<'_>) -> String {
     let Some(row) = item.row else { return item.raw.operands.join(", ") };
     let slots = row.operands.iter().zip(&item.raw.operands).zip(&item.operands);
@@ -80,7 +80,7 @@ fn is_written(slot: &OperandSpec) -> bool {
     slot.written_words().is_some() || slot.role == Role::ReadWriteIfDevice
 }
 
-/// The number of words that the instruction processes, for times per word.
+/// The number of units of the instruction: the words that it processes.
 fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
     let Some(row) = item.row else { return Units::None };
     // No manual of CS, CJ and CP says that a count beyond the end of an area is an error.
@@ -149,7 +149,7 @@ fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -
     })
 }
 
-/// Reads the input words that `!` refreshes before the instruction.
+/// Writes of new values to the input words that the prefix `!` refreshes before the instruction.
 fn refreshed(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let Some(row) = item.row else { return Vec::new() };
     let mut writes = Vec::new();

@@ -18,7 +18,7 @@ use scanbound_ir::{
     TimingKey, Units, Write,
 };
 
-/// From this number on, saved branches belong to an instruction; those below are TR0 to TR15.
+/// From this number on, saved branches belong to an instruction; lower numbers are those of TR0 to TR15.
 pub(super) const BRANCHES: u32 = 16;
 
 /// A program under construction.
@@ -27,15 +27,15 @@ pub(super) struct OmronBuilder {
     pub(super) memory: Memory,
     /// The errors so far.
     pub(super) faults: Vec<Diagnostic>,
-    /// The index of the current file.
+    /// The index of the file that is being lowered.
     pub(super) file: u32,
-    /// The number of branches that have no output yet.
+    /// The number of branches of the rung that have no output yet.
     pub(super) depth: usize,
-    /// Whether the last instruction was a coil, so that the next LD begins a rung.
+    /// Whether the instruction before was a coil, so that the next LD begins a rung.
     pub(super) closed: bool,
-    /// The temporary relays (TR) that hold a branch of this rung.
+    /// The temporary relays (TR) that hold a branch of the current rung.
     pub(super) branches: BTreeSet<u32>,
-    /// The completion flags of timers that count between instructions.
+    /// The completion flags of timers that may time out between instructions.
     pub(super) fast: BTreeSet<Cell>,
     /// Whether the current instruction may run several times in a scan.
     pub(super) repeated: bool,
@@ -43,11 +43,11 @@ pub(super) struct OmronBuilder {
     pub(super) interlocked: bool,
     /// The number of hidden bits so far.
     edges: u32,
-    /// What the current instruction stores in hidden bits; it is added last.
+    /// The effects that store values of the current instruction in hidden bits; they are added last.
     remembered: Vec<Effect>,
-    /// Loops with the count in a word: the index of the FOR, and the word if it is known.
+    /// Loops whose number of iterations is in a word: the index of the FOR, and the word if it is known.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
-    /// Index registers that the current operands increment or decrement; the effect is added last.
+    /// Index registers that operands of the current instruction increment or decrement; these effects are added last.
     moved: Vec<Cell>,
 }
 
@@ -73,7 +73,7 @@ impl OmronBuilder {
         }
     }
 
-    /// Sets the source place of the instructions that are added next.
+    /// Sets the position in the source for the instructions that are added next.
     pub(super) fn at(&mut self, item: &Item<'_>) {
         let place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
         self.out.at(place, item.raw.text.clone(), accessed::operands(item));
@@ -114,7 +114,7 @@ impl OmronBuilder {
         choice
     }
 
-    /// Whether an input of the instruction changed since its last execution.
+    /// The expression that says whether an input of the instruction changed since its last execution.
     pub(super) fn changed(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.earlier_choice()))
     }
@@ -129,7 +129,7 @@ impl OmronBuilder {
         })
     }
 
-    /// A bit that something outside determines.
+    /// A bit that something outside the program determines.
     pub(super) fn external_bit(&mut self) -> Logic {
         let choice = if self.repeated { self.out.choice() } else { self.out.external_choice() };
         Logic::Bit(BitSource::Free(choice))
@@ -185,7 +185,8 @@ impl OmronBuilder {
         self.out.define(choice, meaning);
     }
 
-    /// The condition on which an instruction executes, by its edge prefix. For instructions that are lowered to one.
+    /// The condition under which an instruction fires, by its edge prefix. For instructions that are lowered to a
+    /// single one.
     pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
@@ -193,7 +194,7 @@ impl OmronBuilder {
         }
     }
 
-    /// The same for instructions that are lowered to several.
+    /// As `fires`, for an instruction that is lowered to several instructions.
     pub(super) fn fires_or_not(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
@@ -231,27 +232,27 @@ impl OmronBuilder {
         self.push(Step::Act { fires }, effects, timing)
     }
 
-    /// Adds a part of an instruction that changes the result.
+    /// Adds a part of an instruction that only changes the result of the rung.
     fn result(&mut self, join: Join, value: Logic) {
         self.push(Step::Logic { join, value }, Vec::new(), None);
     }
 
-    /// Negates the result.
+    /// Negates the result of the rung.
     pub(super) fn invert(&mut self) {
         self.result(Join::Replace, Logic::Condition.not());
     }
 
-    /// Makes the result true.
+    /// Makes the result of the rung true.
     pub(super) fn always(&mut self) {
         self.result(Join::Replace, Logic::Const(true));
     }
 
-    /// Saves the result while this instruction is lowered.
+    /// Saves the result of the rung while this instruction is lowered.
     pub(super) fn keep(&mut self) {
         self.push(Step::Save(BRANCHES), Vec::new(), None);
     }
 
-    /// Restores the result that `keep` saved.
+    /// Restores the result of the rung that `keep` saved.
     pub(super) fn restore(&mut self) {
         self.push(Step::Fetch(BRANCHES), Vec::new(), None);
     }
@@ -273,7 +274,7 @@ impl OmronBuilder {
         self.depth = self.depth + 1 - count as usize;
     }
 
-    /// Makes the result the product (AND) of branches; `false` means the negated branch.
+    /// Makes the result of the rung the conjunction of branches. Each has its number; `false` negates it.
     pub(super) fn product(&mut self, branches: &[(u32, bool)]) {
         for (at, &(branch, positive)) in branches.iter().enumerate() {
             if at > 0 {

@@ -6,7 +6,7 @@ use super::source::Family;
 use scanbound_front::catalog::{self, Catalog, Line};
 pub(super) use scanbound_front::catalog::{Amount, Extent};
 
-/// All meaning keywords; the later stages compare with these.
+/// All keywords of the column `meaning`; the later stages compare with these.
 const MEANINGS: &str = "\
     add and and-block and-not break call clear-carry compare compare-real compare-signed compare-unknown \
     complement copy counter counter-reversible decrement end exchange fall fill flags-compare flags-compare-signed \
@@ -61,24 +61,24 @@ impl catalog::Vocabulary for Vocabulary {
 /// The roles of timer and counter numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Timing {
-    /// A timer number.
+    /// The number of a timer.
     Timer,
-    /// A counter number.
+    /// The number of a counter.
     Counter,
     /// A timer or counter number with its letter.
     TimerOrCounter,
 }
 
-/// The values of the OMRON columns.
+/// The values of the columns that only the OMRON catalog has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Extra {
-    /// The family that has the instruction; `None` for both.
+    /// The CPU family that has the instruction; `None` if both have it.
     pub(super) family: Option<Family>,
-    /// The function number.
+    /// The function number of the instruction. `None` if it has none.
     pub(super) number: Option<u16>,
     /// Whether the user can assign the function number, so that any number is accepted.
     pub(super) assignable: bool,
-    /// The names of the condition flags that it may change.
+    /// The names of the condition flags that the instruction may change.
     pub(super) flags: &'static str,
 }
 
@@ -96,24 +96,24 @@ fn is_of(row: &Row, family: Family) -> bool {
 /// How a comparison or bit test contact is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Connection {
-    /// `LD=`
+    /// As the first contact of a branch, such as `LD=`.
     Load,
-    /// `AND=`
+    /// In series, such as `AND=`.
     And,
-    /// `OR=`
+    /// In parallel, such as `OR=`.
     Or,
 }
 
-/// The catalog's answer for a mnemonic.
+/// What the catalog says about a mnemonic.
 #[derive(Debug, Clone)]
 pub(super) struct CatalogMatch {
-    /// Its rows, one for each number of operands.
+    /// The rows of the mnemonic, one for each number of operands.
     pub(super) rows: Vec<&'static Row>,
     /// For comparisons and bit tests, how they are connected.
     pub(super) lead: Option<Connection>,
 }
 
-/// The catalog.
+/// The catalog of all OMRON instructions.
 static CATALOG: LazyLock<Catalog<Vocabulary>> =
     LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
 

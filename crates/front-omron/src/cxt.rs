@@ -13,13 +13,13 @@ use super::source::{Family, RawFile, RawProgram, Symbol, Symbols, Task};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
 
-/// The start of the mark before and after a text.
+/// The beginning of the mark that stands before and after a text.
 const MARK: &str = "$?St$Bk?_#[";
 
 /// The lowest number of a cyclic task.
 const FIRST_CYCLIC: u32 = 256;
 
-/// The blocks that contain rungs: parent, content, and the parent's key for their number.
+/// The blocks that contain rungs: parent, content, and the parent's key for the number of blocks.
 const LEVELS: [Level; 5] = [
     Level { name: "Program", parent: "Programs", count: Some("ProgramCount") },
     Level { name: "Sections", parent: "Program", count: None },
@@ -38,23 +38,23 @@ const NO_CODE_TEXTS: [&str; 2] = ["Com", "Comment"];
 struct Level {
     name: &'static str,
     parent: &'static str,
-    /// The parent's key for the number of these blocks; if it has none, there is one.
+    /// The parent's key for the number of these blocks. `None`: the parent has exactly one such block.
     count: Option<&'static str>,
 }
 
-/// An open block.
+/// A block of the file whose END was not read yet.
 struct Block {
-    /// Its key, without an index in brackets.
+    /// The key of the block, without an index in brackets.
     name: String,
-    /// The line where it begins.
+    /// The line where the block begins.
     line: usize,
-    /// The number of blocks with rungs found in it; for a rung, the number of mnemonics lists.
+    /// The number of blocks with rungs that were found in the block; for a rung, the number of mnemonic lists.
     held: u32,
-    /// The number that it states.
+    /// The number of entries that the file states for the block.
     told: Option<u32>,
 }
 
-/// Whether a file begins like this format.
+/// Whether the beginning of a file looks like this format.
 pub(super) fn sniff(beginning: &str) -> bool {
     if !beginning.contains(":=") {
         return false;
@@ -186,7 +186,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Whether the current block may contain code: it is in `Programs`, and not one of those without code.
+    /// Whether the current block may contain code: it is in `Programs`, and not in a block without code.
     fn holds_code(&self) -> bool {
         let is = |names: &[&str]| self.path.iter().any(|one| names.contains(&one.name.as_str()));
         is(&["Programs"]) && !is(&NO_CODE)
@@ -223,7 +223,7 @@ impl Reader<'_, '_> {
         self.path.push(Block { name, line, held: 0, told: None });
     }
 
-    /// Counts a block in its parent. Its index must be the next number.
+    /// Counts a block in the block that contains it. Reports an error if its index is not the next number.
     fn hold(&mut self, level: &Level, key: &str) {
         let Some(parent) = self.path.last_mut() else { return };
         let place = parent.held;
@@ -235,7 +235,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Checks that a finished block contains as many blocks as it states, or one.
+    /// Checks that a finished block contains the number of blocks that it states. If it states none: one.
     fn close(&mut self, block: &Block) {
         if !(self.holds_code() || block.name == "Programs") {
             return;
@@ -346,7 +346,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Counts a list of mnemonics in its rung.
+    /// Counts the mnemonic list that begins here, for the number of the current rung.
     fn list(&mut self) {
         if let Some(rung) = self.path.last_mut() {
             rung.held += 1;

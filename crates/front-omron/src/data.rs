@@ -11,7 +11,7 @@ use scanbound_ir::{
     WordSource, WordTarget, Write,
 };
 
-/// Lists operands whose values are read but not modelled.
+/// Records operands for which any value is assumed when the instruction reads them.
 pub(super) fn note_indirect(builder: &mut OmronBuilder, item: &Item<'_>) {
     let Some(row) = item.row else { return };
     for ((operand, text), slot) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
@@ -20,23 +20,23 @@ pub(super) fn note_indirect(builder: &mut OmronBuilder, item: &Item<'_>) {
         }
         if operand.is_indirect() {
             builder.approximate(format!(
-                "{text} is read through an unknown address: it may have any value"
+                "{text} is read through an unknown address: any value is assumed for {text}"
             ));
         } else if *operand == Operand::Register {
-            builder.approximate(format!("{text} is not modelled: it may have any value"));
+            builder.approximate(format!("{text} is not modelled: any value is assumed for {text}"));
         }
     }
 }
 
-/// Lists that a comparison may give either result.
+/// Records that both results of a comparison are assumed possible.
 pub(super) fn note_unknown(builder: &mut OmronBuilder, item: &Item<'_>) {
     if item.meaning() == "compare-unknown" {
-        builder.approximate("this comparison may be true or false");
+        builder.approximate("the meaning of this comparison is not modelled: both results, true and false, are assumed possible");
     }
     note_indirect(builder, item);
 }
 
-/// Havocs everything that the instruction may write.
+/// Writes of any value to everything that the instruction may write.
 pub(super) fn havoc(builder: &OmronBuilder, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
     let regions: Vec<Region> = match item.row {
         // A user-defined instruction may write the whole area of each operand.
@@ -69,7 +69,7 @@ pub(super) fn havoc(builder: &OmronBuilder, item: &Item<'_>, choice: ChoiceId) -
         .collect()
 }
 
-/// All cells of an operand's area; for timers and counters both flags and current values.
+/// All cells of an operand's area; for timers and counters both the flags and the present values.
 fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
     let regions = operand.regions(None).into_iter().map(|region| match region {
         Region::Range { first, .. } => Region::Area(first.area),
@@ -85,8 +85,8 @@ fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
     all.collect()
 }
 
-/// Registers that are written implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the number of matches
-/// in DR0.
+/// The registers that an instruction writes implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the
+/// number of matches in DR0.
 fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
     let index = memory.index_register(0).filter(|_| found);
@@ -105,7 +105,7 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
 }
 
-/// Havocs the condition flags that the catalog lists.
+/// Writes of any value to the condition flags that the catalog lists for the instruction.
 pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let named = item.row.map_or("*", |row| row.extra.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
@@ -124,7 +124,7 @@ pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     targets.into_iter().map(|target| Write::Bit(target, builder.free_bit())).collect()
 }
 
-/// The values of this many words of an operand; `None` if it cannot be read as words.
+/// The values of `count` words of operand `at`; `None` if the operand cannot be read as words.
 pub(super) fn sources(
     builder: &mut OmronBuilder,
     item: &Item<'_>,
@@ -163,7 +163,7 @@ fn number(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, count: u32) ->
     sources(builder, item, at, count).map(Number::Words)
 }
 
-/// Write targets for this many words of an operand: empty for registers, `None` if unknown.
+/// The write targets for `count` words of operand `at`: empty for registers, `None` if unknown.
 fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     match item.operands.get(at)? {
         Operand::Word(first) => Some((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()),
@@ -172,7 +172,7 @@ fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     }
 }
 
-/// The number of words of this operand by its role.
+/// The number of words of operand `at`, as its role in the catalog says.
 fn width(item: &Item<'_>, at: usize) -> u32 {
     let slot = item.row.and_then(|row| row.operands.get(at));
     match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
@@ -181,7 +181,7 @@ fn width(item: &Item<'_>, at: usize) -> u32 {
     }
 }
 
-/// The exact writes of the instruction, if it is one of the simple ones.
+/// The exact writes of the instruction. `None` if it is not one of the simple instructions.
 pub(super) fn exact(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     let wide = width(item, 0);
     let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
@@ -271,7 +271,7 @@ fn block(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     Some(vec![Write::Words(to, Number::Words(from))])
 }
 
-/// Instructions on single bits of words.
+/// The exact writes of an instruction on single bits of words. `None` if the instruction is none of these.
 fn bits(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     let family = builder.memory.family;
     let value = |set: &str| Logic::Const(item.meaning().starts_with(set));
@@ -386,7 +386,7 @@ fn comparison(
     Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
-/// Whether the limits of ZCP are constants in the right order. Otherwise it may be an error that leaves the flags
+/// Whether the limits of ZCP are constants in the right order. Otherwise ZCP may be an error that leaves the flags
 /// unchanged.
 fn limits_in_order(item: &Item<'_>) -> bool {
     let limit = |at: usize| match item.operands.get(at) {
@@ -402,7 +402,7 @@ fn limits_in_order(item: &Item<'_>) -> bool {
     matches!((limit(1), limit(2)), (Some(low), Some(high)) if read(low) <= read(high))
 }
 
-/// CMP and ZCP: sets each flag to the result of the comparison.
+/// The exact writes of CMP and ZCP, which set each flag to the result of the comparison.
 fn compare_flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     if item.meaning().starts_with("flags-zone") && !limits_in_order(item) {
         return Some(Vec::new());

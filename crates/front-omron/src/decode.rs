@@ -29,7 +29,7 @@ const MAX_FAULTS: usize = 100;
 /// instructions two to seven.
 const MAX_INSTRUCTIONS: usize = 300 * 1024;
 
-/// Refuses a project with more instructions than any CPU can hold.
+/// Returns an error for a project that has more instructions than any CPU can hold.
 fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
     let mut instructions = project.files.iter().flat_map(|file| {
         let own = file.programs.iter().flat_map(|program| &program.instructions);
@@ -105,19 +105,19 @@ const UNLISTED: &str = "unlisted tasks";
 /// The largest number of input and output words of any CPU.
 const MAX_POINTS: u32 = 320;
 
-/// The subroutines that interrupts may run, besides those that nothing calls.
+/// The subroutines that interrupts may run, in addition to those that nothing calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Interrupted {
-    /// Whether the program enables interrupts.
+    /// Whether the program enables any interrupt.
     any: bool,
-    /// Whether any subroutine may run, because a table in memory selects it.
+    /// Whether interrupts may run any subroutine, because a table in memory selects it.
     all: bool,
-    /// The numbers of the subroutines.
+    /// The numbers of the subroutines that interrupts may run.
     numbers: BTreeSet<u32>,
 }
 
 impl Interrupted {
-    /// Examines an instruction that may enable interrupts.
+    /// Records what an instruction enables, if it enables interrupts.
     fn look(&mut self, item: &Item<'_>, family: Family) {
         if family != Family::C {
             return;
@@ -140,7 +140,7 @@ impl Interrupted {
     }
 }
 
-/// The completion flags of timers that count between instructions: all with a time base of 10 ms or less.
+/// The completion flags of timers that may time out between instructions: all with a time base of 10 ms or less.
 fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
     let none = BTreeSet::new();
     let mut found = BTreeSet::new();
@@ -168,7 +168,7 @@ fn position(project: &RawProject, file: &str) -> usize {
     project.files.iter().position(|other| other.name == file).unwrap_or(usize::MAX)
 }
 
-/// The instructions of a subroutine, to find recursive calls.
+/// The range of a subroutine's instructions. Used to find recursive calls.
 struct Body {
     program: usize,
     number: u32,
@@ -179,11 +179,11 @@ struct Body {
 struct Decoder {
     builder: OmronBuilder,
     faults: Vec<Diagnostic>,
-    /// The first instruction of each subroutine, by program, whether global, and number.
+    /// The first instruction of each subroutine, by program, by whether it is global, and by number.
     routines: BTreeMap<(usize, bool, u32), usize>,
-    /// Calls with their program, and the error to report if the subroutine is missing.
+    /// The calls, each with its program, and with the error for the case that the subroutine is missing.
     calls: Vec<(usize, CallSite, Diagnostic)>,
-    /// Programs: task, name, instructions, and the index of END.
+    /// The lowered programs: task, name, range of instructions, and the index of END.
     tasks: Vec<(Task, String, std::ops::Range<usize>, usize)>,
     bodies: Vec<Body>,
     switches: bool,
@@ -191,7 +191,7 @@ struct Decoder {
     interrupted: Interrupted,
     /// Whether the program enables interrupts that run tasks (CS, CJ and CP).
     unmasked: bool,
-    /// Whether programs call each other's subroutines, as several programs of the C series do.
+    /// Whether programs call subroutines of each other, as several programs of the C series do.
     shared: bool,
     /// Input and output words that are read and that are written, each with a mask of the single bits that are used.
     used: [BTreeMap<u32, u16>; 2],
@@ -371,7 +371,7 @@ impl Decoder {
         }
     }
 
-    /// The system clears the condition flags when a task begins.
+    /// Adds the clearing of the condition flags, which the system does when a task begins.
     fn clear_flags(&mut self) {
         if self.builder.memory.family == Family::Cs && !self.tasks.is_empty() {
             let (first, count) = self.builder.memory.flags();
@@ -416,7 +416,7 @@ impl Decoder {
                 scanbound_front::shown(&raw.text),
                 format!("subroutine {} does not exist in the project", call.number),
                 absent::help(
-                    "give the file that contains it too, correct the number",
+                    "give the file that contains the subroutine too, correct the number",
                     &call.routine(),
                 ),
             );
@@ -424,7 +424,7 @@ impl Decoder {
         }
     }
 
-    /// Resolves each call, and finds recursive calls.
+    /// Connects each call with its subroutine, and finds recursive calls.
     fn connect(&mut self, project: &RawProject, options: &Options<'_>) {
         let shared = self.shared;
         let nothing = Symbols::new();
@@ -527,7 +527,7 @@ impl Decoder {
                 Code::NoProgram,
                 name,
                 "no program runs in every scan",
-                "only interrupt tasks were given: give the cyclic tasks too",
+                "give the programs of the cyclic tasks too: the given programs are only interrupt tasks",
             ));
         }
         self.uncalled(options);
@@ -553,7 +553,7 @@ impl Decoder {
         );
     }
 
-    /// If interrupts are enabled, subroutines that nothing calls are interrupt routines.
+    /// Makes subroutines that nothing calls interrupt routines, if interrupts are enabled.
     fn uncalled(&mut self, options: &Options<'_>) {
         if self.interrupted == Interrupted::default() {
             return;
@@ -570,7 +570,7 @@ impl Decoder {
         }
     }
 
-    /// If the project can switch a task off, the task may or may not run; otherwise it always runs.
+    /// If the project can switch a task off, adds that the task may or may not run; otherwise the task always runs.
     fn gate(&mut self, at: usize, may_be_off: bool, gated: bool) {
         if !gated {
             return;
@@ -598,7 +598,7 @@ impl Decoder {
                     Part::Value,
                     Code::Fact,
                     format!("the range of '{device}' ends at {high}, above 32767, the largest signed word"),
-                    "state a range of signed words (up to 32767), or of double words (above 65535)",
+                    "state a range that ends at most at 32767 (a signed word), or above 65535 (a double word)",
                 )),
                 Ok(Operand::Word(cell)) => {
                     let wide = low < -0x8000 || high > 0x7FFF;
@@ -622,7 +622,7 @@ impl Decoder {
     }
 }
 
-/// What can be written in a device or device range.
+/// The cells that a device or device range of the facts file covers. `None` if the text is neither.
 fn written(reader: &Reader<'_>, text: &str) -> Option<Vec<Region>> {
     let ends = |want| {
         let (first, last) = text.split_once('-').unwrap_or((text, text));

@@ -16,22 +16,22 @@ use scanbound_ir::{
     Relation, WordSource, WordTarget, Write,
 };
 
-/// The exact meaning of an instruction whose written operands are havocked.
+/// The exact meaning of an instruction, of which the analysis havocs the written operands.
 #[derive(Debug, Clone, PartialEq)]
 struct ExactMeaning {
     meaning: Meaning,
-    /// Whether the last output is the carry flag.
+    /// Whether the last result of the operation is the carry flag.
     carries: bool,
 }
 
 /// What is known about an instruction's result, from which the condition flags follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// Nothing is known.
+    /// Nothing is known about the result.
     Unknown,
-    /// An operation computes it, together with the flags. On an error both stay unchanged.
+    /// An operation computes the result together with the flags. On an error both stay unchanged.
     Worked,
-    /// It is written whenever the instruction fires, so the flags can be computed from the written words.
+    /// The result is written whenever the instruction fires, so the flags can be computed from the written words.
     Written,
 }
 
@@ -79,7 +79,7 @@ fn flags_follow_result(item: &Item<'_>) -> bool {
     item.row.is_none_or(|row| row.extra.flags == "*")
 }
 
-/// Whether this flag depends on the result.
+/// Whether the flag depends on the result of the instruction.
 fn follows_result(item: &Item<'_>, flag: &str) -> bool {
     match flag {
         // The manuals do not say whether the remainder counts.
@@ -119,13 +119,13 @@ pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>, outcome: Outcom
     effects
 }
 
-/// Where the carry flag comes from.
+/// Where the value of the carry flag comes from.
 enum CarrySource {
-    /// The operation of the result.
+    /// The operation that computes the result also computes the carry flag.
     WithResult,
-    /// A separate operation.
+    /// A separate operation computes the carry flag.
     SeparateOperation(Meaning),
-    /// Unknown.
+    /// The carry flag may have any value.
     Unknown,
 }
 
@@ -396,7 +396,7 @@ fn moved(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
     }
 }
 
-/// The word at the offset that another operand gives.
+/// The address of the word that is `by` words after `base`; the value of operand `by` is the offset.
 fn offset(builder: &mut OmronBuilder, item: &Item<'_>, base: usize, by: usize) -> Option<Address> {
     let &Operand::Word(first) = item.operands.get(base)? else { return None };
     let memory = builder.memory;
@@ -410,7 +410,7 @@ fn offset(builder: &mut OmronBuilder, item: &Item<'_>, base: usize, by: usize) -
     Some(Address::within(start, size, i64::from(first.index), vec![Term::unsigned(by)]))
 }
 
-/// One bit of a word operand.
+/// The bit with number `bit` of word operand `at`.
 fn bit_of(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, bit: u32) -> Option<BitSource> {
     let memory = builder.memory;
     match item.operands.get(at)? {
@@ -422,12 +422,12 @@ fn bit_of(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, bit: u32) -> O
     }
 }
 
-/// This many words of an operand, as input of an operation.
+/// `count` words of operand `at`, as the input of an operation.
 fn words(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, count: u32) -> Option<Input> {
     data::sources(builder, item, at, count).map(Input::Words)
 }
 
-/// The carry flag as input of an operation.
+/// The carry flag, as the input of an operation.
 fn carry_bit(builder: &OmronBuilder) -> Option<Input> {
     let flag = match builder.memory.flag("CY")? {
         BitTarget::Cell(cell) => BitSource::Cell(cell),
@@ -440,7 +440,7 @@ fn carry_target(builder: &OmronBuilder) -> Option<Target> {
     Some(Target::Bits(vec![builder.memory.flag("CY")?]))
 }
 
-/// This many words of an operand, as output of an operation.
+/// `count` words of operand `at`, as the output of an operation.
 fn target(builder: &OmronBuilder, item: &Item<'_>, at: usize, count: u32) -> Option<Target> {
     let &Operand::Word(first) = item.operands.get(at)? else { return None };
     if !extent::fits(builder.memory, first, count) {

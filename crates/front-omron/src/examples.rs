@@ -4,7 +4,7 @@ use super::catalog::{self, Row};
 use super::source::{C, CX, Family};
 use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
 
-/// Programs around an example line: rungs, blocks, branches, and instructions that come in pairs.
+/// Programs into which an example line is inserted: rungs, blocks, branches, and instructions that come in pairs.
 const FRAMES: [&str; 12] = [
     "LD {in0}\n{}\nEND",
     "{}\nOUT {out}\nEND",
@@ -61,7 +61,7 @@ fn lines(name: &str, row: &Row, family: Family) -> Vec<String> {
     (0..4).flat_map(|other| [line(other, all), line(other, all.saturating_sub(1))]).collect()
 }
 
-/// An example operand; `at` is its position.
+/// An example operand of the kind `sample`; `at` is its position among the operands.
 fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
     let is_c = family == Family::C;
     match sample {

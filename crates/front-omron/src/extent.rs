@@ -5,10 +5,10 @@ use super::memory::Memory;
 use super::resolve::Item;
 use scanbound_ir::Cell;
 
-/// The largest number of words that is modelled exactly; larger blocks are havocked.
+/// The largest number of words of a block that is modelled exactly; a larger block is havocked.
 pub(super) const MAX_WORDS: u32 = 256;
 
-/// The number of words of an operand; `None` if unknown.
+/// The number of words that an operand covers; `None` if unknown.
 pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {
     match amount {
         Amount::Fixed(count) => Some(count),
@@ -28,7 +28,7 @@ pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<
     }
 }
 
-/// Whether this many words are within their area. Beyond its end, the instruction is an error.
+/// Whether `count` words from `first` on are within their area. Otherwise the instruction is an error.
 pub(super) fn fits(memory: Memory, first: Cell, count: u32) -> bool {
     first.index.checked_add(count).is_some_and(|end| end <= memory.size(first.area))
 }

@@ -13,26 +13,26 @@ const MAX_OPERANDS: usize = 100;
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 200;
 
-/// Counts evidence for each notation.
+/// Counts signs of each notation, to recognise the notation of a file.
 #[derive(Debug, Clone, Copy, Default)]
 struct Evidence {
-    /// Two-digit function numbers.
+    /// The number of function numbers with two digits.
     two_digits: usize,
-    /// Three-digit function numbers, and mnemonics of CS, CJ and CP only.
+    /// The number of three-digit function numbers, and of mnemonics that only CS, CJ and CP have.
     three_digits: usize,
-    /// `LD NOT`, five-digit bits, `DM 0100`.
+    /// The number of signs of the C notation: `LD NOT`, five-digit bits, `DM 0100`.
     c: usize,
-    /// `LDNOT`, `100.00`, `W0.00`, `P_On`.
+    /// The number of signs of the CX-Programmer notation: `LDNOT`, `100.00`, `W0.00`, `P_On`.
     cx: usize,
-    /// Mnemonics that only OMRON has.
+    /// The number of mnemonics that only OMRON has.
     own: usize,
-    /// Instructions of the catalog whose operands are valid for OMRON.
+    /// The number of instructions of the catalog whose operands are valid for OMRON.
     known: usize,
-    /// Those of them that begin a branch.
+    /// The number of these known instructions that begin a branch.
     contacts: usize,
-    /// Other lines.
+    /// The number of lines that are none of these.
     unknown: usize,
-    /// Whether something occurs that OMRON mnemonics never have.
+    /// Whether the file has something that OMRON mnemonics never have.
     foreign: bool,
 }
 
@@ -100,7 +100,7 @@ fn look(instruction: &RawInstruction, evidence: &mut Evidence) {
         usize::from(fits && known && name.starts_with("LD") && !instruction.operands.is_empty());
 }
 
-/// Counts what an operand is evidence for. Returns whether it is valid for OMRON.
+/// Counts the operand as a sign of a notation. Returns whether it is valid for OMRON.
 fn sign(operand: &str, name: &str, evidence: &mut Evidence) -> bool {
     let upper = operand.to_ascii_uppercase();
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());

@@ -25,18 +25,18 @@ pub(super) struct CallSite {
     pub(super) item: usize,
     /// The subroutine number.
     pub(super) number: u32,
-    /// Whether it calls a global subroutine (GSBN).
+    /// Whether the call is of a global subroutine (GSBN).
     pub(super) global: bool,
 }
 
 impl CallSite {
-    /// The subroutine's name in the facts.
+    /// The name of the subroutine in the facts file.
     pub(super) fn routine(&self) -> String {
         format!("{}SBN{}", if self.global { "G" } else { "" }, self.number)
     }
 }
 
-/// The lowering of one program.
+/// The state while one program is lowered.
 pub(super) struct Lowering<'a> {
     pub(super) builder: &'a mut OmronBuilder,
     pub(super) items: &'a [Item<'a>],
@@ -46,7 +46,7 @@ pub(super) struct Lowering<'a> {
     /// Jumps and loops, with their target items.
     patches: Vec<(usize, usize)>,
     pub(super) calls: Vec<CallSite>,
-    /// The levels of the open interlocks.
+    /// The numbers of the open interlocks.
     interlocks: Vec<u32>,
     /// Whether the project switches tasks on and off.
     pub(super) switches: bool,
@@ -188,7 +188,7 @@ impl<'a> Lowering<'a> {
             )
         } else {
             (
-                format!("{} takes {branches} branches, but here are {open}", item.name),
+                format!("{} takes {branches} branches, but {open} are open before it", item.name),
                 "connect branches with AND LD or OR LD; KEEP, CNT and TTIM take two branches, CNTR and SFT three",
             )
         };
@@ -220,7 +220,7 @@ impl<'a> Lowering<'a> {
         self.builder.fetch(register, join, key);
     }
 
-    /// How LD is connected: it begins a rung, or one more branch.
+    /// How the result of LD is combined: it begins a rung, or one more branch.
     fn loading(&mut self) -> Join {
         let start = self.builder.closed || self.builder.depth == 0;
         self.builder.depth = if start { 1 } else { self.builder.depth + 1 };
@@ -276,7 +276,7 @@ impl<'a> Lowering<'a> {
         };
         self.joined(item, lead, value, effects);
         if item.raw.edge.is_some() && negated {
-            self.builder.approximate("the edge of a negated contact may be on or off");
+            self.builder.approximate("scanbound does not follow the edge of a negated contact: the contact may be on or off");
         }
         if fast.is_some() {
             self.builder.approximate(
@@ -285,7 +285,7 @@ impl<'a> Lowering<'a> {
         }
         if item.operands.first().is_some_and(Operand::is_indirect) {
             self.builder.approximate(format!(
-                "{} is read through an unknown address: it may have any value",
+                "{} is read through an unknown address: any value is assumed for it",
                 item.raw.operands[0]
             ));
         }
@@ -315,7 +315,7 @@ impl<'a> Lowering<'a> {
     fn block(&mut self, item: &Item<'_>, step: Step) {
         if self.builder.depth < 2 {
             let message = format!(
-                "{} connects two branches, but here is {}",
+                "{} connects two branches, but the number of open branches before it is {}",
                 item.raw.text, self.builder.depth
             );
             self.builder.fault(item, Code::Branches, message, "begin each branch with LD");
@@ -326,7 +326,7 @@ impl<'a> Lowering<'a> {
         self.builder.push(step, Vec::new(), Some(key));
     }
 
-    /// Lowers NOT, UP and DOWN, which change the result.
+    /// Lowers NOT, UP and DOWN, which change the result of the rung.
     fn change(&mut self, item: &Item<'_>) {
         if self.builder.depth == 0 && !self.needs(item, 1) {
             return;
@@ -348,7 +348,7 @@ impl<'a> Lowering<'a> {
                 item,
                 Code::Branches,
                 message,
-                "end the branch with a coil or an instruction; this instruction takes no condition",
+                "end the branch with a coil or an instruction that takes a condition",
             );
         }
         self.builder.rung();
@@ -386,11 +386,11 @@ impl<'a> Lowering<'a> {
         let Some(operand) = item.operands.first() else { return Step::Nothing };
         let Some(iterations) = operand.count(self.builder.memory.family) else {
             if matches!(operand, Operand::Constant(..) | Operand::Real(_) | Operand::Text) {
-                let help = "write a count from 0 to 65535, such as FOR(512) &10";
+                let help = "write a number from 0 to 65535, such as FOR(512) &10";
                 self.builder.fault(
                     item,
                     Code::LoopCount,
-                    "this is not a number of iterations",
+                    "the operand of FOR is not a number of iterations",
                     help,
                 );
                 return Step::Nothing;
@@ -407,7 +407,7 @@ impl<'a> Lowering<'a> {
             return Step::ForBegin { count: WordSource::Free(choice), least: 0, most, end: 0 };
         };
         if iterations > most {
-            let help = "write a count from 0 to 65535";
+            let help = "write a number from 0 to 65535";
             self.builder.fault(item, Code::LoopCount, "the count is too large", help);
             return Step::Nothing;
         }
@@ -452,8 +452,8 @@ impl<'a> Lowering<'a> {
                     self.builder.fault(
                         item,
                         Code::NotModelled,
-                        "this switches on an interrupt task as an extra cyclic task",
-                        "define it as a cyclic task in the project",
+                        "scanbound does not support an interrupt task that is switched on as an extra cyclic task",
+                        "define the task as a cyclic task in the project",
                     );
                 }
             }
@@ -476,7 +476,7 @@ impl<'a> Lowering<'a> {
             let fires = self.builder.fires(item.raw.edge);
             self.builder.act(fires, effects, Some(key));
             self.builder.approximate(format!(
-                "{} is written through an unknown address: every possible target may have any value",
+                "{} is written through an unknown address: every device that it may be may have any value",
                 item.raw.operands[0]
             ));
             return;
@@ -515,7 +515,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Lowers DIFU and DIFD in an interlock. They do not execute while it is active, so their bit keeps its value.
+    /// Lowers DIFU and DIFD in an interlock. They are not executed while the interlock is active, so their bit keeps
+    /// its value.
     fn interlocked_pulse(
         &mut self,
         meaning: &str,

@@ -3,12 +3,12 @@
 use super::source::Family;
 use scanbound_ir::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Region, Role};
 
-/// What an area contains.
+/// What the cells of an area are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
     /// Words of data, each with sixteen bits.
     Words,
-    /// Completion flags of timers or counters; the number of the area of their current values.
+    /// Completion flags of timers or counters. The number is that of the area of their present values.
     Flags(usize),
     /// Current values of timers or counters.
     Values,
@@ -19,11 +19,11 @@ pub(super) enum Use {
 }
 
 struct AreaDefinition {
-    /// The name in reports.
+    /// The name of the area in reports.
     name: &'static str,
-    /// How it is written in operands.
+    /// The letters with which operands name the area.
     letters: &'static [&'static str],
-    /// The number of words or bits in the family's largest CPU.
+    /// The number of words or bits that the area has in the family's largest CPU.
     size: u32,
     role: Use,
 }
@@ -55,7 +55,7 @@ const C_AREAS: [AreaDefinition; 10] = [
     other("EDGE-", &[], u32::MAX, Use::Memories),
 ];
 
-/// CS, CJ, CP: CIO, W, H, A, D; each bank of E is a further area.
+/// The areas of CS, CJ and CP: CIO, W, H, A, D; each bank of E is a further area.
 const CS_AREAS: [AreaDefinition; 15] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),
@@ -133,14 +133,14 @@ const SYMBOLS: [(&str, &str, &str); 25] = [
     ("P_Cycle_Time_Error", "A401.08", "25309"),
 ];
 
-/// How a bit behaves when it is read.
+/// Whether a read of a bit gives the value that was written last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BitBehavior {
-    /// It has the value that was written last.
+    /// The bit has the value that was written last.
     Held,
-    /// It always has this value.
+    /// The bit always has this value.
     Fixed(bool),
-    /// The system may change it at any time.
+    /// The system may change the bit at any time.
     Volatile,
 }
 
@@ -180,7 +180,7 @@ impl Memory {
         Some((AreaId(at as u16), self.known()[at].role))
     }
 
-    /// A bank of the E area, in hexadecimal (0 to 18).
+    /// The E area's bank with this number, in hexadecimal (0 to 18).
     pub(super) fn bank(self, digits: &str) -> Option<AreaId> {
         let bank = u32::from_str_radix(digits, 16).ok().filter(|bank| *bank < BANKS)?;
         (self.family == Family::Cs).then(|| AreaId((CS_AREAS.len() as u32 + bank) as u16))
@@ -231,7 +231,7 @@ impl Memory {
         }
     }
 
-    /// How a bit of a word behaves when it is read.
+    /// Whether a read of a bit of a word gives the value that was written last.
     pub(super) fn bit_behavior(self, cell: Cell, bit: u8) -> BitBehavior {
         match (self.family, cell.area.0, cell.index, bit) {
             (Family::C, 0, 253, 13) => BitBehavior::Fixed(true),
@@ -244,7 +244,7 @@ impl Memory {
         }
     }
 
-    /// How a cell of a bit area behaves when it is read.
+    /// Whether a read of a cell of a bit area gives the value that was written last.
     pub(super) fn cell_behavior(self, cell: Cell) -> BitBehavior {
         match (self.family, cell.area.0, cell.index) {
             (Family::Cs, 9, 113) => BitBehavior::Fixed(true),
@@ -269,7 +269,7 @@ impl Memory {
         self.known().get(usize::from(cell.area.0)).map_or("", |known| known.name)
     }
 
-    /// Whether the area may contain inputs and outputs, so that `!` refreshes it.
+    /// Whether the cell is in an area of inputs and outputs, which `!` refreshes.
     pub(super) fn is_refreshed(cell: Cell) -> bool {
         cell.area.0 == 0
     }
@@ -365,7 +365,7 @@ impl Memory {
         Cell { area: AreaId(area), index: flag.index }
     }
 
-    /// The hidden bit with this number, in which an instruction remembers a value.
+    /// The hidden bit with this number. An instruction remembers a value in it.
     pub(super) fn edge(self, index: u32) -> Cell {
         let area = match self.family {
             Family::C => 9,
@@ -419,7 +419,7 @@ impl Memory {
         }
     }
 
-    /// The areas to which an indirect address in this area may point.
+    /// The areas to which an indirect address in `area` may point.
     pub(super) fn reach(self, area: AreaId) -> Vec<AreaId> {
         let mut areas = vec![area];
         if self.family == Family::Cs {

@@ -6,12 +6,12 @@ use super::memory::{BitBehavior, Memory, Use};
 use super::source::{Family, Symbol, Symbols};
 use scanbound_ir::{AreaId, BitSource, BitTarget, Cell, ChoiceId, Region, WordSource};
 
-/// The notation of a constant, which decides how a count is read.
+/// The notation of a constant. It decides whether the constant is read as BCD or binary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Notation {
     /// `#1234`: hexadecimal digits, BCD where the instruction wants BCD.
     Digits,
-    /// `&10`, `+10`, `-5`
+    /// A decimal number with a prefix or sign: `&10`, `+10`, `-5`.
     Decimal,
     /// `000`: a plain number without prefix.
     Bare,
@@ -22,25 +22,25 @@ pub(super) enum Notation {
 pub(super) enum Operand {
     /// A constant.
     Constant(i64, Notation),
-    /// `+1.5`
+    /// A real number, such as `+1.5`.
     Real(f32),
-    /// `"text"`
+    /// A string, such as `"text"`.
     Text,
-    /// A word, or the first of several.
+    /// A word, or the first of several words.
     Word(Cell),
-    /// A completion flag or condition flag.
+    /// A completion flag or a condition flag.
     Flag(Cell),
     /// A bit of a word.
     Bit(Cell, u8),
-    /// A current value that the system changes at any time; it is not modelled.
+    /// The present value of a timer or counter, which the system changes at any time. It is not modelled.
     Register,
-    /// An unknown word in these areas: `*D6`, `@D80`, the current bank of E.
+    /// An unknown word of these areas: `*D6`, `@D80`, the current bank of E.
     Within(Vec<AreaId>),
-    /// An unknown word of any area: through an index register.
+    /// An unknown word of any area, which an index register selects.
     Anywhere,
 }
 
-/// Why an operand is invalid, and what to do.
+/// Why an operand is invalid, and what the user can do.
 pub(super) type OperandError = (String, &'static str);
 
 const FORMS: &str = "write addresses such as 00305, 100.00, W10.00, D100, DM 0100, T0010, and constants such as #1234, &10, +1.5";
@@ -52,9 +52,9 @@ pub(super) enum Expected {
     Word,
     /// A bit.
     Bit,
-    /// A plain number.
+    /// A plain number, such as a timer number.
     Number,
-    /// A timer or counter number, with or without these letters.
+    /// A timer or counter number, with these letters or without letters.
     Completion(&'static str),
 }
 
@@ -63,7 +63,7 @@ pub(super) enum Expected {
 pub(super) struct Reader<'a> {
     pub(super) memory: Memory,
     pub(super) symbols: [&'a Symbols; 2],
-    /// The completion flags of timers that count between instructions.
+    /// The completion flags of timers that may time out between instructions.
     pub(super) fast: &'a BTreeSet<Cell>,
 }
 
@@ -102,7 +102,7 @@ impl Reader<'_> {
         self.checked(area, index, letters).map(Operand::Flag)
     }
 
-    /// Parses a symbol's address; `None` if the text is not a symbol.
+    /// Parses the address of a symbol; `None` if the text is not the name of a symbol.
     fn resolve(
         &self,
         text: &str,
@@ -301,7 +301,7 @@ pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     (plain != register.trim()).then(|| memory.index_register(number)).flatten()
 }
 
-/// An array element.
+/// An element of an array: `base` moved by `index` elements.
 fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Operand {
     let kind = symbol.kind.to_ascii_uppercase();
     let size = match kind.split('[').next().unwrap_or_default().trim() {
@@ -382,7 +382,7 @@ fn no_area(letters: &str) -> OperandError {
 pub(super) type NewChoice<'a> = &'a mut dyn FnMut() -> ChoiceId;
 
 impl Operand {
-    /// The value of this many words, the lowest first; `None` if the operand cannot be read as words.
+    /// The values of `count` words of the operand, the lowest first; `None` if it cannot be read as words.
     pub(super) fn sources(
         &self,
         count: u32,
@@ -438,7 +438,7 @@ impl Operand {
         }
     }
 
-    /// The regions that a write of this many words may change (`None`: up to the end of the area).
+    /// The regions that a write of `count` words may change (`None`: up to the end of the area).
     pub(super) fn regions(&self, count: Option<u32>) -> Vec<Region> {
         match (self, count) {
             (Operand::Word(first) | Operand::Bit(first, _), Some(count)) => {
@@ -454,7 +454,7 @@ impl Operand {
         }
     }
 
-    /// The value of a constant as a count: BCD on the C series, otherwise by its notation.
+    /// The value of a constant as a number of words or iterations: BCD on the C series, otherwise by its notation.
     pub(super) fn count(&self, family: Family) -> Option<u32> {
         let &Operand::Constant(value, notation) = self else { return None };
         let value = u32::try_from(value).ok()?;
@@ -467,7 +467,7 @@ impl Operand {
         }
     }
 
-    /// The word address, if the operand is one.
+    /// The address of the word. `None` if the operand is not a word.
     pub(super) fn word(&self) -> Option<Cell> {
         match self {
             Operand::Word(cell) => Some(*cell),

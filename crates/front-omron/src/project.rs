@@ -69,7 +69,7 @@ pub fn read(
                 Code::OtherCpu,
                 name,
                 message,
-                "scanbound does not support this CPU",
+                "scanbound supports C200H, C1000H, C2000H, CQM1, CPM and SRM1 CPUs, and the CS, CJ and CP series: give a program for one of these",
             )]
         })?,
         (false, None) => Family::Cs,
@@ -104,9 +104,9 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let open = programs.filter(|(_, program)| !program.instructions.iter().any(is_end));
     let told = open.filter_map(|(file, program)| {
         let last = program.instructions.last()?;
-        let message = "the program has no END: assumed to end here";
+        let message = "the program has no END: scanbound assumes that the program ends here";
         let help =
-            "the file may be truncated: export it again, or write END after the last instruction";
+            "export the file again if it is truncated, or write END after the last instruction";
         let text = shown(&last.text);
         let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
         Some(told.at_step(last.step).warning())

@@ -13,28 +13,28 @@ use scanbound_front::shown;
 #[derive(Debug, Clone)]
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
-    /// Its catalog name, with the connection of a comparison (`AND=`); for a user-defined instruction the name as
-    /// written.
+    /// The name in the catalog, with the connection of a comparison (`AND=`); for a user-defined instruction the name
+    /// as written.
     pub(super) name: String,
-    /// Its catalog row; `None` for a user-defined instruction.
+    /// The row of the instruction in the catalog; `None` for a user-defined instruction.
     pub(super) row: Option<&'static Row>,
     pub(super) lead: Option<Connection>,
     pub(super) operands: Vec<Operand>,
 }
 
 impl Item<'_> {
-    /// The row's meaning keyword.
+    /// The keyword in the column `meaning` of the instruction's row.
     pub(super) fn meaning(&self) -> &'static str {
         self.row.map_or("user", |row| row.meaning)
     }
 
-    /// The number operand of an instruction (jumps, subroutines).
+    /// The number in the first operand, such as that of a jump or a subroutine.
     pub(super) fn number(&self, family: Family) -> Option<u32> {
         self.operands.first().and_then(|operand| operand.count(family))
     }
 }
 
-/// The number of the temporary relay in `OUT TR0` and `LD TR0`.
+/// The number of the temporary relay in `OUT TR0` or `LD TR0`. `None` for other instructions.
 pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
     let number = raw.operands.first()?.to_ascii_uppercase();
     let number = number.strip_prefix("TR")?.trim().parse().ok()?;
@@ -42,7 +42,7 @@ pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
         .then_some(number)
 }
 
-/// Resolves an instruction, or reports why this is not possible.
+/// Resolves the name and operands of an instruction, or reports why this is not possible.
 pub(super) fn resolve<'a>(
     raw: &'a RawInstruction,
     reader: &Reader<'_>,
@@ -61,7 +61,7 @@ pub(super) fn resolve<'a>(
             None => {
                 at(
                     Code::UnknownInstruction,
-                    format!("no instruction has the function number {}", number.value),
+                    format!("{} is not the function number of any instruction", number.value),
                     "write the instruction's name instead",
                     faults,
                 );
@@ -91,7 +91,7 @@ pub(super) fn resolve<'a>(
         } else {
             (
                 format!("unknown instruction '{}'", shown(&name)),
-                "if it is a function block or an instruction of a special unit, state its time in the table or with --time: scanbound then assumes that it writes its operands",
+                "if this name is that of a function block or of an instruction of a special unit, state its time in the table or with --time: scanbound then assumes that it may write any values to its operands",
             )
         };
         at(Code::UnknownInstruction, message, help, faults);
@@ -105,11 +105,11 @@ pub(super) fn resolve<'a>(
         at(
             Code::Operands,
             format!(
-                "{upper} takes {} operands, but here are {}",
+                "{upper} takes {} operands, but it has {}",
                 counts.join(" or "),
                 raw.operands.len()
             ),
-            "check for a missing blank, or for a lost line with operands",
+            "check the line for a missing blank, and whether a line with operands was lost",
             faults,
         );
         return None;
@@ -154,7 +154,9 @@ fn check_number(
         None => format!("{name} has no function number"),
     };
     let message = match other {
-        Some(other) => format!("function {} is {other}, and {}", number.value, is(name, own)),
+        Some(other) => {
+            format!("function number {} belongs to {other}, but {}", number.value, is(name, own))
+        }
         None => format!("{}, not {}", is(name, own), number.value),
     };
     let file = faults.file().to_owned();
@@ -204,7 +206,7 @@ fn read(
     Err((format!("'{text}' is not {wanted}"), "check the order of the operands and the address"))
 }
 
-/// What the operand should be, if it is something else.
+/// What the operand should be. `None` if it is what the catalog requires.
 fn wanted(operand: &Operand, slot: OperandSpec, memory: Memory) -> Option<&'static str> {
     let mut none = || scanbound_ir::ChoiceId(0);
     let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);

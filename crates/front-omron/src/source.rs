@@ -26,7 +26,7 @@ pub enum Family {
 /// A function number after a mnemonic, as in `MOV(21)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FunctionNumber {
-    /// The number.
+    /// The function number, such as 21 for MOV(21).
     pub value: u16,
     /// The number of digits as written: two on the C series, three on CS, CJ and CP.
     pub digits: u8,
@@ -35,9 +35,9 @@ pub struct FunctionNumber {
 /// The prefix that makes an instruction execute only on an edge of its condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
-    /// `@`
+    /// The prefix `@`: executed at the rising edge of the condition.
     Rising,
-    /// `%`
+    /// The prefix `%`: executed at the falling edge of the condition.
     Falling,
 }
 
@@ -46,26 +46,26 @@ pub enum Edge {
 pub struct RawInstruction {
     /// The line on which it begins, from 1.
     pub line: u32,
-    /// Its program address, if the source has one.
+    /// The program address of the instruction, if the source has one.
     pub step: Option<u32>,
-    /// The prefix `@` or `%`.
+    /// The prefix `@` or `%` of the instruction.
     pub edge: Option<Edge>,
-    /// Whether it has the prefix `!` (immediate refresh).
+    /// Whether the instruction has the prefix `!` (immediate refresh).
     pub immediate: bool,
     /// The mnemonic in upper case (`LD NOT` as `LDNOT`); empty if only a function number is written.
     pub mnemonic: String,
-    /// The function number, if written.
+    /// The function number, if it is written.
     pub number: Option<FunctionNumber>,
     /// The operands; an area and its number count as one (`DM 0100`).
     pub operands: Vec<String>,
     /// The source text with single blanks between words.
     pub text: Arc<str>,
-    /// The positions of mnemonic and operands in the source.
+    /// The positions of the mnemonic and the operands in the source.
     pub places: WordPositions,
 }
 
 impl RawInstruction {
-    /// For diagnostics that point at a part of it; `source` is the text of its file.
+    /// The data with which a diagnostic can point at a part of the instruction; `source` is the text of its file.
     pub(crate) fn caret<'a>(&'a self, source: &'a str) -> Caret<'a> {
         Caret {
             line: self.line,
@@ -78,25 +78,25 @@ impl RawInstruction {
     }
 }
 
-/// When a program runs.
+/// When a program runs: in each scan, or as an interrupt task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
-    /// In each scan. This is the case for files that contain only mnemonics.
+    /// In each scan. Files that contain only mnemonics are run like this.
     Each,
-    /// As the cyclic task with this number. The project may switch it off.
+    /// In each scan, as the cyclic task with this number. The project may switch the task off.
     Cyclic(u32),
-    /// As the interrupt task with this number.
+    /// When an interrupt starts the interrupt task with this number.
     Interrupt(u32),
 }
 
 /// A symbol: a name for an address.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
-    /// The address as written, or the value of a number.
+    /// The address as written. For a symbol of the type NUMBER, its value.
     pub address: String,
     /// The data type as written (`BOOL`, `WORD[11]`, `NUMBER`).
     pub kind: String,
-    /// The comment; may be empty.
+    /// The comment of the symbol. May be empty.
     pub comment: String,
 }
 
@@ -106,11 +106,11 @@ pub type Symbols = BTreeMap<String, Symbol>;
 /// One program, which one task runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawProgram {
-    /// Its name.
+    /// The name of the program.
     pub name: String,
-    /// When it runs.
+    /// When the program runs.
     pub task: Task,
-    /// Local symbols. They hide global ones of the same name.
+    /// The local symbols of the program. They hide global ones of the same name.
     pub symbols: Symbols,
     /// The instructions in source order.
     pub instructions: Vec<RawInstruction>,
@@ -136,7 +136,7 @@ pub struct RawFile {
 pub struct RawProject {
     /// The dialect name of list text.
     pub dialect: &'static str,
-    /// The memory map and instruction set.
+    /// The CPU family: its memory map and instruction set.
     pub family: Family,
     /// The files.
     pub files: Vec<RawFile>,

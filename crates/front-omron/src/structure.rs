@@ -14,41 +14,42 @@ use scanbound_front::shown;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Routine {
     pub(super) number: u32,
-    /// The item of its SBN.
+    /// The index of the SBN item.
     pub(super) begin: usize,
-    /// The item of its RET.
+    /// The index of the RET item.
     pub(super) end: usize,
-    /// Whether it is global (GSBN), so that other programs may call it.
+    /// Whether the subroutine is global (GSBN), so that other programs may call it.
     pub(super) global: bool,
 }
 
-/// The control structure.
+/// The control structure of a program: subroutines, jumps, loops and interlocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Structure {
-    /// The item of END.
+    /// The index of the END item. `None` if there is none.
     pub(super) end: Option<usize>,
     /// The subroutines in source order.
     pub(super) routines: Vec<Routine>,
     /// The target of each jump, BREAK and FOR: a JME or NEXT.
     pub(super) targets: BTreeMap<usize, usize>,
-    /// Items that never run: after END, but not in a subroutine.
+    /// For each item, whether it never runs because it is after END and not in a subroutine.
     pub(super) dead: Vec<bool>,
-    /// Items in an interlock.
+    /// For each item, whether it is in an interlock.
     pub(super) interlocked: Vec<bool>,
-    /// Items that may run several times in a scan: in loops, and in subroutines that are not called exactly once.
+    /// For each item, whether it may run several times in a scan: in loops, and in subroutines that are not called
+    /// exactly once.
     pub(super) repeated: Vec<bool>,
 }
 
-/// The loops and the interlock around an item.
+/// The loops and the interlock in which an item is.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Site {
     routine: usize,
-    /// The innermost open interlock only, because there may be thousands.
+    /// The innermost open interlock. Only this one is stored, because there may be thousands.
     interlock: Option<usize>,
     loops: Vec<usize>,
 }
 
-/// Builds the control structure, or reports all errors. `shared`: other programs may call its subroutines.
+/// Builds the control structure, or reports all errors. `shared`: other programs may call the subroutines.
 pub(super) fn structure(
     items: &[Item<'_>],
     family: Family,
@@ -252,7 +253,7 @@ fn sites(items: &[Item<'_>], structure: &mut Structure, faults: &mut Faults<'_>)
                 item,
                 Code::Loop,
                 "this BREAK is outside a loop".to_owned(),
-                "put it between FOR and NEXT",
+                "put the instruction between FOR and NEXT",
                 faults,
             ),
         }
@@ -305,7 +306,7 @@ fn jumps(
             .is_some_and(|first| first < at && (at..items.len()).any(|other| lands(&items[other])))
         {
             let message = format!(
-                "there are several JMEs with number {number}, and this jump leads back to the first one"
+                "several JMEs have the number {number}, and this jump leads back to the first one"
             );
             let help = "give each JMP and its JME a different number";
             fault(item, Code::Jump, message, help, faults);
@@ -317,11 +318,11 @@ fn jumps(
             let (message, help) = if before {
                 (
                     "this jump leads back",
-                    "use FOR and NEXT: a jump back repeats until its condition changes, perhaps without end",
+                    "write the loop with FOR and NEXT: a jump back repeats until its condition changes, perhaps without end",
                 )
             } else {
                 (
-                    "there is no JME with this number after the jump",
+                    "no JME with the number of this jump comes after it",
                     "add the JME, or correct the number",
                 )
             };
@@ -332,7 +333,7 @@ fn jumps(
             fault(
                 item,
                 Code::Jump,
-                "this jump leads into or out of an interlock".to_owned(),
+                "JMP and JME are not both inside or both outside of the interlock".to_owned(),
                 "put JMP and JME both inside or both outside of IL and ILC",
                 faults,
             );
@@ -341,7 +342,7 @@ fn jumps(
             fault(
                 item,
                 Code::Jump,
-                "this jump leads into a loop".to_owned(),
+                "this jump leads into a loop between FOR and NEXT".to_owned(),
                 "put JMP and JME both inside or both outside of FOR and NEXT",
                 faults,
             );

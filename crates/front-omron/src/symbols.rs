@@ -25,12 +25,12 @@ const TYPES: [&str; 18] = [
     "LREAL",
     "STRING",
 ];
-/// Types of timers and counters; their address is their number.
+/// The types of timers and counters. The address of such a symbol is its number.
 const TIMES: [&str; 2] = ["TIMER", "COUNTER"];
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 50;
 
-/// Whether a file begins like such a table: every line fits, except perhaps the headings.
+/// Whether the beginning of a file looks like a symbol table: every line fits, except perhaps the headings.
 pub(super) fn sniff(beginning: &str) -> bool {
     let lines = beginning.lines().filter(|line| !line.trim().is_empty()).take(LOOKED_AT);
     let fits: Vec<bool> = lines.map(|line| symbol(line).is_some()).collect();
@@ -39,13 +39,12 @@ pub(super) fn sniff(beginning: &str) -> bool {
     fits.contains(&true) && fits.iter().take(whole).skip(1).all(|&fits| fits)
 }
 
-/// Adds the table's symbols.
+/// Adds the symbols of the table to `symbols`.
 pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
     for (line, number) in text.lines().zip(1..) {
         let Some((name, symbol)) = symbol(line) else {
             if number > 1 && !line.trim().is_empty() {
-                let message =
-                    "this line is not a symbol (name, type and address, separated by tabs)";
+                let message = "this line is not a symbol: it must have a name, a type and an address, separated by tabs";
                 faults.error_in_line(
                     Code::NoSymbol,
                     number,
@@ -58,7 +57,10 @@ pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
         };
         let known = symbols.entry(name).or_insert_with(|| symbol.clone());
         if known.address != symbol.address {
-            let message = format!("the symbol has another address elsewhere: {}", known.address);
+            let message = format!(
+                "the symbol is defined twice, with different addresses: its other address is {}",
+                known.address
+            );
             faults.error_in_line(
                 Code::SymbolTwice,
                 number,

@@ -303,7 +303,10 @@ fn what_is_not_followed_is_havocked_and_noted() {
         ("ADD(30) DM 0 #5 DM 10", "DM 10 may have any value"),
         ("MUL(32) DM 0 #5 DM 10", "DM 10 and the word after it may have any value"),
         ("MOV(21) #5 *DM 3", "everything that *DM 3 may point to may have any value"),
-        ("CMP(20) *DM 3 DM 4", "*DM 3 is read through an unknown address: it may have any value"),
+        (
+            "CMP(20) *DM 3 DM 4",
+            "*DM 3 is read through an unknown address: any value is assumed for *DM 3",
+        ),
         ("XFER(70) DM 0 DM 1 LR 00", "the whole area of LR 00 may have any value"),
     ] {
         let program = c(&format!("LD 00000\n{text}\nEND(01)"));

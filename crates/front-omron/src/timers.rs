@@ -14,7 +14,7 @@ use scanbound_ir::{
     Region, Relation, WordSource, Write,
 };
 
-/// The current value of a completion flag; its area directly follows that of the flags.
+/// The present value that belongs to a completion flag; its area directly follows that of the flags.
 fn present(flag: Cell) -> Cell {
     Cell { area: AreaId(flag.area.0 + 1), index: flag.index }
 }
@@ -23,7 +23,7 @@ fn havoc_present(flag: Cell, choice: ChoiceId) -> Write {
     Write::Havoc(Region::Range { first: present(flag), count: 1 }, choice)
 }
 
-/// Whether the timer counts between instructions: those with a time base of 10 ms or less.
+/// Whether the timer may time out between instructions: those with a time base of 10 ms or less.
 pub(super) fn is_fast(raw: &RawInstruction) -> bool {
     let name = raw.mnemonic.to_ascii_uppercase();
     let named = ["TIMH", "TMHH", "TIMU", "TMUH"].iter().any(|kind| name.starts_with(kind));
@@ -32,14 +32,14 @@ pub(super) fn is_fast(raw: &RawInstruction) -> bool {
 
 /// The set value of a timer or counter.
 struct Setting {
-    /// Its word or constant, if known.
+    /// The word or constant of the set value. `None` if unknown.
     source: Option<WordSource>,
-    /// Whether it is BCD.
+    /// Whether the set value is in BCD.
     is_decimal: bool,
-    /// The condition under which it is not valid BCD. The instruction may then be an error and leave the flag
-    /// unchanged.
+    /// The condition under which the set value is not valid BCD. The instruction may then be an error and leave the
+    /// flag unchanged.
     wrong: Logic,
-    /// As `wrong`, or the set value is 0; the flag then does not depend on elapsed time.
+    /// The condition `wrong`, or that the set value is 0. The flag then does not depend on elapsed time.
     odd: Logic,
 }
 
@@ -68,13 +68,14 @@ fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
 }
 
 impl Setting {
-    /// Whether the time or count is up, by a choice that earlier scans determine.
+    /// Whether the timer has timed out, or the counter reached its set value. A choice decides this, since earlier
+    /// scans determine it.
     fn over(&self, builder: &mut OmronBuilder) -> Logic {
         let over = builder.earlier_choice();
         self.over_by(builder, over)
     }
 
-    /// The same, with a given choice.
+    /// As `over`, but with the choice `over` for whether the timer has expired.
     fn over_by(&self, builder: &mut OmronBuilder, over: ChoiceId) -> Logic {
         let over = Logic::Bit(BitSource::Free(over));
         match self.odd {
@@ -116,7 +117,7 @@ impl Setting {
         Logic::All(vec![self.over_by(builder, over), has_started])
     }
 
-    /// The value, or the bit's old value if the instruction may be an error.
+    /// `value`, or the old value of `bit` if the set value may be an error.
     fn unless_wrong(&self, builder: &mut OmronBuilder, value: Logic, bit: Cell) -> Logic {
         match &self.wrong {
             Logic::Const(false) => value,
@@ -130,7 +131,7 @@ impl Setting {
     fn note(&self, builder: &mut OmronBuilder) {
         if self.wrong != Logic::Const(false) {
             builder.approximate(
-                "its flag may keep its value while its set value is not a decimal number",
+                "while the set value is not a valid BCD number, the completion flag may keep its value",
             );
         }
     }
@@ -203,7 +204,7 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     data::note_indirect(builder, item);
 }
 
-/// The range of flags that is reset; `None` if unknown.
+/// The completion flags that are reset; `None` if unknown.
 fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     let (first, last) = match operands {
         [Operand::Flag(one)] => (one, one),
@@ -214,7 +215,7 @@ fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     in_order.then(|| (0..=last.index - first.index).map(|n| first.plus(n)).collect())
 }
 
-/// Lowers an instruction with two or three branches; the last one resets and has priority.
+/// Lowers an instruction with two or three branches. The last branch resets, and has priority.
 pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     let key = builder.key(item, true);
     let branches =
@@ -314,7 +315,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
                 regions.into_iter().map(|region| always(Write::Havoc(region, choice))).collect();
             builder.act(Logic::Condition, effects, None);
             builder.approximate(
-                "what this writes is unknown: every possible target may have any value",
+                "the address that this instruction writes is unknown: every device that it may write may have any value",
             );
         }
     }
@@ -328,8 +329,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     }
 }
 
-/// The branches of an instruction of which it detects edges, each with its memory. `None` if the memory is not
-/// modelled.
+/// The branches whose edges an instruction detects, each with its hidden bit. `None` if that bit is not modelled.
 struct Inputs(Vec<(u32, Option<Cell>)>);
 
 impl Inputs {
@@ -337,7 +337,7 @@ impl Inputs {
         Inputs(branches.iter().map(|&branch| (branch, builder.edge_memory())).collect())
     }
 
-    /// Whether the condition holds and this branch, which is on, was off at the last execution.
+    /// Whether the condition is true and this branch, which is on, was off at the last execution.
     fn rises(&self, builder: &mut OmronBuilder, branch: u32) -> Logic {
         let memory = self.0.iter().find_map(|(one, memory)| memory.filter(|_| *one == branch));
         let rises = match memory {
@@ -347,7 +347,7 @@ impl Inputs {
         Logic::All(vec![Logic::Condition, rises])
     }
 
-    /// Stores the branches. Manuals do not say whether a branch counts as seen that is on during a reset.
+    /// Stores the values of the branches. Manuals do not say whether a branch that is on during a reset counts as seen.
     fn remember(self, builder: &mut OmronBuilder, reset: u32) {
         for (branch, memory) in self.0 {
             let Some(memory) = memory.map(BitTarget::Cell) else { continue };
@@ -410,7 +410,7 @@ fn reset_flag(builder: &mut OmronBuilder, reset: u32, flag: Cell, setting: &Sett
     setting.note(builder);
 }
 
-/// SFT: on the rising edge of the second branch, all bits move one place up, and the first branch comes in.
+/// Lowers SFT: on the rising edge of the second branch, all bits move one place up, and the first branch comes in.
 fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, moves: Logic, reset: u32) {
     let words = match (item.operands.first(), item.operands.get(1)) {
         (Some(Operand::Word(first)), Some(Operand::Word(last)))
@@ -428,7 +428,7 @@ fn shift_register(builder: &mut OmronBuilder, item: &Item<'_>, moves: Logic, res
         let effects = data::havoc(builder, item, choice).into_iter().map(always).collect();
         builder.act(moves, effects, None);
         builder
-            .approximate("the shifted words are unknown: every possible word may have any value");
+            .approximate("it is unknown which words this instruction shifts: every word that it may shift may have any value");
         return;
     };
     let place = |bit: u32| (first.plus(bit / 16), (bit % 16) as u8);

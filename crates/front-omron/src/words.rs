@@ -9,15 +9,15 @@ use scanbound_front::WordPositions;
 pub(super) enum Line {
     /// Nothing, a comment or a separator line.
     Empty,
-    /// An instruction.
+    /// A line with an instruction.
     Instruction(RawInstruction),
-    /// Only operands: they belong to the instruction before, as in the tables of the manuals.
+    /// Only operands, which belong to the instruction before them, as in the tables of the manuals.
     Operands(Vec<String>, WordPositions),
-    /// Something else.
+    /// A line that is neither empty nor an instruction.
     Unknown,
 }
 
-/// Area letters that are separated from the number: `DM 0100`, `TIM 000`.
+/// Area letters that are written apart from the number: `DM 0100`, `TIM 000`.
 const SEPARATED_AREAS: [&str; 17] = [
     "DM", "*DM", "@DM", "EM", "*EM", "HR", "*HR", "AR", "LR", "SR", "IR", "CIO", "TR", "TIM",
     "CNT", "TC", "*LR",

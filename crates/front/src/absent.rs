@@ -6,7 +6,8 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part, StatedCall, key};
 use scanbound_ir::Region;
 
-/// The help text of such a call: `first` (another possible mistake), then the line to add to a facts file.
+/// The help text of a call of a missing routine: `first` (what else may be wrong), then the line to add to a facts
+/// file.
 pub fn help(first: &str, name: &str) -> String {
     format!(
         "{first}, or state in a facts file (--facts) what the routine takes and writes: [calls] {} = {{ time = \"50us\", writes = [\"D100-D199\"] }}",

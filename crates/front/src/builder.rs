@@ -14,9 +14,9 @@ use scanbound_ir::{
 
 /// What the facts file states about a routine that is missing from the files.
 pub struct StatedRoutine {
-    /// The time of one call.
+    /// The longest time of one call of the routine.
     pub time: Picos,
-    /// All regions that it may write.
+    /// All regions that the routine may write.
     pub writes: Vec<Region>,
 }
 
@@ -81,8 +81,8 @@ impl Builder {
         at
     }
 
-    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; without
-    /// it, one.
+    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; `None`:
+    /// one run.
     pub fn interrupt(&mut self, name: String, entry: usize, stated: Option<u32>) {
         let (times, stated) = (stated.unwrap_or(1), stated.is_some());
         self.program.interrupts.push(Interrupt { name, entry, times, stated });
@@ -126,12 +126,12 @@ impl Builder {
         });
     }
 
-    /// Whether the cell budget allows effects on this many more cells.
+    /// Whether the cell budget has room for effects on this many more cells.
     pub fn has_room(&self, cells: usize) -> bool {
         self.budget.has_room(cells)
     }
 
-    /// A new choice (nondeterministic value) with no known cause.
+    /// A new choice (nondeterministic value) without a meaning: it may have any value.
     pub fn choice(&mut self) -> ChoiceId {
         self.program.choices += 1;
         ChoiceId(self.program.choices - 1)
@@ -152,7 +152,7 @@ impl Builder {
         choice
     }
 
-    /// Records what determines the two choices of a timer: whether it has timed out, and its current value.
+    /// Records the timer that determines two choices: whether it has timed out, and its present value.
     pub fn set_expiry(&mut self, [over, elapsed]: [ChoiceId; 2], expiry: Expiry) {
         self.program.timekeeping.expiries.insert(over, expiry);
         self.program.timekeeping.elapsed.insert(elapsed, over);

@@ -48,20 +48,20 @@ use std::sync::OnceLock;
 /// The first character of a comment line.
 const COMMENT: char = '#';
 
-/// What a dialect adds to the catalog language.
+/// What a dialect adds to the format of catalogs.
 pub trait Vocabulary: Debug + Clone + PartialEq + 'static {
-    /// The roles that only this dialect has.
+    /// The roles of operands that only this dialect has.
     type Role: Debug + Copy + PartialEq;
     /// The effects of instructions, by the keywords of the `meaning` column.
     type Meaning: Debug + Copy + PartialEq;
     /// The values of the columns that only this dialect has.
     type Extra: Debug + Clone + PartialEq;
 
-    /// Parses a role.
+    /// Parses a role of this dialect. `None` if the word is none.
     fn role(word: &str) -> Option<Self::Role>;
-    /// Parses a keyword of the `meaning` column.
+    /// Parses a keyword of the column `meaning`. `None` if the word is none.
     fn meaning(word: &'static str) -> Option<Self::Meaning>;
-    /// Parses the columns that only this dialect has.
+    /// Parses the columns that only this dialect has. `None` if one is malformed.
     fn extra(line: &Line<'_>) -> Option<Self::Extra>;
 }
 
@@ -82,45 +82,45 @@ impl Line<'_> {
 /// What an instruction does with an operand. The letters are those of the catalog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role<Extra> {
-    /// It reads the operand (`s`).
+    /// The instruction reads the operand (`s`).
     Source,
-    /// It writes the operand (`d`).
+    /// The instruction writes the operand (`d`).
     Destination,
-    /// It reads and writes the operand (`sd`).
+    /// The instruction reads and writes the operand (`sd`).
     ReadWrite,
-    /// As `ReadWrite` for a device; a constant or pointer is only read (`y`).
+    /// The instruction reads and writes a device, but only reads a constant or pointer (`y`).
     ReadWriteIfDevice,
-    /// It takes a number from the operand (`n`).
+    /// The instruction takes a number from the operand (`n`).
     Number,
-    /// It takes the operand as a name or an address (`x`).
+    /// The instruction takes the operand as a name or an address (`x`).
     Address,
     /// A role that only this dialect has.
     Extra(Extra),
 }
 
-/// The size of an operand, counted in the units of its [`Extent`].
+/// How many bits, words or devices an operand covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Amount {
-    /// A fixed number.
+    /// A fixed number of bits, words or devices.
     Fixed(u32),
-    /// `unit` for each item that another operand counts.
+    /// `unit` bits or words for each item that the value of an operand counts.
     Counted {
-        /// Bits or words for each counted item.
+        /// The number of bits or words for each counted item.
         unit: u32,
-        /// The index of the counting operand, from 0.
+        /// The index of the operand that holds the number of items, from 0.
         operand: usize,
     },
-    /// Two to the power of another operand's value.
+    /// Two to the power of the value of an operand.
     Power {
-        /// The index of that operand, from 0.
+        /// The index of the operand with the exponent, from 0.
         operand: usize,
     },
-    /// Up to the device that another operand names.
+    /// Up to the device that a second operand names.
     UpTo {
-        /// The index of that operand, from 0.
+        /// The index of the second operand, from 0.
         operand: usize,
     },
-    /// Unknown: possibly up to the end of the area.
+    /// An unknown number: possibly up to the end of the area.
     Unknown,
 }
 
@@ -136,22 +136,23 @@ impl Amount {
     }
 }
 
-/// What an operand covers, starting at the device that is written there.
+/// The bits, words or devices that an operand covers, starting at the device that is written there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// Bits.
+    /// The operand covers this number of bits.
     Bits(Amount),
-    /// Words. In a bit area a word is sixteen bits, or as many as the digit designation (`K4M0`) says.
+    /// The operand covers this number of words. In a bit area a word is sixteen bits, or as many as the digit
+    /// designation (`K4M0`) says.
     Words(Amount),
     /// Devices of the type that is written there: a bit, a word, or a timer or counter with contact, coil and current
     /// value.
     Devices(Amount),
-    /// A text up to its closing NUL, of unknown length.
+    /// A text up to its closing zero byte, of unknown length.
     Text,
 }
 
 impl Extent {
-    /// The number of words, bits or devices.
+    /// The number of words, bits or devices that the operand covers.
     pub fn amount(self) -> Amount {
         match self {
             Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
@@ -165,7 +166,7 @@ impl Extent {
 pub struct Operand<Extra> {
     /// How the instruction uses the operand.
     pub role: Role<Extra>,
-    /// The size of the operand.
+    /// The number of bits, words or devices that the operand covers.
     pub extent: Extent,
 }
 
@@ -178,7 +179,8 @@ impl<Extra> Operand<Extra> {
         }
     }
 
-    /// The number of words that are written, for any operand that the program may have here.
+    /// The number of words that the instruction may write, for any operand that can stand at this position. `None`:
+    /// none.
     pub fn written_words(&self) -> Option<Amount> {
         match (&self.role, self.extent) {
             (Role::Destination | Role::ReadWrite, Extent::Words(amount)) => Some(amount),
@@ -190,19 +192,19 @@ impl<Extra> Operand<Extra> {
 /// One form of an instruction: one line of a catalog.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row<V: Vocabulary> {
-    /// The name as programs write it.
+    /// The mnemonic as programs write it.
     pub mnemonic: Cow<'static, str>,
     /// The operands in source order.
     pub operands: Vec<Operand<V::Role>>,
     /// Whether the last operand is optional.
     pub optional: bool,
-    /// The timing class.
+    /// The timing class of the instruction.
     pub class: &'static str,
     /// What the instruction does.
     pub meaning: V::Meaning,
-    /// The index (from 0) of the operand that counts the units for a time per unit.
+    /// The index (from 0) of the operand that holds the number of units. `None` if the time does not depend on units.
     pub units: Option<usize>,
-    /// Units for each item that this operand counts; 2 where it counts double words.
+    /// The number of units for each item that this operand counts: 2 if it counts double words.
     pub unit_size: u64,
     /// The largest number of units, for an instruction without a counting operand.
     pub most_units: Option<u64>,
@@ -323,7 +325,7 @@ fn optional_operand(word: &str) -> Option<&str> {
     word.strip_prefix('[')?.strip_suffix(']')
 }
 
-/// The content of the `units` column.
+/// What the column `units` says: which operand counts the units, and their size and limit.
 struct Counting {
     operand: Option<usize>,
     size: u64,
@@ -342,7 +344,7 @@ fn units(text: &str) -> Option<Counting> {
     Some(Counting { operand: Some(number(operand)?), size: size.parse().ok()?, ..none })
 }
 
-/// An operand number (from 1 in the catalog) as an index from 0.
+/// An operand number of a catalog, which begins at 1, as an index from 0.
 fn number(text: &str) -> Option<usize> {
     text.parse::<usize>().ok()?.checked_sub(1)
 }

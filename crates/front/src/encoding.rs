@@ -36,7 +36,8 @@ impl std::fmt::Display for Named {
 }
 
 impl Named {
-    /// Converts to UTF-8. `None` if the bytes are UTF-8 already, declare an encoding, or are not valid in this one.
+    /// Converts the bytes to UTF-8. `None` if they are UTF-8 already, declare an encoding, or are not valid in this
+    /// encoding.
     pub fn recoded(self, bytes: &[u8]) -> Option<String> {
         if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
             return None;
@@ -58,13 +59,13 @@ pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
 /// The place where decoding failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Undecodable {
-    /// The byte offset in the file, from 0.
+    /// The byte offset in the file at which decoding failed, from 0.
     pub offset: usize,
-    /// The line, from 1.
+    /// The line in which decoding failed, from 1.
     pub line: u32,
     /// The names of the encodings that were tried.
     pub tried: String,
-    /// Whether the file ends in the middle of a character.
+    /// Whether decoding failed because the file ends in the middle of a character.
     pub cut: bool,
 }
 
@@ -139,7 +140,7 @@ fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     })
 }
 
-/// The encoding that the XML declaration names, if it is not Unicode.
+/// The encoding that the XML declaration names. `None` if it is a Unicode encoding.
 fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
     let end = bytes.iter().take(MAX_DECLARED).position(|&byte| byte == b'>')?;
     let head = std::str::from_utf8(&bytes[..end]).ok()?;

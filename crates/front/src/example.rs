@@ -6,7 +6,7 @@ use super::catalog::{Extent, Operand, Role, Row, Vocabulary};
 /// The examples of one instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Examples {
-    /// The name of the dialect of the lines.
+    /// The dialect in which the lines are written.
     pub dialect: &'static str,
     /// The names of variants of the instruction: pulsed, for double words, unsigned.
     pub variants: Vec<String>,
@@ -24,13 +24,13 @@ pub struct Form {
 /// A line, and a program that contains it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Example {
-    /// The line.
+    /// A line with the instruction.
     pub line: String,
-    /// The complete program.
+    /// A complete program that contains the line.
     pub program: String,
 }
 
-/// What an example operand must be.
+/// The kind of device or constant that an example operand must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
     /// A bit.
@@ -72,7 +72,7 @@ pub fn form(lines: &[String], frames: &[&str]) -> Form {
     Form { candidates: candidates.collect() }
 }
 
-/// The other `names` that differ from `name` only by prefixes (`before`) and suffixes (`behind`).
+/// Those of `names` that differ from `name` only by prefixes (`before`) and suffixes (`behind`).
 pub fn variants_of<'n>(
     name: &str,
     names: impl Iterator<Item = &'n str>,

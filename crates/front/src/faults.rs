@@ -6,7 +6,7 @@ use scanbound_base::diagnostic::{Diagnostic, Severity};
 
 /// The largest number of errors, and of warnings, that are listed for one file.
 const LIMIT: usize = 50;
-/// After this many unlisted errors, the rest of the file is not read.
+/// If a file has this many errors that are not listed, the rest of the file is not read.
 const HOPELESS: usize = 1000;
 /// The largest number of characters of a source line that a message shows.
 const SHOWN: usize = 120;
@@ -76,7 +76,7 @@ impl<'a> Faults<'a> {
         self.push(found);
     }
 
-    /// Whether there are so many errors that reading should stop. If so, the final count says "at least".
+    /// Whether there are so many errors that reading should stop. If so, the note on further errors says "at least".
     pub fn give_up(&mut self) -> bool {
         self.given_up = self.dropped_errors >= HOPELESS;
         self.given_up

@@ -7,12 +7,12 @@ use scanbound_base::facts::TABLES;
 
 /// An unsupported format and its file name extensions.
 struct Foreign {
-    /// In lower case, without the dot.
+    /// The extensions in lower case, without the dot.
     endings: &'static [&'static str],
     kind: Kind,
 }
 
-/// What to call the format in a message, and what the user can do.
+/// What a message calls the format, and what the user can do.
 #[derive(Clone, Copy)]
 struct Kind {
     what: &'static str,
@@ -22,13 +22,13 @@ struct Kind {
 // The help texts: how to get a file that scanbound reads.
 const WORKS: &str = "open it in the tool, export each program to CSV, and give these files and that of the device comments";
 const LIST: &str = "if the tool can export an instruction list for a supported CPU, give that list";
-const MEASURED: &str = "name the program first: `compare` takes measurements as the last file";
-const NONE: &str = "no other export of this tool is supported; scanbound reads programs of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U and of flowchart PCs, and the languages of IEC 61131-3 (PLCopen XML, text)";
+const MEASURED: &str = "give the program before the measurements: the last file of `compare` is the one with measurements";
+const NONE: &str = "scanbound reads no file of this tool: give a program of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U, of flowchart PCs, or in a language of IEC 61131-3 (PLCopen XML, text)";
 const PLCOPEN: &str = "export the PLC project as PLCopen XML (in CODESYS: Project, Export PLCopenXML; in TwinCAT: PLC project, Export PLCopenXML), and give that file";
 const UNIT: &str = "begin the file with PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION; for statements alone, write PROGRAM name, VAR ... END_VAR with all variables, the statements, and END_PROGRAM";
 const NET: &str =
     "use scanbound snet check for a net, or scanbound snet bound for the scan time of its code";
-const UNPACK: &str = "unpack it and give the program files in it";
+const UNPACK: &str = "unpack the archive, and give the program files in it";
 const SHEET: &str = "save the sheet as CSV, with the columns of the vendor's export";
 
 const fn kind(what: &'static str, help: &'static str) -> Kind {
@@ -37,7 +37,7 @@ const fn kind(what: &'static str, help: &'static str) -> Kind {
 
 const ROCKWELL: Kind = kind("a project of Rockwell's Logix tools", NONE);
 const SIEMENS: Kind = kind("a program of Siemens' SIMATIC tools", NONE);
-const SCHNEIDER: Kind = kind("a project of a Schneider tool", NONE);
+const SCHNEIDER: Kind = kind("a project of a Schneider Electric PLC programming tool", NONE);
 const KEYENCE: Kind = kind("a program of the KEYENCE KV series", NONE);
 const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", PLCOPEN);
 const TWINCAT: Kind = kind("an object of a TwinCAT project", PLCOPEN);
@@ -76,11 +76,12 @@ const FOREIGN: &[Foreign] = &[
     Foreign { endings: &["tsproj", "tcpou", "tcgvl", "tcdut", "plcproj", "tnzip"], kind: TWINCAT },
     Foreign {
         endings: &["fp", "fpw", "ppn", "spg"],
-        kind: kind("a project of a Panasonic tool", NONE),
+        kind: kind("a project of a Panasonic PLC programming tool", NONE),
     },
+    Foreign { endings: &["xgwx", "xgp"], kind: kind("a project of LS ELECTRIC XG5000", NONE) },
     Foreign {
-        endings: &["xgwx", "xgp", "dvp", "isp", "wpl"],
-        kind: kind("a project of another vendor's tool", NONE),
+        endings: &["dvp", "isp", "wpl"],
+        kind: kind("a project of Delta WPLSoft or ISPSoft", NONE),
     },
     Foreign { endings: &["st", "iecst", "stx"], kind: STRUCTURED },
     Foreign { endings: &["xml"], kind: kind("XML", LIST) },
@@ -166,7 +167,7 @@ pub fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
 }
 
-/// What a file of scanbound itself is, and the option that takes it.
+/// What a file is that scanbound itself reads or writes, and how to give it. `None` for other files.
 fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
     let lines = || beginning.lines().map(str::trim);
     let is_written = |line: &&str| !line.is_empty() && !line.starts_with('#');
@@ -186,7 +187,7 @@ fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
     }
     if lines().any(|line| line.starts_with("programs") && line.contains('=') && line.contains('['))
     {
-        let help = "it is read if no program is named: run the command in its directory without naming programs";
+        let help = "scanbound reads this file if no program is named: run the command in the directory of this file, without program files as arguments";
         return Some(("a project file (scanbound.toml)", help));
     }
     let is_report = beginning.trim_start().starts_with('{') && beginning.contains("\"scanbound.");

@@ -12,11 +12,11 @@ use std::fmt;
 /// A dialect: one way to write programs.
 #[derive(Debug, Clone, Copy)]
 pub struct Dialect {
-    /// The name for `--dialect` and reports.
+    /// The name of the dialect for `--dialect` and reports.
     pub name: &'static str,
-    /// A description for messages.
+    /// A description of the dialect for messages.
     pub what: &'static str,
-    /// The test that recognises its files.
+    /// The test that recognises files of this dialect.
     pub sniff: Sniff,
 }
 
@@ -46,7 +46,7 @@ pub trait Front: Sync {
         Vec::new()
     }
 
-    /// The mnemonics of all instructions that it knows.
+    /// The mnemonics of all instructions that the front knows.
     fn instructions(&self) -> Vec<String> {
         Vec::new()
     }
@@ -75,7 +75,7 @@ pub trait Front: Sync {
 /// How to read source text where the language standard allows several ways.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SourceOptions {
-    /// How to read a comment that contains the beginning of another one; `None`: refuse it.
+    /// How to read a comment that contains the beginning of another comment; `None`: refuse it.
     pub comments: Option<Comments>,
 }
 
@@ -84,12 +84,12 @@ pub trait Project: Any + fmt::Debug {
     /// The CPU that the project names, or the only CPU that has its dialect.
     fn cpu(&self) -> Option<&str>;
 
-    /// What reading found that does not stop the audit.
+    /// Findings of the reading that do not stop the audit.
     fn warnings(&self) -> Vec<Diagnostic> {
         Vec::new()
     }
 
-    /// The properties of its machine that the user may state.
+    /// What the user may state about the project's PLC.
     fn machine_options(&self) -> MachineOptions {
         MachineOptions::default()
     }
@@ -102,7 +102,7 @@ pub trait Project: Any + fmt::Debug {
 }
 
 impl dyn Project {
-    /// The project as the front's own type; `None` if another front read it.
+    /// The project as the type of one front; `None` if a different front read it.
     #[must_use]
     pub fn downcast<P: Project>(self: Box<dyn Project>) -> Option<P> {
         let any: Box<dyn Any> = self;
@@ -110,19 +110,19 @@ impl dyn Project {
     }
 }
 
-/// Which properties of a machine the user may state. Where one is false, the front knows the property.
+/// Which properties of a PLC the user may state. Where one is false, the front knows the property.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MachineOptions {
-    /// The clock frequency, where each word of a program takes one clock period.
+    /// Whether the user may state the clock: for PLCs that execute one program word in each clock period.
     pub clock: bool,
-    /// Whether the CPU reads its inputs once in a scan.
+    /// Whether the user may state that the CPU reads its inputs only once in a scan.
     pub latched: bool,
     /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices
     /// that are written through `@`.
     pub index: bool,
 }
 
-/// What a front needs besides the source to lower it.
+/// What a front needs to lower the source, besides the source itself.
 pub struct Options<'a> {
     /// The CPU as the user named it.
     pub cpu: Option<&'a str>,
@@ -137,11 +137,11 @@ pub struct Options<'a> {
     pub absent_calls_take_no_time: bool,
     /// The task whose scan is analysed, if the project has several.
     pub task: Option<&'a str>,
-    /// Whether that scan is analysed without interruptions by other tasks, even if the facts state them.
+    /// Whether the task's scan is analysed without interruptions by other tasks, even if the facts state them.
     pub uninterrupted: bool,
-    /// Whether an HMI or another PLC may write the program's variables between scans.
+    /// Whether an HMI or a second PLC may write the program's variables between scans.
     pub others_write: bool,
-    /// When the time limit is over.
+    /// The moment at which the time limit is reached. `None` without a limit.
     pub deadline: Option<std::time::Instant>,
 }
 

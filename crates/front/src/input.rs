@@ -3,8 +3,8 @@
 /// A file, already read into memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// The name as the user gave it.
+    /// The name of the file as the user gave it.
     pub name: String,
-    /// The content.
+    /// The bytes of the file.
     pub bytes: Vec<u8>,
 }

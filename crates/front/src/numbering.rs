@@ -7,15 +7,15 @@ use scanbound_base::diagnostic::Diagnostic;
 
 /// A line of a list that has an instruction.
 pub struct NumberedLine<'a> {
-    /// Its line number in the file.
+    /// The number of the line in the file, from 1.
     pub line: u32,
-    /// Its address, if it has one.
+    /// The address at the beginning of the line. `None` if it has none.
     pub address: Option<u32>,
-    /// The number of addresses that it occupies; `None` if unknown (but at least one).
+    /// The number of addresses that the instruction occupies; `None` if unknown (but at least one).
     pub takes: Option<u32>,
-    /// Its text.
+    /// The text of the line after the address.
     pub text: &'a str,
-    /// Whether the addresses may restart after it.
+    /// Whether the addresses may start again from 0 after this line.
     pub restarts: bool,
 }
 

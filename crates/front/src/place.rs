@@ -8,7 +8,7 @@ use scanbound_base::diagnostic::Diagnostic;
 /// The position of each word of an instruction: first the mnemonic, then the operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WordPositions {
-    /// Byte offsets in the file's text.
+    /// The byte offsets of the words in the text of the file.
     Text(Box<[u32]>),
     /// Line numbers, for words in rows of a CSV table.
     Rows(Box<[u32]>),
@@ -55,19 +55,19 @@ pub fn operand_spans(text: &str, operands: &[String]) -> Vec<(u32, u32)> {
     spans
 }
 
-/// An instruction with its position in the source, to place the caret of a diagnostic.
+/// An instruction and its position in the source, from which a diagnostic finds the place of its caret.
 pub struct Caret<'a> {
-    /// The line on which it begins.
+    /// The line on which the instruction begins.
     pub line: u32,
-    /// Its text; the operands are at the end, each after one blank.
+    /// The text of the instruction. The operands are at its end, each after one blank.
     pub text: &'a str,
-    /// Its mnemonic.
+    /// The mnemonic of the instruction.
     pub mnemonic: &'a str,
-    /// Its operands as they are written.
+    /// The operands of the instruction as they are written.
     pub operands: &'a [String],
-    /// The positions of its words in the source.
+    /// The positions of the instruction's words in the source.
     pub places: &'a WordPositions,
-    /// The text of its file, if the positions are byte offsets.
+    /// The text of the instruction's file, if the positions are byte offsets.
     pub source: &'a str,
 }
 
@@ -112,7 +112,7 @@ impl Caret<'_> {
         own.or_else(like)
     }
 
-    /// WordPositions the caret in the instruction's own text.
+    /// Places the caret under the wrong word in the text of the instruction.
     fn in_text(&self, whole: Diagnostic, word: usize, range: &Range<usize>) -> Diagnostic {
         let behind =
             |from: usize| self.operands[from..].iter().map(|one| one.len() + 1).sum::<usize>();
@@ -126,7 +126,7 @@ impl Caret<'_> {
         }
     }
 
-    /// WordPositions the caret in the source line.
+    /// Places the caret under the wrong word in the line of the source.
     fn in_source(
         &self,
         whole: Diagnostic,
@@ -154,7 +154,8 @@ impl Caret<'_> {
     }
 }
 
-/// The length of the word at the beginning of `text`, where the file may have another number of blanks within the word.
+/// The length of the word at the beginning of `text`. The file may have more or fewer blanks within the word than
+/// `word`.
 fn extent(text: &str, word: &str) -> usize {
     let mut rest = text.char_indices();
     let mut end = 0;

@@ -227,7 +227,7 @@ impl Fronts {
         }
     }
 
-    /// Recognises a file, with the dialect that the user may have stated.
+    /// Recognises what a file is, if the user may have named its dialect.
     fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<FileKind, Diagnostic> {
         let found = self.detect(input);
         let Some(named) = named else { return found };

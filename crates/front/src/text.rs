@@ -40,7 +40,7 @@ pub fn checked_beginning<'a>(
     Ok(text)
 }
 
-/// Whether the character never occurs in text.
+/// Whether the character occurs only in binary files.
 fn is_binary(c: char) -> bool {
     c.is_control() && !matches!(c, '\t' | '\n' | '\r' | '\u{C}' | '\u{1A}')
 }

@@ -26,12 +26,12 @@ const LISTED: usize = 20;
 /// How many levels of subdirectories are searched for programs that the user did not name.
 const DEPTH: usize = 8;
 
-/// The result of reading files and directories.
+/// The files that were read, and findings about files that were left out.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// The files in the order in which the user named them; those of a directory in the order of their names.
     pub inputs: Vec<Input>,
-    /// Which files were left out and why; which order was assumed.
+    /// Warnings about files that were left out, and about an order that was assumed.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -94,7 +94,7 @@ pub fn aside(path: &Path) -> io::Result<Vec<u8>> {
     whole(path, MAX_OTHER_FILE)
 }
 
-/// The largest file of measurements, in bytes.
+/// The size limit of a file of measurements, in bytes.
 const MAX_MEASUREMENT_FILE: u64 = 4 << 30;
 /// The largest file of facts, tables, plans and nets, in bytes.
 const MAX_OTHER_FILE: u64 = 64 << 20;
@@ -154,7 +154,7 @@ struct Gathering<'a> {
     found: Vec<Diagnostic>,
 }
 
-/// The file names for the single warning about a directory's files.
+/// The files of a directory that one warning lists together.
 #[derive(Default)]
 struct Listing {
     programs: Vec<String>,
@@ -253,7 +253,7 @@ impl Gathering<'_> {
         }
     }
 
-    /// Reads a file of a directory, reports it as an error, or lists it as not a program.
+    /// Handles a file of a directory: reads it, reports it as an error, or lists it as not a program.
     fn entry(&mut self, path: &Path, file: String, listing: &mut Listing) {
         match what(path) {
             Err(error) => self.unreadable(path, &error),
@@ -320,7 +320,7 @@ impl Gathering<'_> {
     }
 }
 
-/// Searches directories for a file that may be a program.
+/// Searches subdirectories for a file that may be a program.
 struct Looker<'a, 'g> {
     gathering: &'a Gathering<'g>,
     root: &'a Path,
@@ -329,7 +329,7 @@ struct Looker<'a, 'g> {
 }
 
 impl Looker<'_, '_> {
-    /// The first file of a directory that may be a program.
+    /// The first file in a directory, or below it, that may be a program.
     fn first(
         &mut self,
         directory: &Path,
@@ -370,7 +370,7 @@ impl Looker<'_, '_> {
 }
 
 impl Listing {
-    /// The single warning about the files that are not programs.
+    /// One warning about all files of a directory that are not programs.
     fn note(&self, directory: &Path) -> Option<Diagnostic> {
         let parts: Vec<String> = [
             (&self.plain, "not programs, left out"),
@@ -391,7 +391,7 @@ impl Listing {
 enum What {
     Program,
     Comments,
-    /// Clearly not a program.
+    /// The content is clearly not a program.
     Plain,
     /// Possibly a program, but one that cannot be read.
     Unreadable(Diagnostic),
@@ -454,10 +454,10 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The largest number of file names that show an order.
+/// The largest number of file names that a message about the order shows.
 const MAX_NAMED: usize = 6;
 
-/// The file names; of many only the first.
+/// The names of files for a message; of many files only the first names.
 fn in_short(names: &[String]) -> String {
     let mut told = names[..names.len().min(MAX_NAMED)].join(", ");
     if names.len() > MAX_NAMED {

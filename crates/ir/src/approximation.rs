@@ -8,7 +8,7 @@ use std::sync::Arc;
 pub struct Approximation {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The reason.
+    /// Why the bound assumes more at this instruction than can happen.
     pub what: Approximated,
 }
 
@@ -17,16 +17,16 @@ pub struct Approximation {
 pub enum Approximated {
     /// A reason of one dialect, in the front's words.
     Dialect(Arc<str>),
-    /// A count is read from a word whose value is unknown.
+    /// The number of iterations or units is read from a word whose value is unknown.
     UnknownCount {
         /// The word as the source writes it.
         word: Arc<str>,
-        /// The largest count that is assumed.
+        /// The largest number of iterations or units that is assumed.
         most: i64,
-        /// Whether a stated range of the word would lower the count.
+        /// Whether a stated range of the word would lower the assumed number.
         can_be_stated: bool,
     },
-    /// Block operations have more cells than the limit (see [`crate::cell_budget`]).
+    /// The block operations of the program have more cells than the limit (see [`crate::cell_budget`]).
     BlocksTooLarge,
     /// An interrupt routine may write what this instruction reads.
     Interrupted,
@@ -34,33 +34,33 @@ pub enum Approximated {
     ReadByInterrupt,
     /// An interrupt routine is charged this many times and not followed.
     InterruptSummary(u32),
-    /// A loop is charged this many times and not followed, because its count is unknown or too large.
+    /// A loop is charged this many times and not followed, because its number of iterations is unknown or too large.
     LoopSummary(u32),
     /// A loop is charged this many times and not followed, because nested loops have too many iterations together.
     NestedSummary(u32),
     /// A routine is called too often to be followed.
     RoutineSummary,
-    /// No part of a program is followed.
+    /// No part of the program is followed: everything is charged at its larger time.
     WholeSummary(SummaryReason),
-    /// Following the count of a loop would make the model too large.
+    /// To follow the number of iterations of a loop would make the model too large.
     CostlyCount,
-    /// Following what the instruction reads would make the model too large.
+    /// To follow the values that the instruction reads would make the model too large.
     CostlyRead,
 }
 
 /// Why no part of a program is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SummaryReason {
-    /// It executes too many instructions.
+    /// The scan would execute too many instructions.
     TooManyInstructions,
-    /// The model of its values would be too large.
+    /// A model of the program's computed values would be too large.
     ValuesTooComplex,
     /// The time limit was reached.
     TimeLimit,
 }
 
 impl Approximated {
-    /// Whether the reason is a loop that is not followed.
+    /// Whether the instruction is over-approximated because a loop is not followed.
     #[must_use]
     pub fn is_loop_summary(&self) -> bool {
         matches!(self, Approximated::LoopSummary(_) | Approximated::NestedSummary(_))
@@ -84,17 +84,20 @@ impl fmt::Display for Approximated {
         let told = match self {
             Approximated::Dialect(told) => told,
             Approximated::UnknownCount { word, most, can_be_stated } => {
-                write!(f, "the count in {word} is unknown: {most} is assumed")?;
+                write!(
+                    f,
+                    "the number of iterations or units in {word} is unknown: {most} is assumed"
+                )?;
                 if *can_be_stated { "; state its range to lower the bound" } else { "" }
             }
             Approximated::BlocksTooLarge => {
-                "the program's block operations have too many cells: everything that this instruction writes may have any value"
+                "the block operations of the program write too many devices to follow each: any values are assumed for everything that this instruction writes"
             }
             Approximated::Interrupted => {
-                "an interrupt routine may write what this instruction reads: it may have any value"
+                "an interrupt routine may write what this instruction reads: any values are assumed for everything that this instruction reads"
             }
             Approximated::ReadByInterrupt => {
-                "an interrupt may occur at any moment: everything that its routine reads may have any value"
+                "an interrupt may occur at any moment: any values are assumed for everything that its routine reads"
             }
             Approximated::InterruptSummary(times) => {
                 return write!(
@@ -109,7 +112,9 @@ impl fmt::Display for Approximated {
                 );
             }
             Approximated::NestedSummary(times) => {
-                f.write_str("with every iteration the scan would have too many instructions: ")?;
+                f.write_str(
+                    "if each iteration were followed, the scan would have too many instructions: ",
+                )?;
                 return Approximated::LoopSummary(*times).fmt(f);
             }
             Approximated::RoutineSummary => {
@@ -130,10 +135,10 @@ impl fmt::Display for Approximated {
                 ": everything that can run from here on is charged at its larger time, without mutual exclusion"
             }
             Approximated::CostlyCount => {
-                "the computation of this count is too complex: any number of iterations within the loop's limits is possible"
+                "the computation of the number of iterations is too complex to follow: any number within the loop's limits is assumed possible"
             }
             Approximated::CostlyRead => {
-                "the computation of what this instruction reads is too complex: it may have any value"
+                "the computation of the value that this instruction reads is too complex to follow: any value is assumed for it"
             }
         };
         f.write_str(told)

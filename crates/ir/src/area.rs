@@ -2,7 +2,7 @@
 
 use super::Cell;
 
-/// The size of an area's cells.
+/// Whether an area's cells are bits or words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum AreaKind {
     /// One bit for each cell.
@@ -11,7 +11,7 @@ pub enum AreaKind {
     Word,
 }
 
-/// The notation of an area's indices.
+/// The base in which the indices of an area's cells are written in device names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Radix {
     /// Base 10.
@@ -22,7 +22,7 @@ pub enum Radix {
     Octal,
 }
 
-/// The use of an area, as far as later stages need it.
+/// What the cells of an area are used for, as far as later stages need to know it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// Memory of the program or of the CPU.
@@ -43,11 +43,11 @@ pub struct Area {
     pub name: String,
     /// Other letters that timing tables may use for the same cells.
     pub aliases: &'static [&'static str],
-    /// Its use.
+    /// What the area's cells are used for: memory, inputs or outputs.
     pub role: Role,
-    /// Bits or words.
+    /// Whether the cells are bits or words.
     pub kind: AreaKind,
-    /// The notation of its indices.
+    /// The base in which the indices of the cells are written.
     pub radix: Radix,
 }
 
@@ -61,9 +61,9 @@ impl Area {
 /// A device: a cell, or a bit of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Device {
-    /// The cell. If the device has several (such as a timer), the one that its plain name reads.
+    /// The cell of the device. If the device has several cells (such as a timer), the one that its plain name reads.
     pub cell: Cell,
-    /// The bit number, for a bit of a word.
+    /// The number of the bit in the word, 0 to 15. `None` if the device is a whole cell.
     pub bit: Option<u8>,
 }
 
@@ -72,7 +72,7 @@ pub struct Device {
 pub struct Operand {
     /// The byte offset in the instruction's text at which it begins.
     pub start: u32,
-    /// The byte offset at which it ends.
+    /// The byte offset in the instruction's text at which the operand ends.
     pub end: u32,
     /// The device, or the first of several. For an indexed operand, the device at index 0.
     pub device: Device,

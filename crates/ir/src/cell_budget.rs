@@ -6,11 +6,11 @@ use super::flow::written_by;
 use super::meaning::{Meaning, OperationInput, Target};
 use super::{ChoiceId, Effect, Number, Region, Write};
 
-/// The largest number of cells that a program may list.
+/// The largest number of cells that the instructions of a program may list together.
 const MAX_CELLS: usize = 2_000_000;
 /// An instruction with at most this many cells is always exempt from the limit.
 const FEW: usize = 16;
-/// The fixed size of a [`Meaning`], expressed in cells.
+/// The number of cells that a [`Meaning`] itself counts as, besides those that it lists.
 const KNOWN: usize = 12;
 
 /// The number of cells that a program has listed so far.
@@ -111,7 +111,7 @@ fn words(number: &Number) -> usize {
     }
 }
 
-/// Merges a region into another that contains it or is adjacent to it. Returns whether it did.
+/// Merges region `more` into `before` if that contains it or is adjacent to it. Returns whether it was merged.
 fn joined(before: &mut Region, more: Region) -> bool {
     let (Region::Range { first, count }, Region::Range { first: other, count: many }) =
         (&mut *before, more)

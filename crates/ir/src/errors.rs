@@ -96,7 +96,7 @@ fn of_operation(operation: &Operation, inputs: &[OperationInput]) -> Option<Logi
     }
 }
 
-/// The operand as a number, if it has that form.
+/// An operand as a number. `None` if it is not a number of words.
 fn number_of(operand: &OperationInput) -> Option<Number> {
     match operand {
         OperationInput::Number(number) => Some(number.clone()),
@@ -105,7 +105,7 @@ fn number_of(operand: &OperationInput) -> Option<Number> {
     }
 }
 
-/// The words, if the number is not an expression.
+/// The words of a number. `None` if the number is an expression.
 fn words_of(number: &Number) -> Option<&[WordSource]> {
     match number {
         Number::Words(words) => Some(words),
@@ -113,7 +113,7 @@ fn words_of(number: &Number) -> Option<&[WordSource]> {
     }
 }
 
-/// The number of words.
+/// The number of words of a number.
 fn size(number: &Number) -> usize {
     match number {
         Number::Words(words) => words.len(),
@@ -137,7 +137,7 @@ fn compare(relation: Relation, format: NumberFormat, left: &Number, right: Numbe
     Logic::Compare(Box::new(Compare { relation, format, left: left.clone(), right }))
 }
 
-/// A constant of this many words.
+/// A constant number of this many words.
 fn constant(value: i64, words: usize) -> Number {
     Number::Words(
         (0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect(),

@@ -3,7 +3,7 @@
 use crate::{BitTarget, Cell, Program, Region, Step, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The target of each instruction whose step has one according to `to`, as pairs of instruction and target.
+/// Pairs of an instruction and its target, for each instruction whose step has a target according to `to`.
 fn targets(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
     let steps = program.instructions.iter().enumerate();
     steps.filter_map(|(at, instruction)| Some((at, to(&instruction.step)?))).collect()
@@ -17,7 +17,7 @@ pub fn loops(program: &Program) -> Vec<(usize, usize)> {
     })
 }
 
-/// All jumps as pairs of jump and target.
+/// All jumps, as pairs of the jump's index and the index of the instruction to which it leads.
 pub fn jumps(program: &Program) -> Vec<(usize, usize)> {
     targets(program, |step| match step {
         Step::Jump { target, .. } => Some(*target),
@@ -25,7 +25,7 @@ pub fn jumps(program: &Program) -> Vec<(usize, usize)> {
     })
 }
 
-/// All calls as pairs of call and routine.
+/// All calls, as pairs of the call's index and the index of the routine's first instruction.
 pub fn calls(program: &Program) -> Vec<(usize, usize)> {
     targets(program, |step| match step {
         Step::Call { target, .. } => Some(*target),
@@ -54,7 +54,8 @@ pub fn routine_end(program: &Program, entry: usize) -> Option<usize> {
     Some(end)
 }
 
-/// For each routine the calls in it, as pairs of call and called routine. `None` if a routine has no end.
+/// For each routine, by its first instruction: the calls in it, as pairs of call and called routine. `None` if a
+/// routine has no end.
 fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize, usize)>>> {
     // In program order.
     let calls = calls(program);
@@ -68,7 +69,7 @@ fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize
     entries.iter().map(within).collect()
 }
 
-/// A call that leads back to the routine that contains it, if there is one.
+/// A call that leads back to the routine that contains it. `None` if there is no such call.
 pub fn recursion(program: &Program) -> Option<usize> {
     let edges = calls_within_routines(program)?;
     let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
@@ -81,7 +82,7 @@ pub fn recursion(program: &Program) -> Option<usize> {
     edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
 }
 
-/// A call that is nested more than `most` calls deep, if there is one. The program must not be recursive.
+/// A call that is nested more than `most` calls deep; `None` if there is none. The program must not be recursive.
 pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
     let within = calls_within_routines(program)?;
     // Round by round, the routines that are reached by one more nested call. Routines still reached after the last

@@ -2,7 +2,7 @@
 
 use super::{Cell, Region, WordSource};
 
-/// Describes the cells that an instruction writes if its device is indexed, or if a word gives their number.
+/// Which cells an instruction may write if an index selects them, or if a word gives their number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IndexedWrite {
     /// The first cell if the index is 0.
@@ -37,7 +37,7 @@ impl IndexedWrite {
         Region::Range { first, count: largest - least + 1 }
     }
 
-    /// Whether a region is the over-approximation of these cells: their whole area, or all cells from the first on.
+    /// Whether a region stands for all that the write may reach: the whole area, or all cells from the first one on.
     #[must_use]
     pub fn may_reach(&self, region: Region) -> bool {
         match region {
@@ -64,10 +64,10 @@ impl IndexedWrite {
 /// The number of cells that an instruction writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Length {
-    /// A constant.
+    /// A constant number of cells.
     Exactly(u32),
     /// The value of a word times a constant.
     Counted(WordSource, u32),
-    /// Unknown.
+    /// An unknown number of cells.
     Unknown,
 }

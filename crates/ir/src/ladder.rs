@@ -10,22 +10,22 @@ use std::sync::Arc;
 /// A rung.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rung {
-    /// Its number, counted from 1 through all files.
+    /// The number of the rung, counted from 1 through all files.
     pub number: u32,
     /// The index of its file.
     pub file: u32,
-    /// Its instructions in source order.
+    /// The instructions of the rung in source order.
     pub elements: Vec<Element>,
-    /// Its paths from the left rail; each path comes after the path at whose end it starts.
+    /// The paths of the rung from the left rail. A path comes after the path at whose end it starts.
     pub paths: Vec<Path>,
 }
 
 /// An instruction of the source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {
-    /// Its position.
+    /// The position of the instruction in the source.
     pub at: Location,
-    /// Its text.
+    /// The text of the instruction.
     pub text: Arc<str>,
     /// The symbol to draw.
     pub symbol: Symbol,
@@ -34,7 +34,7 @@ pub struct Element {
 }
 
 impl Element {
-    /// The text at the symbol: the device of a contact or coil, else the whole instruction.
+    /// The text to write at the symbol: the device of a contact or coil, otherwise the whole instruction.
     #[must_use]
     pub fn label(&self) -> &str {
         match self.symbol {
@@ -51,7 +51,7 @@ pub enum Symbol {
     Contact,
     /// A normally closed contact: conducts while its device is off.
     Negated,
-    /// Another condition: an edge, a comparison, or a change of the result.
+    /// A condition that is not a contact: an edge, a comparison, or a change of the result.
     Condition,
     /// A coil.
     Coil,
@@ -59,7 +59,7 @@ pub enum Symbol {
     Set,
     /// A reset coil (unlatch).
     Reset,
-    /// A box with the instruction's text.
+    /// A box that contains the instruction's text.
     Box,
     /// Not drawn: the instruction only connects others.
     Link,
@@ -69,11 +69,11 @@ pub enum Symbol {
 /// is a branching point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Path {
-    /// The path at whose end this one starts; `None` for the left rail.
+    /// The path at whose end this path starts; `None` for the left rail.
     pub from: Option<usize>,
-    /// Its conditions.
+    /// The contacts that this path draws before its outputs.
     pub conditions: Drawing,
-    /// The elements that are driven at its end, indices into [`Rung::elements`].
+    /// The coils and boxes that are connected to the end of the path, indices into [`Rung::elements`].
     pub driven: Vec<usize>,
 }
 
@@ -82,9 +82,9 @@ pub struct Path {
 pub enum Drawing {
     /// One condition, an index into [`Rung::elements`].
     One(usize),
-    /// Connected in series, from left to right; a plain wire if empty.
+    /// Drawings that are connected in series, from left to right; a plain wire if empty.
     Series(Vec<Drawing>),
-    /// Connected in parallel.
+    /// Drawings that are connected in parallel.
     Parallel(Vec<Drawing>),
 }
 
@@ -227,7 +227,7 @@ impl Drawer {
         }
     }
 
-    /// All conditions of a result from the left rail on; those before a branching point are repeated.
+    /// All conditions of a result from the left rail on. Conditions before a branching point are repeated.
     fn whole(&self, result: Result) -> Vec<Drawing> {
         let mut paths = Vec::new();
         let mut from = result.from;
@@ -248,7 +248,7 @@ impl Drawer {
         self.stack.push(Result { from: None, conditions });
     }
 
-    /// Ends the path of the current result at a branching point, and returns this path.
+    /// Ends the path of the current result, so that it can branch there, and returns the path's index.
     fn point(&mut self) -> Option<usize> {
         let top = self.stack.last_mut()?;
         if !top.conditions.is_empty() {
@@ -259,7 +259,8 @@ impl Drawer {
         top.from
     }
 
-    /// Connects an element to the current result, and to the results below it on the stack if it has several inputs.
+    /// Connects an element to the current result, and if it has several inputs, also to the results below it on the
+    /// stack.
     fn drive(&mut self, element: usize) {
         while self.stack.len() > 1 {
             let below = self.stack.remove(0);
@@ -279,7 +280,7 @@ impl Drawer {
         self.paths[point].driven.push(element);
     }
 
-    /// Draws the conditions that drive nothing.
+    /// Draws the conditions to which no output is connected.
     fn finish(&mut self) {
         for Result { from, conditions } in std::mem::take(&mut self.stack) {
             if !conditions.is_empty() {
@@ -324,7 +325,7 @@ fn contact(value: &Logic, text: &str) -> Symbol {
     }
 }
 
-/// The symbol of an element that is driven.
+/// The symbol of an instruction that is drawn as an output.
 fn driven(text: &str) -> Symbol {
     let mut words = text.split(' ');
     let mnemonic = words.next().unwrap_or_default().trim_start_matches('@');

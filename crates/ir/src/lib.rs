@@ -85,7 +85,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A change of the state.
+/// A change of the PLC's memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Write {
     /// Writes a value to a bit.
@@ -100,18 +100,18 @@ pub enum Write {
 /// Under which condition an effect of a reached instruction is executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
-    /// Whenever the instruction is reached.
+    /// The write happens whenever control reaches the instruction.
     Always,
-    /// Only if it fires.
+    /// The write happens only if the instruction fires.
     Fired,
 }
 
 /// A write with its condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Effect {
-    /// The condition.
+    /// When the write happens.
     pub when: When,
-    /// The write.
+    /// What is written.
     pub write: Write,
 }
 
@@ -120,7 +120,7 @@ pub struct Effect {
 pub enum Join {
     /// Clears the stack and pushes: the first contact of a rung.
     Start,
-    /// Pushes: a contact that begins another branch.
+    /// Pushes the value on the stack: a contact that begins a new branch.
     Load,
     /// ANDs the top of the stack with the value.
     And,
@@ -137,7 +137,7 @@ pub enum Step {
     Logic {
         /// How the value is combined with the stack.
         join: Join,
-        /// The value.
+        /// The value that is combined with the stack.
         value: Logic,
     },
     /// Pops two results and pushes their conjunction.
@@ -150,13 +150,13 @@ pub enum Step {
     Fetch(u32),
     /// A coil or an application instruction, which changes the state only by its effects.
     Act {
-        /// When it fires and costs its on-time.
+        /// When the instruction fires, so that it costs its on-time.
         fires: Logic,
     },
     /// If it fires, control jumps to a later instruction of the same routine: never into or out of a master control
     /// region, and never into a loop. A jump out of a loop ends the loop.
     Jump {
-        /// When it jumps.
+        /// When the jump is taken.
         fires: Logic,
         /// The instruction to which it jumps.
         target: usize,
@@ -164,7 +164,7 @@ pub enum Step {
     /// If it fires, calls the routine at `target`, which runs to a `Return`; then control continues here. The routine
     /// has a stack, slots and master control regions of its own, initially empty.
     Call {
-        /// When it calls.
+        /// When the routine is called.
         fires: Logic,
         /// The first instruction of the routine.
         target: usize,
@@ -173,9 +173,9 @@ pub enum Step {
     Return,
     /// Ends the main routine of this file.
     End,
-    /// If it fires, the scan ends: nothing else is executed in any file, except interrupt routines.
+    /// If the instruction fires, the scan ends: nothing else is executed in any file, except interrupt routines.
     Stop {
-        /// When it ends the scan.
+        /// When the instruction ends the scan.
         fires: Logic,
     },
     /// An unbounded loop: control has returned to an earlier point and nothing that the loop tests has changed, or no
@@ -190,7 +190,7 @@ pub enum Step {
     /// Executes the instructions up to its `ForEnd` as often as the count says: a signed number, read once, and limited
     /// to `least..=most`. `ForBegin` itself is reached once, its `ForEnd` once for each iteration.
     ForBegin {
-        /// The count.
+        /// The word that holds the number of iterations.
         count: WordSource,
         /// The least number of iterations.
         least: u32,
@@ -209,14 +209,14 @@ pub enum Step {
     /// Opens a master control region. Until it is closed, its condition (whether this step fired) is part of the
     /// condition of every step that acts.
     MasterControlBegin {
-        /// The nesting level.
+        /// The nesting level of the master control region.
         level: u32,
-        /// The condition of the region.
+        /// The condition of the region: while it is false, the region's instructions run with their conditions off.
         fires: Logic,
     },
     /// Closes every open master control region of this level or higher.
     MasterControlEnd {
-        /// The level.
+        /// The nesting level of the region that ends.
         level: u32,
     },
     /// No operation: a label, a page break, NOP.
@@ -228,16 +228,15 @@ pub enum Step {
 pub struct Summary {
     /// The matching `ForEnd`; the instructions up to it are not executed.
     pub end: usize,
-    /// Instructions, and how often each is charged.
+    /// The instructions that are charged, each with the number of times that it is charged.
     pub charges: Vec<(usize, u64)>,
     /// The regions that the loop may write.
     pub havocs: Vec<Region>,
-    /// The choice for the values written.
+    /// The choice whose values are written to these regions.
     pub choice: ChoiceId,
-    /// Exits other than the normal end of the loop, each with the choice that takes it.
+    /// The exits besides the normal end of the loop, each with the choice that decides whether it is taken.
     pub exits: Vec<(ChoiceId, Exit)>,
-    /// For a loop, the operands of its `ForBegin`: the count, the least and the largest number of iterations. Real runs
-    /// use these.
+    /// For a loop: the word with the number of iterations, and the smallest and largest number. Real runs use these.
     pub iterations: Option<(WordSource, u32, u32)>,
 }
 
@@ -246,11 +245,11 @@ pub struct Summary {
 pub enum Exit {
     /// Jumps to a later instruction of the same routine.
     To(usize),
-    /// Like `Step::Return`.
+    /// To the caller of the routine, like `Step::Return`.
     Return,
-    /// Like `Step::End`.
+    /// To the end of the main routine, like `Step::End`.
     End,
-    /// Like a `Step::Stop` that fires.
+    /// To the end of the scan, like a `Step::Stop` that fires.
     Stop,
 }
 
@@ -309,7 +308,7 @@ impl Step {
 /// An instruction, or a part of one, in the order of execution.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instruction {
-    /// Its position in the source.
+    /// The position of the instruction in the source.
     pub place: Location,
     /// The number of its rung, counted from 1 through all files.
     pub block: u32,
@@ -317,16 +316,17 @@ pub struct Instruction {
     pub text: Arc<str>,
     /// The operands that name devices, in text order. The parts of an instruction share them.
     pub operands: Arc<[Operand]>,
-    /// How to find its time; `None` for a part of an instruction whose time is charged at another part.
+    /// How to find the instruction's time; `None` for a part of an instruction whose time is charged at a different
+    /// part.
     pub timing: Option<Box<TimingKey>>,
-    /// What it writes, in order.
+    /// The instruction's writes, in the order in which they happen.
     pub effects: Vec<Effect>,
-    /// What else it does.
+    /// What the instruction does besides its writes.
     pub step: Step,
 }
 
 impl Instruction {
-    /// The words that give its number of units, if it is variable.
+    /// The words from which the instruction's number of units is read. `None` if that number is constant.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         self.timing.as_ref()?.counted()
@@ -336,9 +336,9 @@ impl Instruction {
 /// A source file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceFile {
-    /// Its name as the user gave it.
+    /// The name of the file as the user gave it.
     pub name: String,
-    /// Its instructions, a range of `Program::instructions`.
+    /// The instructions of the file, a range of `Program::instructions`.
     pub instructions: std::ops::Range<usize>,
     /// The number of instructions in the source. One source instruction may become several here.
     pub count: usize,
@@ -353,7 +353,7 @@ pub struct Program {
     pub cpu: Option<String>,
     /// The source files.
     pub files: Vec<SourceFile>,
-    /// Indices into `files` of files with subroutines only, which do not run by themselves.
+    /// Indices into `files` of the files that contain only subroutines and do not run by themselves.
     pub standby: Vec<usize>,
     /// The memory areas.
     pub areas: Vec<Area>,
@@ -366,7 +366,7 @@ pub struct Program {
     /// The named tasks of the project. The first is the task whose scan is bounded; the others are also interrupts with
     /// the same names.
     pub tasks: Vec<Task>,
-    /// The `ForBegin`s of loops whose number of iterations is unknown. Such loops are always summarised.
+    /// The `ForBegin`s of loops whose number of iterations is unknown. Such loops are never followed.
     pub loops_without_count: BTreeSet<usize>,
     /// Instructions whose iterations or units have a smaller upper limit than their words could hold, as
     /// `passes::values` found.
@@ -377,9 +377,10 @@ pub struct Program {
     pub errors: BTreeMap<usize, Logic>,
     /// Calls of routines whose source is missing, one entry for each call.
     pub missing_routines: Vec<MissingRoutine>,
-    /// Units that are called but have no body and no stated facts. The analysis assumes that they do nothing.
+    /// Functions and function blocks that are called but have no body and no stated facts. The analysis assumes that
+    /// they do nothing.
     pub without_body: Vec<(String, Location)>,
-    /// The number of rungs.
+    /// The number of rungs in all files.
     pub blocks: u32,
     /// The number of choices; every `ChoiceId` is below it.
     pub choices: u32,
@@ -388,22 +389,22 @@ pub struct Program {
     /// Exact choices whose operation the upper bound always follows. The operations of others are followed only if
     /// their operands are known.
     pub always_followed: BTreeSet<ChoiceId>,
-    /// Choices that read CPU registers which the CPU itself sets: the name of the area and the register number.
+    /// Choices that read registers which the CPU itself sets: the name of the register's area, and its number.
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
     /// Timers and counters, for emulated CPUs and runs of successive scans.
     pub timekeeping: timers::Timekeeping,
     /// For choices that havoc a whole area because the write is indexed: the cells that may be written.
     pub indexed: BTreeMap<ChoiceId, IndexedWrite>,
-    /// The state after power-up.
+    /// The memory after power-up.
     pub power_up: PowerUp,
     /// How the program changes the limits of its scan time.
     pub scan_control: ScanControl,
     /// Cells that may change at any moment: every read gives any value (`passes::interrupts`), and no exact choice is
     /// computed from them.
     pub volatile: Vec<Region>,
-    /// All over-approximated places.
+    /// All places where the program is over-approximated.
     pub approximations: Vec<Approximation>,
-    /// Names of cells without a device name, such as the memory of an edge instruction.
+    /// The names of cells that are not devices, such as the memory of an edge instruction.
     pub names: BTreeMap<Cell, String>,
     /// Structured data, and the names of its cells.
     pub tags: Tags,
@@ -413,7 +414,7 @@ pub struct Program {
     pub words_per_scan: Option<u64>,
     /// The shortest timer, if the analysis assumes that a timer does not expire in the scan that starts it.
     pub shortest_timer: Option<Picos>,
-    /// Whether reports show a scan as a path from place to place.
+    /// Whether reports show a scan as a path from place to place, as for flowcharts and charts.
     pub shows_path: bool,
     /// The number of input points and output points that the program uses, if the dialect counts them.
     pub points: Option<[u32; 2]>,
@@ -422,7 +423,7 @@ pub struct Program {
     /// Cells that something other than the program writes between scans, as the user states, or because a module
     /// delivers later what an instruction requested.
     pub external: Vec<Region>,
-    /// Cells that only the program writes, as the user states. Cells that are also in `external` are excluded.
+    /// Cells that only the program writes, as the user states. Cells that are also in `external` are not included.
     pub internal: Vec<Region>,
     /// The first instruction that accesses a network station directly, an index into `instructions`.
     pub first_direct_access: Option<usize>,
@@ -527,7 +528,7 @@ impl Program {
 pub struct Witness {
     /// The cells' values at the start of the scan; a bit is 0 or 1.
     pub start: BTreeMap<Cell, u16>,
-    /// The values of the choices.
+    /// The values of the choices that the scan reads.
     pub choices: BTreeMap<ChoiceKey, u16>,
     /// How the analysis that found the scan resolved choices.
     pub resolutions: Arc<Resolutions>,

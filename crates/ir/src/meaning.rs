@@ -33,9 +33,9 @@ use std::collections::BTreeMap;
 /// How the value of a choice is determined in a real run. See the module documentation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ChoiceKind {
-    /// An external value; any value is possible.
+    /// A value from outside the program: any value is possible.
     External,
-    /// The result of an operation.
+    /// The exact result of an operation, which the analysis may treat as unknown.
     Exact(Box<Meaning>),
     /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
     /// analysis lets it have any value at each read.)
@@ -43,15 +43,15 @@ pub enum ChoiceKind {
     /// The present value of a timer or counter: the setting if its contact is on; else the external value if that is
     /// below the setting; else 0.
     PresentValue {
-        /// The contact.
+        /// The timer's contact (completion flag).
         contact: Cell,
-        /// The setting.
+        /// The constant setting of the timer, in its time unit.
         setting: u16,
     },
     /// The largest number of time units that pass in one scan, as a word: a timer with a larger setting cannot expire
     /// in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses 0.
     ScanTicks {
-        /// The time unit.
+        /// The time of one unit of the word.
         unit: Picos,
         /// Whether the word is in BCD.
         is_decimal: bool,
@@ -68,11 +68,11 @@ pub enum ChoiceKind {
 /// An operation with its operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Meaning {
-    /// The operation.
+    /// The operation that is executed.
     pub operation: Operation,
-    /// Its operands, each a list of words.
+    /// The operands of the operation, each a list of words.
     pub inputs: Vec<OperationInput>,
-    /// The targets, one for each result; empty for a choice that is read.
+    /// The targets, one for each result of the operation; empty if the choice itself is read.
     pub outputs: Vec<Target>,
 }
 
@@ -94,17 +94,17 @@ pub enum OperationInput {
 /// Where a result of an operation is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
-    /// To these words; their number is that of the result.
+    /// The result is written to these words, of which there are as many as the result has.
     Words(Vec<WordTarget>),
-    /// To these bits, bit 0 of each word of the result.
+    /// Bit 0 of each word of the result is written to these bits.
     Bits(Vec<BitTarget>),
-    /// To consecutive addresses from this one on, as many as the result has words.
+    /// The result is written to consecutive addresses from this one on, one for each word.
     Run(Address, Shape),
     /// The result is not stored.
     Nowhere,
 }
 
-/// How a list of words is stored at an address.
+/// How the words of a list are stored at an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// One cell for each: a word, or a bit as 0 or 1.
@@ -119,11 +119,11 @@ pub enum Shape {
 /// A computed address: `base` plus the sum of `terms`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address {
-    /// The constant part.
+    /// The constant summand of the address.
     pub base: i64,
-    /// The variable parts.
+    /// The summands of the address that depend on words.
     pub terms: Vec<Term>,
-    /// Which cells have which addresses. An access that is not completely inside them is unknown.
+    /// Which cells have which addresses. The result of an access that is not completely inside these ranges is unknown.
     pub ranges: Vec<AddressRange>,
 }
 
@@ -132,9 +132,9 @@ pub struct Address {
 pub struct Term {
     /// One or two words, low word first.
     pub words: Vec<WordSource>,
-    /// How the words are interpreted.
+    /// Whether the words are signed or unsigned, and binary or BCD.
     pub format: IntegerFormat,
-    /// The factor.
+    /// The factor by which the integer is multiplied.
     pub factor: i64,
 }
 
@@ -163,15 +163,15 @@ pub struct AddressRange {
 /// The number of words of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Count {
-    /// A constant.
+    /// A constant number of words.
     Exactly(u32),
-    /// The value of the term; unknown if it is outside these limits.
+    /// The value of the term; unknown if the value is outside these limits.
     Of {
-        /// The term.
+        /// The term whose value is the number of words.
         term: Term,
-        /// The lower limit.
+        /// The smallest number of words.
         least: u32,
-        /// The upper limit.
+        /// The largest number of words.
         most: u32,
     },
     /// Up to and including the first word that contains a zero byte (the low byte comes first), and at most this many.
@@ -193,7 +193,7 @@ pub enum Operation {
     /// input, the carry, the rotation goes through the carry bit. Results: the number; the carry, that is the last bit
     /// rotated out (unchanged for 0 places). Unknown if the places exceed the number of bits.
     Rotate {
-        /// Rotates towards the most significant bit.
+        /// Rotates towards the most significant bit (`true`), or towards the least significant one.
         left: bool,
         /// Whether the carry is part of the rotation.
         through: bool,
@@ -202,9 +202,9 @@ pub enum Operation {
     /// or copies of the most significant bit for a signed shift to the right. Results: the number; the last bit shifted
     /// out (for 0 places the third input, unchanged). Unknown if the places exceed the number of bits.
     Shift {
-        /// Shifts towards the most significant bit.
+        /// Shifts towards the most significant bit (`true`), or towards the least significant one.
         left: bool,
-        /// Whether copies of the most significant bit come in.
+        /// Whether copies of the most significant bit come in. Otherwise zeros come in.
         signed: bool,
     },
     /// Counts the bits of the first input that are set. The result has this many words.
@@ -216,29 +216,29 @@ pub enum Operation {
     Encode,
     /// Multiplies two numbers with the same number of words. The result has twice as many words.
     Multiply {
-        /// Two's complement.
+        /// Whether the numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
     /// Quotient (rounded towards zero) and remainder of two numbers with the same number of words, as two results.
     /// Unknown if the divisor is 0 or the quotient does not fit.
     Divide {
-        /// Two's complement.
+        /// Whether the numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
     /// Sum or difference of two binary numbers with the same number of words, with the third input as carry or borrow
     /// (0 if missing). Results: the number; the carry or borrow.
     Sum {
-        /// Subtracts the second number from the first.
+        /// Whether the second number is subtracted from the first. Otherwise they are added.
         subtract: bool,
     },
     /// Only the carry or borrow of [`Operation::Sum`].
     Carry {
-        /// Subtracts the second number from the first.
+        /// Whether the second number is subtracted from the first. Otherwise they are added.
         subtract: bool,
     },
     /// [`Operation::Sum`] for BCD numbers. A negative difference is given as its complement to a power of ten.
     DecimalSum {
-        /// Subtracts the second number from the first.
+        /// Whether the second number is subtracted from the first. Otherwise they are added.
         subtract: bool,
     },
     /// Multiplies two BCD numbers with the same number of words. The result has twice as many words.
@@ -248,15 +248,15 @@ pub enum Operation {
     DecimalDivide,
     /// [`Operation::Divide`] with both numbers in one result, the remainder after the quotient.
     DivideJoined {
-        /// Two's complement.
+        /// Whether the number is in two's complement. Otherwise it is unsigned.
         signed: bool,
     },
     /// The results of an operation, followed by two flags about the low words of the first result: whether all are 0,
     /// and the most significant bit.
     WithFlags {
-        /// The operation.
+        /// The operation whose result the flags describe.
         operation: Box<Operation>,
-        /// How many low words the flags are about.
+        /// The number of low words of the result that the flags describe.
         words: u8,
     },
     /// Applies a function to each word of the first input separately.
@@ -270,7 +270,7 @@ pub enum Operation {
     /// Zone control: adds the first input to the third if the third is negative, and the second input if it is
     /// positive, signed. Unknown if the sum does not fit.
     Zone,
-    /// The first input, signed, in this many words. Unknown if it does not fit.
+    /// The first input as a signed number in this many words. Unknown if the number does not fit.
     Resize(u8),
     /// The words of the first input, repeated as often as the first word of the second input says (1 to 32767).
     Repeat,
@@ -282,16 +282,16 @@ pub enum Operation {
     /// The maximum or minimum of the signed numbers in the first input. One result: the value, the position (from 1) of
     /// its first occurrence, the number of occurrences.
     Extreme {
-        /// The words of each number.
+        /// The number of words of each number in the list.
         words: u8,
-        /// Maximum (`true`) or minimum.
+        /// Whether the maximum of the list is found. Otherwise the minimum.
         greatest: bool,
     },
     /// Searches the second input, a list, for the number in the first input. Results: the position (from 1) of the
     /// first occurrence, or 0; the number of occurrences.
     Find {
-        /// Whether the PLC may search by bisection. If so, position and number are unknown if there are several
-        /// occurrences.
+        /// Whether the PLC may search by bisection. If so, position and number are unknown if the value occurs several
+        /// times.
         halving: bool,
     },
     /// Splits the words of the first input into groups of this many bits (4 or 8), lowest group first, and gives each
@@ -358,7 +358,7 @@ pub enum Unary {
 }
 
 impl ChoiceKind {
-    /// Calls `see` with every word that the operation source, except those read at computed addresses.
+    /// Calls `see` with every word that the operation reads, except words at computed addresses.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::External
@@ -458,14 +458,14 @@ impl Term {
     }
 }
 
-/// A value that was read while an exact choice was computed.
+/// A value that an operation read while its result was computed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Read {
-    /// A cell, a mask of bits, and the value of these bits.
+    /// A cell, the mask of the bits that were read, and the value of these bits.
     Cell(Cell, u16, u16),
-    /// A choice with its value.
+    /// A choice that was read, and its value.
     Choice(ChoiceKey, u16),
-    /// The condition of the instruction.
+    /// The execution condition of the instruction, and its value.
     Condition(bool),
 }
 
@@ -474,20 +474,20 @@ pub enum Read {
 pub enum Outcome {
     /// The value of a choice that is read.
     Value(u16),
-    /// What was written: for each cell a mask of bits and their value. Nothing else is written.
+    /// What was written: for each cell a mask of bits and the value of these bits. Nothing else was written.
     Writes(Vec<(Cell, u16, u16)>),
 }
 
 /// One observation of a choice in a call context: if all reads have these values, this is the result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Observation {
-    /// The values read.
+    /// The values that the operation read.
     pub reads: Vec<Read>,
-    /// The result.
+    /// The result of the operation for these values.
     pub outcome: Outcome,
 }
 
-/// The observations, by call context and choice.
+/// What real runs showed about exact choices, by call context and choice.
 pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Observation>>;
 
 impl std::fmt::Display for super::Relation {

@@ -7,19 +7,19 @@ use std::collections::{BTreeMap, BTreeSet};
 /// How the analysis resolved a choice in one call context.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Resolution {
-    /// It executed the choice's operation, because the operands were known well enough.
+    /// The analysis executed the choice's operation, because its operands were known well enough.
     Exact,
     /// The result is any value, but only in these cells.
     Within(Vec<Region>),
 }
 
-/// All resolutions, by call context.
+/// How choices were resolved in each call context.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Resolutions {
-    /// How each choice was resolved.
+    /// By call context and choice: how the choice was resolved.
     choices: BTreeMap<Vec<Frame>, BTreeMap<ChoiceId, Resolution>>,
-    /// Instructions whose number of units was read although it usually is not in this call context
-    /// ([`super::Counted::is_read`]).
+    /// For each call context: the instructions whose number of units the analysis read, although
+    /// [`super::Counted::is_read`] is false there.
     counted: BTreeMap<Vec<Frame>, BTreeSet<usize>>,
 }
 

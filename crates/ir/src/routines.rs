@@ -5,13 +5,13 @@ use scanbound_base::time::Picos;
 /// A routine that may interrupt the scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interrupt {
-    /// The label at which it begins.
+    /// The label or task name of the routine, as facts files name it.
     pub name: String,
     /// The index of its first instruction.
     pub entry: usize,
-    /// How many runs of it are counted in one scan.
+    /// The number of runs of the routine that one scan is charged.
     pub times: u32,
-    /// Whether the user stated this number.
+    /// Whether the user stated how often the routine interrupts a scan.
     pub stated: bool,
 }
 
@@ -21,13 +21,14 @@ pub struct Interrupt {
 pub struct MissingRoutine {
     /// The name, normalised by [`scanbound_base::facts::normalized`].
     pub name: String,
-    /// The instruction of the substitute, which takes the routine's time and writes what the routine may write.
+    /// The index of the instruction that stands for the routine: it takes the routine's time and writes what the
+    /// routine may write.
     pub entry: usize,
-    /// The time of one execution.
+    /// The longest time of one execution of the routine.
     pub time: Picos,
-    /// Whether the user stated the time. If not, nothing is known of the routine, and the result is not a bound.
+    /// Whether the user stated the time. If not, nothing is known of the routine, so the result is not a bound.
     pub stated: bool,
-    /// Whether its declaration is present. If so, it writes its parameters and its own variables, whatever else is
-    /// stated.
+    /// Whether the routine's declaration is present. If so, the routine also writes its parameters and its own
+    /// variables.
     pub declared: bool,
 }

@@ -12,7 +12,7 @@ pub struct ScanControl {
     /// Instructions that set the watchdog time when they fire, and the time. It applies to this scan after a restart,
     /// and to all later scans.
     pub watchdog: BTreeMap<usize, Setting>,
-    /// Instructions that extend the watchdog time of the current scan each time they fire, and the least and the
+    /// Instructions that extend the watchdog time of the current scan each time they fire, with the smallest and the
     /// largest extension.
     pub extensions: BTreeMap<usize, (Picos, Picos)>,
     /// Instructions that set the constant scan time when they fire, and the time.
@@ -28,19 +28,19 @@ pub struct ScanControl {
     pub by_parameters: Option<&'static str>,
 }
 
-/// The time to which a register is set.
+/// The time to which the watchdog or the constant scan is set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Setting {
-    /// A time from the first to the second value.
+    /// A time from the first value to the second one.
     Range(Picos, Picos),
-    /// The value of this device, which is unknown.
+    /// The unknown value of this device.
     Device(String),
-    /// The result of this instruction, which is unknown.
+    /// The unknown result of this instruction.
     Computed(String),
 }
 
 impl Setting {
-    /// The least and the largest time, if known.
+    /// The smallest and the largest time to which it may be set. `None` if unknown.
     #[must_use]
     pub fn range(&self) -> Option<(Picos, Picos)> {
         match self {

@@ -5,9 +5,9 @@ use super::value::{BitSource, Logic, Number, Region, WordSource};
 /// What an instruction reads: a bit or a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// A bit.
+    /// A bit that an expression reads.
     Bit(BitSource),
-    /// A word.
+    /// A word that an expression reads.
     Word(WordSource),
 }
 
@@ -25,22 +25,22 @@ impl Source {
     }
 }
 
-/// Like [`Source`], but replaceable.
+/// Like [`Source`], but the expression's source can be replaced by a new one.
 #[derive(Debug, PartialEq, Eq)]
 pub enum SourceMut<'a> {
-    /// A bit.
+    /// A bit that an expression reads.
     Bit(&'a mut BitSource),
-    /// A word.
+    /// A word that an expression reads.
     Word(&'a mut WordSource),
 }
 
 impl Logic {
-    /// Calls `see` with every source of the expression.
+    /// Calls `see` with every bit and word that the expression reads.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         logic(self, see);
     }
 
-    /// Calls `change` with every source of the expression.
+    /// Calls `change` with every bit and word that the expression reads, which may replace it.
     pub fn each_read_mut(&mut self, change: &mut dyn FnMut(SourceMut<'_>)) {
         logic_mut(self, change);
     }

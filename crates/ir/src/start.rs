@@ -12,7 +12,7 @@ pub struct StartRange {
     pub low: i64,
     /// The largest value, signed.
     pub high: i64,
-    /// The only values, if the word cannot have all values from `low` to `high`; else empty.
+    /// The only values that the word may have, if it cannot have all values from `low` to `high`; otherwise empty.
     pub values: Vec<u16>,
 }
 
@@ -37,13 +37,13 @@ impl StartRange {
 /// every scan and nothing else writes it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrustedRange {
-    /// The word.
+    /// The word whose range is trusted.
     pub cell: Cell,
     /// The least value, signed.
     pub low: i64,
     /// The largest value, signed.
     pub high: i64,
-    /// The only values, as in [`StartRange::values`].
+    /// The only values that the word may have, as in [`StartRange::values`].
     pub values: Vec<u16>,
     /// The instructions that write the word, indices into `Program::instructions`.
     pub writers: Vec<usize>,
@@ -74,7 +74,7 @@ pub fn range_or_values((low, high): (i64, i64), values: &[u16]) -> String {
 /// them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExclusiveBits {
-    /// The bits.
+    /// The bits of which the number that is on is limited.
     pub bits: Vec<BitTarget>,
     /// The largest number of these bits that are on at once: 1, or all but one. With 0, all bits are off in a scan
     /// before which memory was cleared ([`PowerUp::after_clear`]).
@@ -102,7 +102,7 @@ impl ExclusiveBits {
 pub struct PowerUp {
     /// Cells that are inputs: set from outside before each scan, unless the program writes them.
     pub inputs: Vec<Region>,
-    /// Cells that are 0 after power-up, or have their value in [`PowerUp::values`].
+    /// The cells that are 0 after power-up, or have their value in [`PowerUp::values`].
     pub cleared: Vec<Region>,
     /// Initial values other than 0, as the program declares them.
     pub values: BTreeMap<Cell, u16>,
@@ -124,13 +124,13 @@ pub struct PowerUp {
 }
 
 impl PowerUp {
-    /// Whether a power failure during a scan certainly loses the value that the word had then.
+    /// Whether a power failure during a scan certainly erases the value that the cell had at that moment.
     #[must_use]
     pub fn is_lost_at_power_failure(&self, cell: Cell) -> bool {
         self.declares_latched && !self.latched.iter().any(|region| region.contains(cell))
     }
 
-    /// The value of a cleared word after power-up.
+    /// The value of a word after power-up if power-up clears it.
     #[must_use]
     pub fn initial_value(&self, cell: Cell) -> u16 {
         self.values.get(&cell).copied().unwrap_or(0)

@@ -9,27 +9,27 @@ use std::sync::Arc;
 /// A body of code: a program unit, an action, a method, or an action block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Body {
-    /// Its name.
+    /// The name of the program, function block, function or action.
     pub name: String,
-    /// The abbreviation of its language.
+    /// The abbreviation of the body's language, such as ST.
     pub language: &'static str,
-    /// Whether a scan can reach it.
+    /// Whether a scan can call the body.
     pub is_called: bool,
-    /// Why it could not be read, if so.
+    /// Why the body could not be read. `None` if it was read.
     pub unreadable: Option<String>,
 }
 
 /// A statement of a body. Nested statements are counted separately.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
-    /// Its body, an index into `Statements::bodies`.
+    /// The body that contains the statement, an index into `Statements::bodies`.
     pub body: usize,
-    /// Its position.
+    /// The position of the statement.
     pub place: Location,
-    /// Its first line.
+    /// The first line of the statement.
     pub text: Arc<str>,
-    /// How many source statements it represents: for the control of an action, the number of blocks that name the
-    /// action; else 1.
+    /// The number of source statements for which this statement stands: for the control of an action, the number of blocks that
+    /// name the action; otherwise 1.
     pub count: u32,
 }
 

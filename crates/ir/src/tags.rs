@@ -18,11 +18,11 @@ pub enum Type {
     Words(u32),
     /// An array with indices from `first` on. An array of several dimensions is an array of arrays.
     Array {
-        /// The lowest index.
+        /// The lowest index of the array.
         first: i64,
-        /// The number of elements.
+        /// The number of elements of the array.
         count: u32,
-        /// The element type.
+        /// The type of the elements.
         of: Arc<Type>,
     },
     /// Named members: a structure, or a function block instance with everything that it keeps from scan to scan.
@@ -32,7 +32,7 @@ pub enum Type {
 /// Named members with their offsets.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parts {
-    /// Name and type of each member, and how many bit cells and word cells precede it.
+    /// The name and type of each member, and the numbers of bit cells and word cells that precede the member.
     all: Vec<(String, Type, [u32; 2])>,
     /// The index of the first member of each name.
     by_name: BTreeMap<String, usize>,
@@ -76,16 +76,16 @@ fn added([bits, words]: [u32; 2], [more, further]: [u32; 2]) -> Option<[u32; 2]>
 /// A tag or a part of one, with its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tag {
-    /// Its type.
+    /// The type of the tag.
     pub of: Type,
-    /// The area of its bits, and the area of its words.
+    /// The area of the tag's bits, and the area of its words.
     areas: [AreaId; 2],
-    /// The index of its first cell in each of the two areas.
+    /// The index of the tag's first cell in each of these two areas.
     at: [u32; 2],
 }
 
 impl Tag {
-    /// The member with this name.
+    /// The member of a structure with this name.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
@@ -93,7 +93,7 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// The part with this number, from 0.
+    /// The member of a structure with this number, from 0.
     #[must_use]
     pub fn part_at(&self, number: usize) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
@@ -101,7 +101,7 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// The element with this index.
+    /// The element of an array with this index.
     #[must_use]
     pub fn element(&self, number: i64) -> Option<Tag> {
         let Type::Array { first, count, of } = &self.of else { return None };
@@ -123,7 +123,7 @@ impl Tag {
         Some(Cell { area: self.areas[side], index: self.at[side] })
     }
 
-    /// All its cells.
+    /// All cells of the tag.
     #[must_use]
     pub fn regions(&self) -> Vec<Region> {
         let size = self.of.size().unwrap_or_default();
@@ -136,7 +136,7 @@ impl Tag {
     }
 }
 
-/// The tags of a program.
+/// The structured data of a program: arrays and structures by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tags {
     /// Names and tags by the first bit cell and the first word cell of each.
@@ -161,7 +161,8 @@ impl Tags {
         Some(tag)
     }
 
-    /// The name of a cell of a tag, such as `Axes[3].Speed`. Words of a value after its first get a number.
+    /// The name of a cell of a tag, such as `Axes[3].Speed`. For a value of several words, the later words get a
+    /// number.
     #[must_use]
     pub fn name(&self, cell: Cell) -> Option<String> {
         let (first, (name, tag)) = self.starts.range(..=cell).next_back()?;

@@ -5,18 +5,18 @@ use scanbound_base::time::Picos;
 /// A task that runs programs cyclically or at an event.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Task {
-    /// Its name.
+    /// The name of the task.
     pub name: String,
     /// The interval of a cyclic task.
     pub interval: Option<Picos>,
-    /// Its priority; 0 is the highest.
+    /// The priority of the task; 0 is the highest.
     pub priority: Option<i64>,
-    /// The programs that it runs, in order.
+    /// The programs that the task runs, in this order.
     pub programs: Vec<String>,
 }
 
 impl Task {
-    /// Whether this task may interrupt another. If a priority is unknown, it may.
+    /// Whether this task may interrupt the task `other`. True if a priority is unknown.
     #[must_use]
     pub fn interrupts(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own < others)

@@ -17,14 +17,14 @@ pub enum TimerKind {
     UpTimer(Picos, bool),
     /// A retentive timer that counts up, with a separate reset input.
     RetentiveTimer(Picos),
-    /// A counter that counts down from its setting and is finished at 0. Inputs: count, reset.
+    /// A counter that counts down from its setting and stops at 0. Inputs: count, reset.
     DownCounter,
-    /// A ring counter between 0 and its setting; its flag is on from the overflow on. Inputs: up, down, reset.
+    /// A ring counter between 0 and its setting. Its flag comes on when it overflows. Inputs: up, down, reset.
     RingCounter,
 }
 
 impl TimerKind {
-    /// Whether elapsed time changes the present value, and not a count input.
+    /// Whether the present value changes with time, and not with a count input.
     #[must_use]
     pub fn is_timer(&self) -> bool {
         match self {
@@ -37,7 +37,7 @@ impl TimerKind {
 /// The instruction of a timer or counter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimerOrCounter {
-    /// Its type.
+    /// The type of the timer or counter.
     pub kind: TimerKind,
     /// The completion flag: the bit that is on when the timer has expired or the count is reached.
     pub flag: Cell,
@@ -47,7 +47,7 @@ pub struct TimerOrCounter {
     pub setting: WordSource,
     /// Whether setting and present value are in BCD.
     pub is_decimal: bool,
-    /// The slots in which its inputs were saved. A timer without inputs uses the instruction's condition.
+    /// The slots in which the values of the inputs were saved. A timer without inputs uses the instruction's condition.
     pub inputs: Vec<u32>,
     /// The other parts of the instruction, which an emulated CPU skips because it executes this description.
     pub parts: Range<usize>,
@@ -59,15 +59,15 @@ pub struct TimerOrCounter {
 pub struct Expiry {
     /// The cell that says whether the timer is running.
     pub memory: Cell,
-    /// The value of `memory` while the timer is not running.
+    /// The value of the cell `memory` while the timer is not running.
     pub idle: u16,
-    /// The value of the choice while the time has not passed.
+    /// The value of the choice while the timer runs and has not timed out.
     pub while_running: bool,
     /// The setting, low word first.
     pub setting: Vec<WordSource>,
     /// Whether the setting is in BCD.
     pub is_decimal: bool,
-    /// The time of one unit of the setting.
+    /// The time of one unit of the setting: a timer of 100 ms has the unit 100 ms.
     pub unit: Picos,
     /// The cell with the previous present value, for timers whose behaviour is undefined for settings below 1 or values
     /// at the setting.
@@ -94,7 +94,7 @@ impl Expiry {
 /// What is known about the timers and counters of a program.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Timekeeping {
-    /// By instruction, an index into `Program::instructions`.
+    /// Timers and counters by their instruction, an index into `Program::instructions`.
     pub instructions: BTreeMap<usize, TimerOrCounter>,
     /// Choices for timers that expire between two instructions. An emulated CPU does not have this: it uses 0, or reads
     /// the cell of the present value.
@@ -104,7 +104,7 @@ pub struct Timekeeping {
     /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs from power-up do not track.
     /// There their value is unknown.
     pub untracked: BTreeSet<ChoiceId>,
-    /// Areas of words whose values do not persist from scan to scan.
+    /// The areas of words whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,
     /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
     pub elapsed: BTreeMap<ChoiceId, ChoiceId>,

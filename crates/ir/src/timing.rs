@@ -7,11 +7,11 @@ use super::{Frame, Region, WordSource};
 pub enum Units {
     /// The instruction's time does not depend on a number of units.
     None,
-    /// A constant number.
+    /// A constant number of units.
     Exactly(u64),
-    /// An unknown number, at most this.
+    /// An unknown number of units, which is at most this.
     AtMost(u64),
-    /// The number is read from words when the instruction is reached.
+    /// The number of units is read from words when the instruction is reached.
     Counted(Counted),
 }
 
@@ -20,11 +20,11 @@ pub enum Units {
 /// otherwise need the bits of the count in every iteration.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Counted {
-    /// The count, an unsigned number, low word first.
+    /// The words that hold the number, which is unsigned, low word first.
     pub words: Vec<WordSource>,
-    /// The number of units for each one counted.
+    /// The number of units that the instruction has for each 1 of that number.
     pub each: u64,
-    /// The largest count; the instruction processes no more than this.
+    /// The largest number in the words; the instruction processes no more than this.
     pub most: u64,
     /// The largest count with which the PLC certainly executes the instruction. With a larger one it may report an
     /// error, because what it processes would lie outside its memory. A scan with such a count is not used as a lower
@@ -33,16 +33,17 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// In a loop, the words are read only in this many iterations.
+    /// Within loops, the number of units is read only in the first iterations of each loop, of which there are this
+    /// many.
     pub const ITERATIONS: u32 = 16;
 
-    /// Whether the words are read in this call context.
+    /// Whether the number of units is read in this call context. Otherwise the largest number is charged.
     #[must_use]
     pub fn is_read(frames: &[Frame]) -> bool {
         frames.iter().all(|frame| frame.iteration < Counted::ITERATIONS)
     }
 
-    /// The largest number of units.
+    /// The largest number of units of the instruction.
     #[must_use]
     pub fn most_units(&self) -> u64 {
         self.most.saturating_mul(self.each)
@@ -61,14 +62,14 @@ pub struct TimingKey {
     /// Whether on-time and off-time are both the larger of the row's two times. This is so for contacts, for which
     /// tables define the condition differently.
     pub use_larger_time: bool,
-    /// Whether the instruction costs nothing if the table has no row for it (labels).
+    /// Whether the instruction takes no time if the table has no row for it, as labels do.
     pub optional: bool,
     /// The devices of its operands, for times that depend on the memory area.
     pub accessed: AccessedDevices,
 }
 
 impl TimingKey {
-    /// The words that give the number of units, if it is variable.
+    /// The words from which the number of units is read. `None` if that number is constant.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         match &self.units {
@@ -82,7 +83,7 @@ impl TimingKey {
 /// over-approximated instruction accesses the same devices. Empty if the dialect leaves it to the effects.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AccessedDevices {
-    /// One region for each operand that names cells.
+    /// The cells that the operands name: one region for each operand.
     pub regions: Vec<Region>,
     /// The number of operands that are bits of words.
     pub word_bits: u64,

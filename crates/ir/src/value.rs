@@ -153,13 +153,13 @@ pub enum NumberFormat {
 /// A comparison of two numbers with the same number of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Compare {
-    /// The comparison operator.
+    /// The comparison operator of the contact.
     pub relation: Relation,
     /// How the words are interpreted.
     pub format: NumberFormat,
-    /// Left side.
+    /// The left side of the comparison.
     pub left: Number,
-    /// Right side.
+    /// The right side of the comparison.
     pub right: Number,
 }
 
@@ -170,7 +170,7 @@ pub enum Logic {
     Condition,
     /// A constant.
     Const(bool),
-    /// A bit.
+    /// The value of a bit.
     Bit(BitSource),
     /// Negation.
     Not(Box<Logic>),
@@ -183,7 +183,7 @@ pub enum Logic {
 }
 
 impl Logic {
-    /// The negation.
+    /// The negation of the expression.
     #[must_use]
     #[allow(clippy::should_implement_trait)]
     pub fn not(self) -> Logic {
@@ -228,7 +228,7 @@ impl Region {
         }
     }
 
-    /// The intersection with each of these regions, which lie in the same area.
+    /// The intersections of this region with each of `stretches`, which lie in the same area.
     #[must_use]
     pub fn intersections(self, stretches: &[Region]) -> Vec<Region> {
         let Region::Range { first: own, count: most } = self else { return stretches.to_vec() };
@@ -268,7 +268,7 @@ impl Frame {
 pub struct ChoiceKey {
     /// The call context, outermost frame first; empty in the main routine outside loops.
     pub frames: Vec<Frame>,
-    /// The choice.
+    /// The choice that is read.
     pub choice: ChoiceId,
     /// The cell, for regions havocked by `Write::Havoc` or `Step::Summary`.
     pub cell: Option<Cell>,

@@ -26,7 +26,7 @@ impl Lit {
         Lit(u32::try_from(node << 1).expect("nodes are numbered in 31 bits"))
     }
 
-    /// The index of its node.
+    /// The index of the literal's node.
     #[must_use]
     pub fn node(self) -> usize {
         (self.0 >> 1) as usize
@@ -58,10 +58,10 @@ impl std::ops::Not for Lit {
     }
 }
 
-/// A test of a free variable.
+/// A condition on one free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Atom {
-    /// The bit is 1.
+    /// The variable is 1.
     Bit(VarId),
     /// The word, unsigned, is at least this value (1 to 65535).
     AtLeast(VarId, u16),
@@ -84,7 +84,7 @@ impl Atom {
 pub enum Node {
     /// Node 0, the constant true.
     True,
-    /// An atom.
+    /// A test of a free variable.
     Atom(Atom),
     /// A conjunction; the left literal is the smaller one.
     And(Lit, Lit),
@@ -108,7 +108,7 @@ impl Default for Circuit {
 pub struct Values(Vec<bool>);
 
 impl Values {
-    /// The literal's value.
+    /// The value of a literal.
     #[must_use]
     pub fn get(&self, lit: Lit) -> bool {
         self.0[lit.node()] != lit.is_negated()
@@ -122,7 +122,7 @@ impl Circuit {
         self.nodes.all()
     }
 
-    /// The literal's node.
+    /// The node of a literal, without the negation.
     #[must_use]
     pub fn node(&self, lit: Lit) -> Node {
         self.nodes.all()[lit.node()]
@@ -136,7 +136,7 @@ impl Circuit {
         self.intern(Node::Atom(atom))
     }
 
-    /// Conjunction, with local simplification.
+    /// The conjunction of `a` and `b`, simplified if their nodes are constant, equal or complementary.
     pub fn and(&mut self, a: Lit, b: Lit) -> Lit {
         if a == Lit::FALSE || b == Lit::FALSE || a == !b {
             return Lit::FALSE;
@@ -193,7 +193,7 @@ impl Circuit {
         self.intern(Node::And(a.min(b), a.max(b)))
     }
 
-    /// Disjunction.
+    /// The disjunction of `a` and `b`.
     pub fn or(&mut self, a: Lit, b: Lit) -> Lit {
         !self.and(!a, !b)
     }
@@ -212,7 +212,7 @@ impl Circuit {
         }
     }
 
-    /// Exclusive or.
+    /// The exclusive or of `a` and `b`.
     pub fn xor(&mut self, a: Lit, b: Lit) -> Lit {
         self.ite(a, !b, b)
     }

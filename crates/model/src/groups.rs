@@ -43,7 +43,8 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
     groups
 }
 
-/// The constraints on which no charge depends, as one group without charges. A scan must satisfy these too.
+/// The constraints on which no charge depends, as one group without charges. A scan must satisfy these constraints,
+/// too.
 #[must_use]
 pub fn unused_constraints(model: &ScanModel, groups: &[Group]) -> Option<Group> {
     let mut kept = vec![false; model.constraints.len()];

@@ -10,13 +10,13 @@ use scanbound_ir::{AreaId, Cell, ChoiceId, Frame, Region};
 /// A havoc of a region: after it, its cells have unknown values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Havoc {
-    /// The cells that it may write.
+    /// The cells that the havoc may write.
     pub region: Region,
-    /// Whether it was executed.
+    /// The literal that says whether the havoc is executed.
     pub executed: Lit,
-    /// The call context: calls, loop iterations and interrupts on the path to it.
+    /// The call context: calls, loop iterations and interrupts on the path to the havoc.
     pub frames: Vec<Frame>,
-    /// The choice of the values.
+    /// The choice that stands for the written values.
     pub choice: ChoiceId,
 }
 
@@ -45,12 +45,12 @@ impl CellRange {
     }
 }
 
-/// Which cells a block of havocs of one area concerns.
+/// The cells that a block of havocs of one area may write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Block {
-    /// Cells that every havoc of the block concerns.
+    /// The cells that every havoc of the block may write.
     every: CellRange,
-    /// A superset of the cells that the block's havocs concern.
+    /// A range that contains all cells that any havoc of the block may write.
     any: CellRange,
 }
 
@@ -70,14 +70,14 @@ impl Block {
     }
 }
 
-/// The havocs of one area. The position of a havoc is its number among them.
+/// The havocs of one area. The position of a havoc is its number among these havocs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct AreaWrites {
-    /// By position: the index into `Havocs::all`.
+    /// For each position, the index into `Havocs::all`.
     indices: Vec<u32>,
     /// The positions of the havocs that are executed in every scan.
     certain: Vec<u32>,
-    /// By the binary logarithm of the block size: the complete blocks in order.
+    /// For each binary logarithm of a block's size: the complete blocks of this size, in order.
     blocks: Vec<Vec<Block>>,
 }
 
@@ -125,7 +125,7 @@ impl AreaWrites {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Havocs {
     all: Vec<Havoc>,
-    /// By area.
+    /// For each area, the havocs that may write it.
     areas: Vec<AreaWrites>,
 }
 
@@ -161,13 +161,13 @@ impl Havocs {
         &self.all
     }
 
-    /// The number of havocs so far that may have written to the area.
+    /// The number of havocs that may have written to the area so far.
     #[must_use]
     pub fn count(&self, area: AreaId) -> usize {
         self.areas[usize::from(area.0)].indices.len()
     }
 
-    /// The havocs that concern the cell, among numbers `since..until` of its area, latest first.
+    /// The havocs that may write the cell, among numbers `since..until` of its area, latest first.
     pub fn concerning(&self, cell: Cell, since: u32, until: u32) -> impl Iterator<Item = &Havoc> {
         let area = &self.areas[usize::from(cell.area.0)];
         let (since, mut until) = (since as usize, until as usize);
@@ -177,7 +177,7 @@ impl Havocs {
         })
     }
 
-    /// The havocs that are executed if exactly these literals are true.
+    /// The havocs that are executed in the scan in which exactly these literals are true.
     #[must_use]
     pub fn executed(&self, holds: impl Fn(Lit) -> bool) -> ExecutedHavocs<'_> {
         let happens = |&place: &usize, area: &AreaWrites| {
@@ -232,12 +232,12 @@ impl Havocs {
 /// The havocs that are executed in one scan.
 pub struct ExecutedHavocs<'a> {
     havocs: &'a Havocs,
-    /// By area: their positions there.
+    /// For each area, the positions of the executed havocs in its list.
     places: Vec<Vec<u32>>,
 }
 
 impl<'a> ExecutedHavocs<'a> {
-    /// The last executed havoc that concerns the cell, among numbers `since..until` of the cell's area.
+    /// The last executed havoc that may write the cell, among numbers `since..until` of the cell's area.
     #[must_use]
     pub fn newest(&self, cell: Cell, since: u32, until: u32) -> Option<&'a Havoc> {
         let area = &self.havocs.areas[usize::from(cell.area.0)];
@@ -249,7 +249,7 @@ impl<'a> ExecutedHavocs<'a> {
     }
 }
 
-/// Which havocs of a block concern a cell.
+/// Which havocs of a block may write a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coverage {
     /// None of them.

@@ -32,10 +32,9 @@ pub enum Origin {
     Start(Cell),
     /// A choice of the program.
     Choice(ChoiceKey),
-    /// The value of a cell after the last havoc in a range of `ScanModel::havocs` that was executed and concerns the
-    /// cell.
+    /// The value of a cell after the last executed havoc that may write it, in a range of `ScanModel::havocs`.
     Havocked {
-        /// The cell.
+        /// The cell that the variable stands for.
         cell: Cell,
         /// The range begins after this many havocs of the cell's area.
         since: u32,
@@ -44,33 +43,33 @@ pub enum Origin {
     },
 }
 
-/// A havoc whose target is unknown: a write through an unknown index, or a write to any cell.
+/// A havoc for which it is unknown which cells it writes: a write through an unknown index, or a write to any cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownWrite {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The choice of the havoc.
+    /// The choice that stands for the written values.
     pub choice: ChoiceId,
-    /// Whether the target is unknown because of an index.
+    /// Whether the written cells are unknown because an index selects them.
     pub has_index: bool,
     /// The number of executions in a scan.
     pub executions: u32,
-    /// Whether, in at least one execution, the index does not depend on another such write.
+    /// Whether, in at least one execution, the index does not depend on an earlier unknown write.
     pub is_independent: bool,
-    /// Cells whose values at the start of the scan may have become the index.
+    /// Cells whose values at the start of the scan may be the index, or part of it.
     pub start_cells: BTreeSet<Cell>,
-    /// The choices of other such writes on which the index may depend.
+    /// The choices of earlier unknown writes on which the index may depend.
     pub depends_on: BTreeSet<ChoiceId>,
 }
 
 /// A free variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variable {
-    /// Bit or word.
+    /// Whether the variable is a bit or a word.
     pub kind: VarKind,
-    /// What it stands for.
+    /// What the variable stands for.
     pub origin: Origin,
-    /// Its name for users (`X1F`, `D100`, `T0 contact`, `M5 behind line 40`).
+    /// The name of the variable in reports (`X1F`, `D100`, `T0 contact`, `M5 behind line 40`).
     pub name: String,
 }
 
@@ -81,43 +80,43 @@ pub struct Variable {
 pub struct Charge {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: calls, loop iterations and interrupts on the path to it.
+    /// The call context: calls, loop iterations and interrupts on the path to the instruction.
     pub frames: Vec<Frame>,
-    /// Whether control reaches it.
+    /// The literal that says whether control reaches the instruction.
     pub reached: Lit,
-    /// Whether it fires.
+    /// The literal that says whether the instruction fires.
     pub fires: Lit,
-    /// The cost if it fires, with all units and repetitions.
+    /// The time if the instruction fires, with all units and repetitions.
     pub on: Picos,
-    /// The cost if it is reached but does not fire.
+    /// The time if control reaches the instruction but it does not fire.
     pub off: Picos,
-    /// The cost by number of units, if the model determines this number.
+    /// The on-time by number of units, if the model determines this number.
     pub counted: Option<Box<ByUnits>>,
 }
 
-/// The cost of a charge that fires, by its number of units.
+/// The on-time of a charge by its number of units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ByUnits {
-    /// The cost without units.
+    /// The time of the instruction without units.
     pub base: Picos,
-    /// The costs added by each literal that is true. Each literal implies that the charge fires.
+    /// The time that each literal adds if it is true. Each literal implies that the charge fires.
     pub units: Vec<(Lit, Picos)>,
 }
 
 impl Charge {
-    /// The larger of the two times.
+    /// The larger of the on-time and the off-time.
     #[must_use]
     pub fn largest_cost(&self) -> Picos {
         self.on.max(self.off)
     }
 
-    /// The cost under these values of the circuit's nodes.
+    /// The time of the charge if the circuit's nodes have these values.
     #[must_use]
     pub fn cost(&self, values: &Values) -> Picos {
         self.cost_by(|lit| values.get(lit))
     }
 
-    /// The cost under these values of its literals.
+    /// The time of the charge if its literals have these values.
     #[must_use]
     pub fn cost_by(&self, value: impl Fn(Lit) -> bool) -> Picos {
         match (value(self.fires), value(self.reached)) {
@@ -131,13 +130,13 @@ impl Charge {
         }
     }
 
-    /// Whether the cost is the same under every assignment.
+    /// Whether the time is the same under every assignment.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.guards().next().is_none()
     }
 
-    /// The literals on which the cost depends.
+    /// The literals on which the time of the charge depends.
     pub fn guards(&self) -> impl Iterator<Item = Lit> + '_ {
         let matters = |guard: &Lit| {
             !guard.is_constant()
@@ -146,19 +145,19 @@ impl Charge {
         self.literals().filter(matters)
     }
 
-    /// Whether the cost depends on `fires`.
+    /// Whether the time depends on whether the instruction fires.
     #[must_use]
     pub fn fires_matters(&self) -> bool {
         self.on != self.off || self.counted.is_some()
     }
 
-    /// All literals of the charge, including constants and those that do not affect the cost.
+    /// All literals of the charge, including constants and those that do not affect the time.
     pub fn literals(&self) -> impl Iterator<Item = Lit> + '_ {
         let units = self.cost_if_fired().1.iter().map(|(handled, _)| *handled);
         [self.reached, self.fires].into_iter().chain(units)
     }
 
-    /// The cost if it fires: the part without units, and the costs added by literals.
+    /// The time if the charge fires: the part without units, and the times that literals add.
     #[must_use]
     pub fn cost_if_fired(&self) -> (Picos, &[(Lit, Picos)]) {
         match self.counted.as_deref() {
@@ -173,9 +172,9 @@ impl Charge {
 pub struct Unbounded {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: calls, loop iterations and interrupts on the path to it.
+    /// The call context: calls, loop iterations and interrupts on the path to the loop.
     pub frames: Vec<Frame>,
-    /// Whether control reaches it.
+    /// The literal that says whether control reaches the loop.
     pub reached: Lit,
 }
 
@@ -194,30 +193,30 @@ pub struct ScanModel {
     pub errors: Vec<Lit>,
     /// The havocs in order of execution.
     pub havocs: Havocs,
-    /// The free words from which the counts of summarised loops are computed.
+    /// The free words from which the numbers of iterations of loops that are not followed are computed.
     pub count_variables: BTreeSet<VarId>,
-    /// The havocs whose targets are unknown, in order of execution.
+    /// The havocs for which it is unknown which cells they write, in order of execution.
     pub unknown_writes: Vec<UnknownWrite>,
     /// The places at which a scan enters an unbounded loop.
     pub unbounded: Vec<Unbounded>,
-    /// For each summarised loop, the largest number of iterations that its count allows.
+    /// For each loop that is not followed, the largest number of iterations that its word allows.
     pub iterations: BTreeMap<usize, u32>,
-    /// The counts of these loops, once for each time that control may reach them.
+    /// The numbers of iterations of these loops, once for each time that control may reach them.
     pub loop_counts: Vec<LoopCount>,
     /// How the analysis resolved choices, by call context.
     pub resolutions: Arc<Resolutions>,
 }
 
-/// The count of a summarised loop.
+/// The number of iterations of a loop that is not followed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoopCount {
     /// The loop's instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// Whether control reaches it.
+    /// The literal that says whether control reaches the loop.
     pub reached: Lit,
-    /// The count, a signed number, least significant bit first.
+    /// The number of iterations as a signed number, least significant bit first.
     pub bits: [Lit; 16],
-    /// The number of iterations that are possible even if the count is smaller.
+    /// The number of iterations that the loop makes even if that number is smaller.
     pub least: u32,
 }
 
@@ -225,7 +224,7 @@ pub struct LoopCount {
 /// common.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Group {
-    /// Indices into `ScanModel::charges`, ascending. Charges with a constant cost are in no group.
+    /// Indices into `ScanModel::charges`, ascending. Charges with a constant time are in no group.
     pub charges: Vec<usize>,
     /// The free variables on which the charges depend, through guards or constraints, ascending.
     pub variables: Vec<VarId>,
@@ -256,20 +255,20 @@ impl GroupAssignment {
 }
 
 impl ScanModel {
-    /// The total cost of these charges under an assignment.
+    /// The total time of these charges under an assignment.
     #[must_use]
     pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
         let values = self.circuit.evaluate(assignment);
         charges.iter().map(|&c| self.charges[c].cost(&values)).sum()
     }
 
-    /// The sum of all charges, each at its largest cost, in picoseconds. It may be too large for a [`Picos`].
+    /// The sum of all charges, each at its largest time, in picoseconds. It may be too large for a [`Picos`].
     #[must_use]
     pub fn sum_of_largest(&self) -> u128 {
         self.charges.iter().map(|charge| u128::from(charge.largest_cost().0)).sum()
     }
 
-    /// The charges with a constant cost, as indices into `charges`.
+    /// The charges with a constant time, as indices into `charges`.
     #[must_use]
     pub fn constant_charges(&self) -> Vec<usize> {
         (0..self.charges.len()).filter(|&index| self.charges[index].is_constant()).collect()

@@ -7,11 +7,11 @@ use scanbound_base::time::Picos;
 /// What the search for a lower bound may assume about a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treatment {
-    /// It may choose any value.
+    /// The search may choose any value for the variable.
     Free,
-    /// The value is 0.
+    /// The variable has the value 0.
     Zero,
-    /// Nothing: the value is unknown, so a lower bound must not depend on it.
+    /// The search may assume nothing: the value is unknown, so a lower bound must not depend on it.
     Unknown,
 }
 

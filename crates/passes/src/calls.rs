@@ -5,7 +5,7 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::{Program, flow};
 
-/// The deepest nesting of calls that any CPU allows.
+/// The deepest nesting of calls that is accepted. No CPU allows a deeper one.
 const MAX_NESTING: usize = 64;
 
 /// Rejects routines that call themselves, directly or through others.

@@ -8,7 +8,7 @@ use scanbound_ir::{
 };
 use std::collections::BTreeSet;
 
-/// Replaces reads of cells that may change at any moment by any values.
+/// Replaces reads of cells that an interrupt may change at any moment by any values.
 pub const PASS: Pass = Pass {
     name: "modelling interrupts",
     run: |program, _| {
@@ -66,8 +66,8 @@ impl Changing {
         }
     }
 
-    /// Replaces loop counts that are computed from changing cells by any values. Returns the choices of unsigned
-    /// counts.
+    /// Replaces numbers of iterations that are computed from changing cells by any values. Returns the choices of
+    /// unsigned numbers.
     fn free_counts(&self, program: &mut Program) -> BTreeSet<ChoiceId> {
         // A loop's count is followed, so its cell must not change. Other exact choices are not computed from changing
         // cells.
@@ -89,7 +89,7 @@ impl Changing {
         unsigned
     }
 
-    /// Replaces all loop counts within interrupt routines by any values.
+    /// Replaces the number of iterations of each loop within interrupt routines by any number.
     fn free_counts_inside(&self, program: &mut Program, unsigned: &BTreeSet<ChoiceId>) {
         for &at in &self.inside {
             let count = match &program.instructions[at].step {

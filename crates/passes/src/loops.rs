@@ -14,16 +14,17 @@ use scanbound_ir::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// If more than this many single ranges of an area are written, the whole area is havocked.
+/// If more ranges of an area than this are written, the whole area is havocked.
 const MAX_RANGES: usize = 256;
 
 /// A loop that unrolls to more executed instructions than this is summarised.
 const MAX_UNROLLED: u64 = 200_000;
 
-/// If even loops and routines with this few executions had to be summarised, the whole program is summarised.
+/// If even loops and routines with only this many executions cannot be followed, nothing of the program is followed.
 const SMALLEST: u64 = 64;
 
-/// The largest number of charges in all summaries together; beyond it, the whole program is summarised.
+/// The largest number of charges of all loops and routines that are not followed. Beyond it, nothing of the program is
+/// followed.
 const MAX_CHARGES: usize = 4_000_000;
 
 /// The number of executions of an instruction overflows.
@@ -66,7 +67,8 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
         }
         let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
             let message = "nested loops and calls execute this instruction too often to count";
-            let help = "state the range of its count in the facts file";
+            let help =
+                "state in a facts file ([counts]) how many iterations the loops around it have";
             faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));
             continue;
         };
@@ -76,8 +78,8 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Creates the summary of a loop, which charges everything in it `iterations` times. `None` if the number of executions
-/// overflows.
+/// Makes the step of a loop that is not followed: everything in it is charged `iterations` times. `None` if the number
+/// of executions overflows.
 fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
     let gathered = Shape::of(program).gather(program, begin + 1, end, iterations).ok()?;
     let iterations = iterations_of(program, begin);
@@ -236,7 +238,7 @@ impl Plan {
 
 /// The routines of a program and their calls.
 struct Shape {
-    /// The last instruction of each called routine, by its first.
+    /// For each called routine, by its first instruction: its last instruction.
     ends: BTreeMap<usize, usize>,
     /// The routines; callers come before the routines that they call.
     order: Vec<usize>,
@@ -270,7 +272,8 @@ impl Shape {
         Shape { ends, order, place }
     }
 
-    /// Decides what to summarise so that no loop, routine or interrupt routine executes more than `limit` instructions.
+    /// Decides which loops are not followed, so that no loop, routine or interrupt routine executes more than `limit`
+    /// instructions.
     fn plan(&self, program: &Program, limit: u64) -> Plan {
         let mut plan = Plan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
@@ -497,11 +500,11 @@ struct Collected {
     charges: BTreeMap<usize, u64>,
     /// The regions that may be written.
     regions: BTreeSet<Region>,
-    /// Its exits by jumps and returns, without those of called routines.
+    /// The exits of the loop or routine itself by jumps and returns, without those of called routines.
     own: BTreeSet<Exit>,
     /// Exits that end the main routine or the scan, including those of called routines.
     out: BTreeSet<Exit>,
-    /// Whether it contains an unbounded loop.
+    /// Whether the loop or routine contains an unbounded loop.
     endless: bool,
 }
 
@@ -574,7 +577,7 @@ impl Collected {
     }
 }
 
-/// The count of a loop, and its least and largest number of iterations.
+/// The word that counts a loop's iterations, and the smallest and largest number of iterations.
 fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
     match program.instructions[begin].step {
         Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
@@ -589,7 +592,7 @@ fn stub(program: &mut Program, gathered: Collected, of: usize, then: Step) {
     [summary, then].into_iter().for_each(|step| append(program, of, step));
 }
 
-/// Appends a step that belongs to an existing instruction.
+/// Appends an instruction with this step that takes its source position from instruction `of`.
 fn append(program: &mut Program, of: usize, step: Step) {
     let Instruction { place, block, text, operands, .. } = &program.instructions[of];
     let (place, block, text, operands) = (*place, *block, text.clone(), operands.clone());
@@ -598,7 +601,7 @@ fn append(program: &mut Program, of: usize, step: Step) {
     program.instructions.push(instruction);
 }
 
-/// Replaces many single ranges of one area by the whole area.
+/// Replaces many ranges of one area by the whole area.
 fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
     let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
     for region in &regions {

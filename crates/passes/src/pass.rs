@@ -50,13 +50,13 @@ impl Passes {
 /// Which words other writers (such as an HMI) may write between scans, according to the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Trust {
-    /// Any word.
+    /// Other writers may write any word.
     None,
     /// Any word except those that give counts, lengths or indices, or from which these are computed, and that the
     /// program writes in every scan.
     #[default]
     Counts,
-    /// Only words that the program does not write itself, or only clears.
+    /// Other writers may write only words that the program does not write itself, or only clears.
     All,
 }
 

@@ -32,13 +32,13 @@ pub struct Scan {
     pub total: Picos,
     /// The number of executed instructions.
     pub executed: u64,
-    /// Where the run stopped because what the program does next depends on an unknown value.
+    /// Where the run stopped because the next step of the program depends on an unknown value.
     pub stopped: Option<Stopped>,
     /// The instruction at which the scan entered an endless loop.
     pub unbounded: Option<usize>,
 }
 
-/// The values with which a scan of the emulated CPU starts.
+/// The values of cells and choices at the start of a scan of the emulated CPU.
 struct Start<'e, 'p> {
     cpu: &'e Emulated<'p>,
 }

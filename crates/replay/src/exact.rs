@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 type Written = BTreeMap<Cell, (u16, u16)>;
 
 impl<F: FreeValues> State<'_, F> {
-    /// The value of an exact choice that is read. `None` if the manuals do not define it, so that it is unknown.
+    /// The value of an exact choice that is read. `None` if the manuals do not define the result.
     pub(super) fn value_of(&mut self, choice: ChoiceId, meaning: &Meaning) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, doubt)) = self.known.get(&moment) {
@@ -37,7 +37,7 @@ impl<F: FreeValues> State<'_, F> {
         value
     }
 
-    /// Writes the results of an operation. Returns false if the manuals do not define them.
+    /// Writes the results of an operation. Returns false if the manuals do not define the results.
     pub(super) fn write_exactly(
         &mut self,
         choice: ChoiceId,
@@ -99,7 +99,7 @@ impl<F: FreeValues> State<'_, F> {
         true
     }
 
-    /// The recorded fact about a choice whose condition is true in the current state.
+    /// What earlier runs showed about a choice, if it applies to the current values.
     fn learned_now(&mut self, choice: ChoiceId) -> Option<Observation> {
         if self.learned.is_empty() {
             return None;
@@ -152,7 +152,7 @@ impl<F: FreeValues> State<'_, F> {
         })
     }
 
-    /// Evaluates `work` and records what it reads and whether all of that is known.
+    /// Evaluates `work`. Also returns what it read, and why its result is unknown, if it is.
     fn record_reads<T>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Option<T>,

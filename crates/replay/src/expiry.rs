@@ -9,7 +9,7 @@ use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, WordSource};
 
 impl<'p, F: FreeValues> State<'p, F> {
-    /// A value from outside that says whether a timer has run out, corrected by the time that can have passed.
+    /// Whether a timer has timed out: the value `given` from outside, corrected by the time that can have passed.
     pub(super) fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
         let timekeeping = &self.program.timekeeping;
         if let Some(over) = timekeeping.elapsed.get(&choice) {
@@ -76,8 +76,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         setting.filter(|_| is_known)
     }
 
-    /// Whether the timer has run out, if the possible elapsed times decide it: all below the set value, or all above
-    /// it.
+    /// Whether the timer has timed out, if the possible elapsed times decide it: all are below the set value, or all
+    /// above it.
     fn expired_by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
         let (least, most) = match self.has_rested(expiry.memory) {
             true => (Picos::ZERO, self.now),
@@ -94,7 +94,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         is_over.then_some(u16::from(!expiry.while_running))
     }
 
-    /// Whether the timer with this memory cell was at rest at some moment of this scan.
+    /// Whether the timer whose running cell is `memory` was at rest at some moment of this scan.
     fn has_rested(&mut self, memory: Cell) -> bool {
         let started = self.free.start(memory, AreaKind::Word);
         self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
@@ -125,7 +125,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         })
     }
 
-    /// The flag and present value after a timer or counter was executed, if time is simulated and its cells are known.
+    /// The completion flag and present value after a timer or counter was executed. `None` unless time is simulated and
+    /// its cells are known.
     pub(super) fn executed(
         &mut self,
         timed: &TimerOrCounter,

@@ -7,13 +7,13 @@ use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Resolutions, Witness};
 
 /// Supplies the values that the program leaves free. Within a scan, the same question must get the same answer.
 pub trait FreeValues {
-    /// The value of the cell at the start of the scan. For a bit cell, only bit 0 counts.
+    /// The value of the cell at the start of the scan. For a bit cell, only bit 0 matters.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
     /// A mask of the bits of the start value that are unknown.
     fn unknown(&mut self, _cell: Cell) -> u16 {
         0
     }
-    /// The value of the choice. For `Bit`, only bit 0 counts. The answer must not depend on `kind`.
+    /// The value of the choice. For `Bit`, only bit 0 matters. The answer must not depend on `kind`.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
     /// Whether all values from outside the program are unknown.
     fn outside_is_unknown(&self) -> bool {
@@ -23,16 +23,16 @@ pub trait FreeValues {
     fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
         None
     }
-    /// The flag and the present value after a timer or counter was executed, if time is simulated.
+    /// The completion flag and the present value after a timer or counter was executed, if time is simulated.
     fn timed(&mut self, _timed: &TimerOrCounter, _found: &TimedInputs) -> Option<(bool, u16)> {
         None
     }
-    /// Whether time is simulated. Then timers and counters are executed as instructions, and none runs out between two
+    /// Whether time is simulated. Then timers and counters are executed as instructions, and none times out between two
     /// instructions.
     fn simulates_time(&self) -> bool {
         false
     }
-    /// Whether the elapsed time of a timer is derived from the earlier scans.
+    /// Whether the elapsed time of a timer follows from the times of earlier scans.
     fn counts_time(&self) -> bool {
         false
     }
@@ -41,7 +41,7 @@ pub trait FreeValues {
     fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
         None
     }
-    /// What the analysis resolved while it followed this scan.
+    /// How the analysis resolved choices while it followed this scan.
     fn settled(&self) -> Option<&Resolutions> {
         None
     }
@@ -64,8 +64,8 @@ impl FreeValues for &Witness {
 /// How nondeterministic values are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// As in the analysis: every choice may have any value.
+    /// Every choice may have any value, as in the analysis.
     Model,
-    /// As on a PLC, with exact results of operations: a real run, see [`scanbound_ir::meaning`].
+    /// Operations have exact results, as on a PLC: a real run, see [`scanbound_ir::meaning`].
     Real,
 }

@@ -141,7 +141,7 @@ fn numbers(list: &[u16], words: u8) -> Option<Vec<i128>> {
     list.chunks(usize::from(words)).map(|words| number(words, true)).collect()
 }
 
-/// The position of the first occurrence of a number, counted from 1, and how often it occurs.
+/// The position of the first occurrence of a number, counted from 1, and the number of occurrences.
 fn places(numbers: &[i128], wanted: i128) -> Option<Vec<u16>> {
     let first = numbers.iter().position(|&number| number == wanted).map_or(0, |at| at + 1);
     let count = numbers.iter().filter(|&&number| number == wanted).count();
@@ -166,7 +166,7 @@ fn bits(value: f32) -> Vec<u16> {
     words_of(i128::from(value.to_bits()), 2)
 }
 
-/// The result if it is exact, so that the rounding mode of the PLC does not matter.
+/// The result if it is exact, so that the rounding mode of the PLC does not matter. `None` if it must be rounded.
 fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
     let (x, y) = (f64::from(a), f64::from(b));
     let result = match arithmetic {

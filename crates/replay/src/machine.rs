@@ -12,7 +12,7 @@ use scanbound_ir::{
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The maximum number of loops in a scan for which both cases are tried, one iteration and none.
+/// The largest number of loops in a scan for which both cases are tried, one iteration and none.
 pub(super) const MAX_UNDECIDED_LOOPS: usize = 4;
 
 /// A loop that is being executed.
@@ -21,7 +21,7 @@ struct Loop {
     end: usize,
     iteration: u32,
     iterations: u32,
-    /// The state at the start of this iteration. Kept only if only the total time is wanted.
+    /// The state at the start of this iteration. `None` unless only the total time is wanted.
     begun: Option<Snapshot>,
 }
 
@@ -223,7 +223,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Runs a main or interrupt routine. It ends by itself before the instruction `limit`.
+    /// Runs a main or interrupt routine. The routine ends by itself before instruction `limit`.
     fn run(&mut self, entry: usize, limit: usize) -> RoutineEnd {
         self.routines = vec![Routine::default()];
         let mut at = entry;
@@ -261,7 +261,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         self.routines.last_mut().expect("a routine is running")
     }
 
-    /// Leaves the innermost loops of the routine until `open` of them remain.
+    /// Leaves loops, the innermost first, until `open` of them remain.
     fn leave_loops(&mut self, open: usize) {
         while self.routine().loops.len() > open {
             self.routine().loops.pop();
@@ -332,7 +332,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Whether an operation error stops, or may stop, the CPU at the instruction.
+    /// Why the run ends at this instruction, if an operation error stops the CPU there or may stop it.
     fn fails(&mut self, condition: Truth, executed: Truth) -> Option<StopReason> {
         if self.state.mode != Mode::Real {
             return None;
@@ -382,7 +382,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         })
     }
 
-    /// The number of units by the words that count them, and why it is unknown, if so.
+    /// The number of units in the words that give it, and the instruction that makes it unknown, if it is unknown.
     fn number_of_units(&mut self, counted: &Counted) -> (u64, Doubt) {
         let outer = self.state.doubt.take();
         let number = counted.words.iter().rev();
@@ -468,7 +468,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Whether the user's statements allow this count of a loop.
+    /// Whether the facts of the user allow this number of iterations of a loop.
     fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
         let stated = self.program.stated_counts.get(&self.state.at);
         let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
@@ -670,7 +670,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         self.state.enter(Frame { at, iteration: 0 });
     }
 
-    /// A snapshot of the state. `None` unless only the total time is wanted.
+    /// The state now, to compare it with later iterations. `None` unless only the total time is wanted.
     fn snapshot(&mut self) -> Option<Snapshot> {
         if !self.sums {
             return None;
@@ -722,7 +722,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Next::Go(begin + 1)
     }
 
-    /// Charges a loop summary and returns where control continues.
+    /// Charges a loop that is not followed, and returns where control continues.
     fn summary(
         &mut self,
         end: usize,

@@ -14,7 +14,7 @@ const SMALL: u32 = 64;
 pub(super) struct Memory {
     /// Each cell's value and the mask of its unknown bits.
     cells: FxHashMap<Cell, (u16, u16)>,
-    /// Havocked regions. Their cells are unknown unless `cells` has them.
+    /// Havocked regions. Their cells are unknown, except those that `cells` contains.
     lost: BTreeSet<Region>,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct ScanChanges {
 }
 
 impl ScanChanges {
-    /// The changes recorded in the final state of a scan.
+    /// The changes of the memory that a scan made, from its final state.
     pub(super) fn of<F: FreeValues>(state: &mut State<'_, F>) -> ScanChanges {
         let lost = state.lost();
         for &region in &lost {

@@ -10,11 +10,11 @@ use std::sync::Arc;
 pub struct Event {
     /// Index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: the calls and loop iterations on the path to it, outermost first.
+    /// The call context: the calls and loop iterations on the path to the instruction, outermost first.
     pub frames: Arc<[Frame]>,
-    /// Whether it fired. For a charge of a loop summary: whether its on-time is the larger of the two.
+    /// Whether the instruction fired. For a loop that is not followed: whether its on-time is the larger of the two.
     pub fired: bool,
-    /// Its time. For a charge of a loop summary: the time of all its repetitions.
+    /// The time of the execution. For a loop that is not followed: the time of all repetitions.
     pub cost: Picos,
 }
 
@@ -39,13 +39,13 @@ pub struct Replay {
 /// Why a real run stopped before the end of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// The path depends on an unknown value: the result of the instruction with this index.
+    /// The next step depends on an unknown value: the result of the instruction with this index.
     Unknown(usize),
     /// The user's statements exclude this scan.
     Excluded,
     /// An operation error occurs that stops the CPU.
     Error,
-    /// It executed more instructions than the limit.
+    /// The scan executed more instructions than the limit.
     TooLong,
 }
 
@@ -54,7 +54,7 @@ pub enum StopReason {
 pub struct Stopped {
     /// The instruction, an index into `Program::instructions`.
     pub at: usize,
-    /// The call context: the calls and loop iterations on the path to it.
+    /// The call context: the calls and loop iterations on the path to the instruction.
     pub frames: Arc<[Frame]>,
     /// The reason.
     pub reason: StopReason,
@@ -73,8 +73,8 @@ pub struct RealRun {
     /// Ranges that hold at the start of the scan and not at its end: the index into `Program::stated_ranges` and the
     /// value at the end. Empty if the run stopped early.
     pub range_violations: Vec<(usize, i64)>,
-    /// Those of `Program::stated_exclusions` that hold at the start and certainly not at the end. Empty if the run
-    /// stopped early.
+    /// The pairs of `Program::stated_exclusions` that hold at the start of the scan and certainly not at its end. Empty
+    /// if the run stopped early.
     pub exclusion_violations: Vec<usize>,
     /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
     /// entry is an error in the analysis.

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct OutsideValues<'p> {
     /// Values of inputs and of the other cells that [`Outside::sets`]. A cell that is not listed is 0.
     pub inputs: BTreeMap<Cell, u16>,
-    /// Values of the nondeterministic values. One that is not listed is 0.
+    /// The values of choices. A choice that is not listed has the value 0.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
     /// If set, values from outside are pseudo-random with this seed instead.
     pub seed: Option<u64>,
@@ -34,7 +34,7 @@ pub struct Outside<'p> {
     program_written: Option<BTreeSet<Cell>>,
 }
 
-/// A written region with more cells than this does not count as written by the program alone.
+/// If the program writes a region with more cells than this, the region does not count as written individually.
 const LARGEST: u32 = 4096;
 
 impl<'p> Outside<'p> {
@@ -100,18 +100,18 @@ pub struct Run<'p> {
     /// Time since power-up at which the next scan begins.
     now: Picos,
     timer_memory: RefCell<TimerMemory>,
-    /// The earliest and latest time at which each running timer was started, by its memory cell.
+    /// For each running timer, by its memory cell: the earliest and the latest time at which it was started.
     began: BTreeMap<Cell, (Picos, Picos)>,
     /// The start values that the last scan read.
     asked: RefCell<BTreeMap<Cell, u16>>,
-    /// The time of the last scan, if a scan with the same inputs would repeat it until a timer runs out.
+    /// The time of the last scan, if scans with the same inputs repeat it until a timer times out. Otherwise `None`.
     steady: Option<Picos>,
     /// The cells of timers' present values. `reads_presents` says whether the program reads one.
     presents: BTreeSet<Cell>,
     reads_presents: bool,
 }
 
-/// The values with which a scan of the run starts.
+/// The values of cells and choices at the start of a scan of the run.
 struct Start<'r, 'p> {
     run: &'r Run<'p>,
     given: &'r OutsideValues<'p>,

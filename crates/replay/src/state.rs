@@ -61,7 +61,7 @@ struct Havoc {
 #[derive(Clone, Copy)]
 struct Held {
     value: u16,
-    /// The mask of its unknown bits. 0 if it is known.
+    /// The mask of the value's unknown bits. 0 if the value is known.
     unknown: u16,
     havocs: u32,
     /// The instruction because of which these bits are unknown. [`KNOWN`] if none is.
@@ -92,7 +92,7 @@ pub(super) struct State<'p, F> {
     pub(super) mode: Mode,
     /// The instruction that is being executed.
     pub(super) at: usize,
-    /// Its execution condition.
+    /// The execution condition of the current instruction.
     pub(super) condition: Truth,
     /// Why the value being computed is unknown, if part of it is.
     pub(super) doubt: Doubt,
@@ -100,23 +100,23 @@ pub(super) struct State<'p, F> {
     pub(super) interrupting: bool,
     /// What the current operation has read. `None` outside of operations.
     pub(super) reading: Option<Vec<Read>>,
-    /// Whether something it read may change at any moment.
+    /// Whether anything that the operation has read may change at any moment.
     pub(super) changing: bool,
     /// The exact choices computed so far.
     pub(super) known: Known,
-    /// The results of operations: those this real run has computed, or those that a run of the model uses.
+    /// The results of operations: the ones that this real run has computed, or the ones that a run of the model uses.
     pub(super) learned: Knowledge,
     /// Writes of operations to cells that their effects do not declare.
     pub(super) undeclared_writes: Vec<(usize, Cell)>,
     /// Time since the scan began.
     pub(super) now: Picos,
-    /// The memory cells of timers, each with the value it has while its timer is at rest.
+    /// The memory cells of timers, each with the value that it has while its timer is at rest.
     pub(super) memories: FxHashMap<Cell, u16>,
-    /// Those memory cells whose timer was at rest at some moment of this scan.
+    /// The cells among `memories` whose timer was at rest at some moment of this scan.
     pub(super) rested: BTreeSet<Cell>,
     /// The present values of timers, each with the instruction that first read its value at the start of the scan.
     pub(super) presents: FxHashMap<Cell, Option<usize>>,
-    /// Counts changes of cells, and questions whose answer may differ the next time. Used to detect identical
+    /// Counts changes of cells, and reads whose answer may be different the next time. Used to detect identical
     /// iterations.
     pub(super) changes: u64,
 }
@@ -238,7 +238,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.choose(choice, AreaKind::Bit) & 1 == 1
     }
 
-    /// How the analysis resolved a choice in this call context.
+    /// How the analysis resolved a choice in the current call context.
     pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Resolution> {
         self.free.settled()?.choice(&self.frames, choice)
     }
@@ -445,7 +445,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// Evaluates `work` and records whether its result is known.
+    /// Evaluates `work`, and returns its result together with whether it is known.
     fn doubted(&mut self, work: impl FnOnce(&mut Self) -> bool) -> Truth {
         let outer = self.doubt.take();
         let value = work(self);

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 /// What timers and counters remember between two executions. The key is the cell of the flag.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TimerMemory {
-    /// The tick at which a running timer was last executed, and the number of that scan.
+    /// For each running timer: the tick at which it was last executed, and the number of that scan.
     ran: BTreeMap<Cell, (u64, u64)>,
     /// The number of the current scan, if scans are counted.
     scan: u64,
-    /// The inputs of a counter at its last execution.
+    /// For each counter: the values of its inputs at its last execution.
     were: BTreeMap<Cell, Vec<bool>>,
 }
 
@@ -22,17 +22,18 @@ pub(super) struct TimerMemory {
 pub struct TimedInputs {
     /// Time since power-up.
     pub now: Picos,
-    /// False inside a master control region that is off. For an instruction without inputs, also its condition.
+    /// False inside a master control region that is off. For an instruction without inputs, also if its condition is
+    /// false.
     pub condition: bool,
-    /// The values of its input contacts, in the order in which the program gives them.
+    /// The values of the instruction's input contacts, in the order in which the program gives them.
     pub inputs: Vec<bool>,
-    /// The word of its set value, binary or BCD as the instruction expects it.
+    /// The set value as a word, binary or BCD as the instruction expects it.
     pub setting: u16,
-    /// Its completion flag before the execution.
+    /// The completion flag of the timer or counter before the execution.
     pub flag: bool,
-    /// The word of its present value before the execution.
+    /// The present value as a word, before the execution.
     pub present: u16,
-    /// Whether the flag and the present value are known.
+    /// Whether the completion flag and the present value are known.
     pub is_known: bool,
 }
 

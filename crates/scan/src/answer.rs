@@ -5,13 +5,14 @@ use super::word::Words;
 use scanbound_model::{Atom, Circuit, Lit, VarId};
 
 impl Words {
-    /// The literal that the word, unsigned, lies in `low..=high`.
+    /// The literal that says whether the word, unsigned, lies in `low..=high`.
     pub fn in_range(&mut self, circuit: &mut Circuit, word: Word, low: u16, high: u16) -> Lit {
         self.range_if_allowed(circuit, word, low, high)
             .unwrap_or_else(|| self.arbitrary_bit(circuit))
     }
 
-    /// The literal that the word, unsigned, lies in `low..=high`; `None` if it exceeds the allowance.
+    /// The literal that says whether the word, unsigned, lies in `low..=high`; `None` if computing it exceeds the
+    /// allowed work.
     pub(super) fn range_if_allowed(
         &mut self,
         circuit: &mut Circuit,
@@ -23,7 +24,7 @@ impl Words {
         self.answer(circuit, Query::Range(range)).then(|| self.known_range(range)).flatten()
     }
 
-    /// The range test of which this literal is the answer, if any.
+    /// The range test whose answer is this literal. `None` if there is none.
     pub(super) fn asked(&self, lit: Lit) -> Option<Range> {
         self.answers.asked.get(&lit).copied()
     }
@@ -34,7 +35,7 @@ impl Words {
         bits.unwrap_or_else(|| std::array::from_fn(|_| self.arbitrary_bit(circuit)))
     }
 
-    /// The word's bits, least significant first; `None` if they exceed the allowance.
+    /// The bits of a word, least significant first; `None` if computing them exceeds the allowed work.
     pub(super) fn bits_if_allowed(
         &mut self,
         circuit: &mut Circuit,
@@ -109,7 +110,7 @@ impl Words {
         }
     }
 
-    /// The queries on which this query depends.
+    /// The queries that must be answered before this query can be answered.
     fn needs(&mut self, question: Query) -> [Option<Query>; 4] {
         let range = |word, low, high| Some(Query::Range(Range(word, low, high)));
         let bits = |word| Some(Query::Bits(word));
@@ -291,7 +292,8 @@ impl Words {
         [self.plus(word, addend.wrapping_add(1)), self.plus(word, addend)]
     }
 
-    /// A new free bit in place of an answer that exceeded the allowance. The model is discarded then.
+    /// A new free bit in place of an answer that would take more than the allowed work. The model is discarded in this
+    /// case.
     fn arbitrary_bit(&mut self, circuit: &mut Circuit) -> Lit {
         self.given_up += 1;
         circuit.atom(Atom::Bit(VarId(u32::MAX - self.given_up)))
@@ -304,7 +306,7 @@ fn before_sum(addend: u16, low: u16, high: u16) -> [Option<(u16, u16)>; 2] {
     if low <= high { [Some((low, high)), None] } else { [Some((low, u16::MAX)), Some((0, high))] }
 }
 
-/// The ranges of a word for which adding a constant overflows: without a carry, and with one.
+/// The ranges of a word in which adding `addend` overflows: without a carry, and with a carry.
 fn overflows(addend: u16) -> [(u16, u16); 2] {
     let without = if addend == 0 { (1, 0) } else { (0u16.wrapping_sub(addend), u16::MAX) };
     [without, (u16::MAX - addend, u16::MAX)]
@@ -315,7 +317,7 @@ fn bits_of(value: u16) -> [Lit; 16] {
     std::array::from_fn(|i| Lit::constant(value >> i & 1 == 1))
 }
 
-/// The literal that sixteen bits, unsigned, lie in a range.
+/// The literal that says whether the number in sixteen bits, unsigned, lies in `low..=high`.
 fn bits_in_range(circuit: &mut Circuit, bits: &[Lit; 16], low: u16, high: u16) -> Lit {
     if low == high {
         return circuit.all((0..16).map(|i| if low >> i & 1 == 1 { bits[i] } else { !bits[i] }));
@@ -328,7 +330,7 @@ fn bits_in_range(circuit: &mut Circuit, bits: &[Lit; 16], low: u16, high: u16) -
     circuit.and(from, !beyond)
 }
 
-/// The literal that sixteen bits, unsigned, are at least a constant.
+/// The literal that says whether the number in sixteen bits, unsigned, is at least `threshold`.
 fn bits_at_least(circuit: &mut Circuit, bits: &[Lit; 16], threshold: u16) -> Lit {
     (0..16).fold(Lit::TRUE, |at_least, i| {
         if threshold >> i & 1 == 1 {

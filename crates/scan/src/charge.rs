@@ -10,7 +10,7 @@ use scanbound_model::{ByUnits, Charge, Lit};
 use std::sync::Arc;
 
 impl Run<'_> {
-    /// Charges the instruction's times, unless both are zero.
+    /// Adds the charge of an executed instruction to the model, unless both of its times are zero.
     pub(super) fn charge(&mut self, at: usize, reached: Lit, fires: Lit) {
         let times = self.times[at];
         if times == Times::default() {
@@ -29,7 +29,7 @@ impl Run<'_> {
         });
     }
 
-    /// The on-time of an instruction: the largest possible one, and by number of units if words give this number.
+    /// The largest on-time of an instruction, and its on-time by number of units if words give this number.
     fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
         let times = self.times[at];
         let counted = self.program.instructions[at].counted();
@@ -85,14 +85,15 @@ impl Run<'_> {
         (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
     }
 
-    /// The largest time of one execution of an instruction.
+    /// The largest time that one execution of instruction `at` can take.
     fn largest_time(&self, at: usize) -> Picos {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         times.with(units).max(times.off)
     }
 
-    /// Charges a summarised loop according to its count, with every iteration at its largest cost.
+    /// Charges a loop that is not followed according to its number of iterations, with each iteration at its largest
+    /// time.
     pub(super) fn charge_by_count(
         &mut self,
         active: Lit,
@@ -116,7 +117,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Charges a loop as a summary.
+    /// Adds the charges of a loop or routine that is not followed.
     pub(super) fn charge_summary(
         &mut self,
         active: Lit,
@@ -130,7 +131,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Charges a cost if this literal is true.
+    /// Adds a charge of `cost` that occurs if `holds` is true.
     fn charge_where(&mut self, instruction: usize, holds: Lit, cost: Picos) {
         if holds == Lit::FALSE || cost == Picos::ZERO {
             return;

@@ -56,7 +56,7 @@ impl Run<'_> {
         short
     }
 
-    /// A choice that is read as a bit.
+    /// The literal of a choice that instruction `at` reads as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
         if let Some(word) = self.settled(choice, at) {
@@ -85,7 +85,7 @@ impl Run<'_> {
         bit
     }
 
-    /// A choice that is read as a word.
+    /// The word of a choice that instruction `at` reads as a word.
     pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
         let program = self.program;
         let iterations = match program.kinds.get(&choice) {
@@ -149,7 +149,8 @@ impl Run<'_> {
         words.either(contact, full, below)
     }
 
-    /// One iteration or none.
+    /// One iteration or none, where manuals do not say which: a free bit of the choice decides; a lower bound takes
+    /// none.
     fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
         if self.purpose == Purpose::LowerBound {
             return self.memory.words.constant(0);
@@ -219,7 +220,7 @@ impl Run<'_> {
         self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
     }
 
-    /// The condition under which an observation applies: all reads have the same values now as then.
+    /// The literal that says whether an observation applies: all reads have the same values now as they had then.
     fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
         let mut all = Lit::TRUE;
         for read in reads {

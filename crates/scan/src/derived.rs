@@ -9,20 +9,21 @@ use scanbound_model::{Circuit, Lit};
 pub enum Function {
     /// The product of two numbers.
     Product {
-        /// Two's complement.
+        /// Whether the factors are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
     /// The quotient, rounded towards zero; any value if the divisor is 0.
     Quotient {
-        /// Two's complement.
+        /// Whether both numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
     /// The remainder, with the dividend's sign.
     Remainder {
-        /// Two's complement.
+        /// Whether both numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
-    /// The first number shifted or rotated by the second; any value if the places exceed the number of bits.
+    /// The first number shifted or rotated by as many places as the second says; any value if these are more than the
+    /// number of bits.
     Moved(ShiftKind),
     /// BCD (four digits a word) to binary.
     FromDecimal,
@@ -39,9 +40,9 @@ pub enum ShiftKind {
     Right,
     /// Arithmetic shift right; copies of the sign bit come in.
     SignedRight,
-    /// Rotate left.
+    /// Rotates left.
     RoundLeft,
-    /// Rotate right.
+    /// Rotates right.
     RoundRight,
 }
 
@@ -52,9 +53,9 @@ pub struct Derived {
     /// The number of words of each operand.
     pub words: u8,
     pub first: [Word; 2],
-    /// Equal to the first operand if there is only one.
+    /// The second operand. Equal to the first one if the operation has only one.
     pub second: [Word; 2],
-    /// The number of words of the result that are needed.
+    /// The number of words of the result that are used.
     pub wanted: u8,
 }
 
@@ -84,7 +85,7 @@ impl Derived {
     }
 }
 
-/// A number extended to this many bits.
+/// The bits of a number, extended with its sign or with zeros to `count` bits.
 fn extended(number: &[Lit], signed: bool, count: usize) -> Vec<Lit> {
     let sign = number.last().copied().filter(|_| signed).unwrap_or(Lit::FALSE);
     let mut bits = number.to_vec();
@@ -92,7 +93,7 @@ fn extended(number: &[Lit], signed: bool, count: usize) -> Vec<Lit> {
     bits
 }
 
-/// The sum of two numbers with carry, with as many bits as the first number, and the carry out.
+/// The sum of two numbers and a carry, with as many bits as the first number, and the carry out.
 fn sum(circuit: &mut Circuit, a: &[Lit], b: &[Lit], carry: Lit) -> (Vec<Lit>, Lit) {
     let mut carry = carry;
     let bits = a.iter().zip(b).map(|(&a, &b)| {
@@ -128,7 +129,7 @@ fn product(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Vec<Lit> {
     total
 }
 
-/// Quotient and remainder.
+/// The quotient and the remainder of `a` divided by `b`.
 fn divided(circuit: &mut Circuit, a: &[Lit], b: &[Lit], signed: bool) -> (Vec<Lit>, Vec<Lit>) {
     if !signed {
         return divided_unsigned(circuit, a, b);
@@ -141,7 +142,7 @@ fn divided(circuit: &mut Circuit, a: &[Lit], b: &[Lit], signed: bool) -> (Vec<Li
     (negated_if(circuit, differ, &quotient), negated_if(circuit, minus_a, &remainder))
 }
 
-/// Long division in binary: subtracts the divisor, bit by bit, where it fits.
+/// Quotient and remainder by long division in binary: subtracts the divisor, bit by bit, where it fits.
 fn divided_unsigned(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> (Vec<Lit>, Vec<Lit>) {
     let count = a.len();
     let mut quotient = vec![Lit::FALSE; count];

@@ -55,7 +55,7 @@ impl Run<'_> {
         }
     }
 
-    /// The words of a number.
+    /// The symbolic words of a number that instruction `at` reads.
     pub(super) fn number(&mut self, number: &Number, at: usize) -> Vec<Word> {
         let (a, b) = match number {
             Number::Words(sources) => {
@@ -78,7 +78,7 @@ impl Run<'_> {
         }
     }
 
-    /// The word of a source.
+    /// The symbolic word of a source that instruction `at` reads.
     pub(super) fn word(&mut self, source: WordSource, at: usize) -> Word {
         match source {
             WordSource::Const(value) => self.memory.words.constant(value),
@@ -98,7 +98,7 @@ impl Run<'_> {
     }
 }
 
-/// The name of a choice: the instruction that makes it.
+/// The name of a choice for reports: the instruction that makes it, and its place.
 pub(super) fn describe(program: &Program, at: usize) -> String {
     let instruction = &program.instructions[at];
     format!("`{}` in {}", instruction.text, program.location_text(instruction.place))

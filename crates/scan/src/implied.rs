@@ -22,29 +22,29 @@ const MAX_REMOVED: u32 = 16;
 /// For parts of a word below this depth, only the interval that holds in any scan is used.
 const DEEPEST_PART: u32 = 8;
 
-/// A set of literals that are all true if a condition is true, and what follows from them about words.
+/// Literals that are all true whenever a condition is true, and the ranges of words that follow from these literals.
 #[derive(Debug, Default, Clone)]
 pub struct Implications {
     parts: FxHashSet<Lit>,
-    /// The ranges of free words, unsigned.
+    /// The unsigned ranges of free words that the condition implies.
     ranges: FxHashMap<VarId, (u16, u16)>,
     /// The intervals of other words that were tested.
     words: FxHashMap<Word, WordInterval>,
-    /// What holds in every scan.
+    /// What holds in every scan. `None` in that value itself.
     always: Option<Rc<Implications>>,
     /// Cache: for each literal whether it is certainly true, certainly false, or neither.
     asked: RefCell<FxHashMap<Lit, Option<bool>>>,
 }
 
 impl Implications {
-    /// What holds in every scan, by these constraints.
+    /// What these constraints imply, which hold in every scan.
     pub fn always(circuit: &Circuit, words: &Words, constraints: &[Lit]) -> Implications {
         let mut given = Implications::default();
         given.take(circuit, words, constraints.to_vec(), MAX_PARTS + 8 * constraints.len());
         given
     }
 
-    /// What a condition implies.
+    /// What is implied by a condition, in addition to what holds in every scan.
     pub fn by(
         circuit: &Circuit,
         words: &Words,
@@ -80,7 +80,7 @@ impl Implications {
         self.parts.contains(&part) || self.always.as_ref().is_some_and(|always| always.has(part))
     }
 
-    /// A word that is equal wherever the condition holds; simpler if possible.
+    /// A word that has the same value wherever the condition holds; simpler if possible.
     pub fn word_within(&self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let single = |(low, high): (u16, u16)| (low == high).then_some(low);
         if let Some(value) = self.word(word).as_constant() {
@@ -116,7 +116,7 @@ impl Implications {
         self.fewer(circuit, words, word, known, &mut { MAX_REMOVED }).0
     }
 
-    /// The simplified word, and whether all of it was examined.
+    /// A simplified word, and whether all of its expression was examined.
     fn fewer(
         &self,
         circuit: &Circuit,
@@ -216,7 +216,7 @@ impl Implications {
         Some(found)
     }
 
-    /// Records what a literal says about a word.
+    /// Records the range of a word that follows from a literal.
     fn keep(&mut self, words: &Words, part: Lit) {
         if let Some((word, ring)) = said(words, part) {
             let known = self.words.entry(word).or_insert(WordInterval::TOP);
@@ -245,7 +245,7 @@ impl Implications {
         }
     }
 
-    /// The interval known for a word from the tests of it.
+    /// The interval of a word that follows from the tests of this word.
     pub fn word(&self, word: Word) -> WordInterval {
         let known = self.words.get(&word).copied().unwrap_or(WordInterval::TOP);
         self.always.as_ref().map_or(known, |always| known.meet(always.word(word)))
@@ -345,7 +345,7 @@ impl Implications {
         found.meet(known)
     }
 
-    /// The range of a free word.
+    /// The range of a free word under the condition.
     pub fn range(&self, word: VarId) -> (u16, u16) {
         let (low, high) = self.ranges.get(&word).copied().unwrap_or((0, u16::MAX));
         let always = self.always.as_ref().map_or((0, u16::MAX), |always| always.range(word));
@@ -357,7 +357,7 @@ impl Implications {
         self.certain_value(circuit, words, lit) == Some(true)
     }
 
-    /// The certain value of a literal, cached.
+    /// The value of a literal if the condition determines it. Uses and fills the cache.
     fn certain_value(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Option<bool> {
         if let Some(&known) = self.asked.borrow().get(&lit) {
             return known;
@@ -367,7 +367,7 @@ impl Implications {
         value
     }
 
-    /// The certain value of a literal under the condition; `None` if it may be true or false.
+    /// The value of a literal under the condition; `None` if the condition does not determine it.
     fn value(&self, circuit: &Circuit, words: &Words, lit: Lit, depth: u32) -> Option<bool> {
         if lit.is_constant() {
             return Some(lit == Lit::TRUE);
@@ -412,7 +412,7 @@ impl Implications {
         value.map(|value| value != lit.is_negated())
     }
 
-    /// A literal that is equal wherever the condition holds; simpler if possible.
+    /// A literal that has the same value wherever the condition holds; simpler if possible.
     pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
         let mut lit = lit;
         for _ in 0..MAX_CHOICES {
@@ -435,15 +435,15 @@ impl Implications {
 struct IntervalSearch<'a> {
     circuit: &'a Circuit,
     words: &'a Words,
-    /// The intervals of words that hold in any scan.
+    /// The intervals of words that are valid in every scan.
     spans: &'a Intervals,
-    /// The assumptions about words from the if-then-else branches above.
+    /// What the branches of the enclosing if-then-else words say about words.
     said_more: Vec<(Word, WordInterval)>,
-    /// The number of parts examined.
+    /// The number of expressions that the search has examined.
     looked: usize,
 }
 
-/// Adds a value to the possible values of a word; fails if there are too many.
+/// Adds a value to the possible values of a word; `None` if there are then more than `most`.
 fn add_case(
     circuit: &mut Circuit,
     cases: &mut Vec<(Lit, u16)>,
@@ -458,7 +458,7 @@ fn add_case(
     Some(())
 }
 
-/// The word and interval, if the literal says that a word lies in a range or outside it.
+/// The word and its interval, if the literal says that a word lies in a range or outside it.
 fn said(words: &Words, part: Lit) -> Option<(Word, WordInterval)> {
     if let Some(Range(word, low, high)) = words.asked(part) {
         return Some((word, WordInterval::of(low.into(), high.into())));

@@ -15,7 +15,7 @@ pub(super) const MAX_CACHED: usize = 4096;
 /// Ranges of cells in an area: first index and number of cells.
 pub(super) type Stretches = Vec<(u32, u32)>;
 
-/// What has been computed so far about choices, so that each is computed only once.
+/// What has been computed so far about choices, so that nothing is computed twice.
 #[derive(Debug)]
 pub(super) struct KnownChoices {
     /// The bits and words of choices that were read, by call context.
@@ -26,17 +26,18 @@ pub(super) struct KnownChoices {
     /// The choices with which the current instruction havocs: the choice, the guard of the havoc, and the part of the
     /// guard for which no result was observed, so that the havoc remains necessary.
     pub(super) written: Vec<(ChoiceId, Lit, Lit)>,
-    /// The choice of the current indexed write, and the ranges of cells that it may write.
+    /// The choice of the current indexed write, and the ranges of cells that this write may reach.
     pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
     /// The condition of the current instruction.
     pub(super) condition: Lit,
-    /// Where this is false, the values that are read now do not matter.
+    /// The condition under which the current instruction is reached. Where it is false, values that are read do not
+    /// matter.
     pub(super) reached: Lit,
     /// What `reached` implies, once computed.
     pub(super) implied: Option<(Lit, Implications)>,
     /// What holds in every scan.
     pub(super) always: Rc<Implications>,
-    /// The intervals of words that hold in every scan.
+    /// The intervals of words that are valid in every scan.
     pub(super) spans: Intervals,
     /// For simplified words: the original word, and the condition under which both are equal. Conditions refer to the
     /// simplified word.
@@ -72,7 +73,7 @@ impl KnownChoices {
         self.condition = condition;
     }
 
-    /// Takes the constraints on the start of the scan, which are now complete.
+    /// Takes the constraints on the start of the scan; no more are added later.
     pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
         self.always = Rc::new(Implications::always(circuit, words, constraints));
         self.implied = None;
@@ -89,7 +90,7 @@ impl KnownChoices {
         self.reached = reached;
     }
 
-    /// What is implied by the current `reached` condition.
+    /// What the condition under which the current instruction is reached implies.
     pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
         let KnownChoices { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);

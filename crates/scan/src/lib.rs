@@ -96,7 +96,7 @@ pub fn scan_model_to_end(
     run(program, Settings::of_upper_bounds(times, limits), None, ends)
 }
 
-/// The literal that a bit is on now.
+/// The literal that says whether a bit is on at this point of the scan.
 fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => memory.read_bit(cell),
@@ -107,7 +107,7 @@ fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     }
 }
 
-/// The model, and the result of `end`, which is called on the memory at the end of the scan.
+/// Builds the model. Also returns the result of `end`, which is called on the memory at the end of the scan.
 fn run<T>(
     program: &Program,
     settings: Settings<'_>,
@@ -165,7 +165,7 @@ fn run<T>(
     Err(ScanError::TooLarge { instruction, costly: run.costly })
 }
 
-/// For each choice whether it is read as a word somewhere; others are single bits.
+/// For each choice, whether some instruction reads it as a word. All others are single bits.
 fn word_choices(program: &Program) -> Vec<bool> {
     let mut words = vec![false; program.choices as usize];
     for kind in program.kinds.values() {
@@ -186,7 +186,8 @@ fn word_choices(program: &Program) -> Vec<bool> {
 }
 
 impl Run<'_> {
-    /// Executes a routine from `from`, at most up to `to`. Returns whether control comes back from it.
+    /// Executes a routine from `from`, at most up to `to`. Returns the literal that says whether control comes back
+    /// from it.
     fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
         let mut act = Activation {
             active,
@@ -223,14 +224,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Merges a jump whose target is here with the control flow from above.
+    /// Merges the state of a jump whose target is the next instruction with the state of the instructions before it.
     fn land(&mut self, act: &mut Activation, pending: PendingJump) {
         let here = PendingJump { taken: act.active, results: std::mem::take(&mut act.results) };
         let PendingJump { taken, results } = self.meet(here, pending);
         (act.active, act.results) = (taken, results);
     }
 
-    /// Merges two paths to one instruction, of which at most one is taken.
+    /// Merges the states of two paths to one instruction, of which at most one is taken.
     fn meet(&mut self, here: PendingJump, there: PendingJump) -> PendingJump {
         if here.taken == Lit::FALSE {
             return there;
@@ -258,7 +259,8 @@ impl Run<'_> {
         self.memory.model.circuit.nodes().len() + self.memory.words.spent
     }
 
-    /// Compares the size of the model, and what this instruction added, with the limits.
+    /// Returns an error if the model, or what instruction `at` added to it, is too large. `before` is the size before
+    /// the instruction.
     fn check_size(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
         /// `is_over` is called once in this many instructions.
         const EVERY: usize = 256;
@@ -315,7 +317,7 @@ impl Run<'_> {
         self.step(act, at, &instruction.step, fires, fired)
     }
 
-    /// Records that an operation error may end the scan here.
+    /// Records that an operation error may end the scan at this instruction.
     fn fail(&mut self, at: usize, executed: Lit, condition: Lit) {
         if self.purpose == Purpose::LowerBound
             && let Some(error) = self.program.errors.get(&at)
@@ -328,7 +330,7 @@ impl Run<'_> {
         }
     }
 
-    /// Executes one effect.
+    /// Executes one effect of the instruction `at`.
     fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
         let guard = match effect.when {
             When::Always => active,
@@ -359,7 +361,7 @@ impl Run<'_> {
         }
     }
 
-    /// Executes the step itself. Returns the index of the next instruction.
+    /// Executes what the instruction does besides its writes. Returns the index of the next instruction.
     fn step(
         &mut self,
         act: &mut Activation,
@@ -502,14 +504,14 @@ impl Run<'_> {
         act.pending_jumps.insert(target, pending);
     }
 
-    /// Constrains the start value of one or two words to a signed range.
+    /// Adds the constraint that the start value of one or two words is within a signed range.
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let within = self.within(&value, true, low, high);
         self.hold(Lit::TRUE, within);
     }
 
-    /// Constrains the start value of a word to a list of values, if the list is not empty.
+    /// Adds the constraint that the start value of a word is in the list `values`. An empty list means no constraint.
     fn constrain_to(&mut self, cells: &[Cell], values: &[u16]) {
         let ([cell], false) = (cells, values.is_empty()) else { return };
         let word = self.memory.read_word(*cell);
@@ -522,7 +524,7 @@ impl Run<'_> {
         self.hold(Lit::TRUE, is_one);
     }
 
-    /// The literal that a number of these words, low word first, lies in a range.
+    /// The literal that says whether the number in these words, low word first, lies in a range.
     fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
         let Memory { words, model, .. } = &mut self.memory;
         number::within(words, &mut model.circuit, value, signed, low, high)

@@ -20,7 +20,8 @@ impl Run<'_> {
         Ok(own.end + 1)
     }
 
-    /// Charges a summary and havocs everything that it may write. Returns the index of the next instruction.
+    /// Charges a loop that is not followed, and havocs everything that the loop may write. Returns the index of the
+    /// next instruction.
     pub(super) fn summary(
         &mut self,
         act: &mut Activation,
@@ -54,7 +55,7 @@ impl Run<'_> {
         Ok(end + 1)
     }
 
-    /// Leaves a summary through an exit if `fires` is true.
+    /// Continues at an exit of a loop that is not followed, if `fires` is true.
     fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
         if let Exit::To(target) = exit {
             return self.jump(act, target, fires, fired);
@@ -68,7 +69,7 @@ impl Run<'_> {
         }
     }
 
-    /// The word that gives the number of iterations, and whether it is signed.
+    /// The word that gives the number of iterations, and whether the word is signed.
     pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
         let kind = match count {
             WordSource::Free(choice) => self.program.kinds.get(&choice),
@@ -80,7 +81,7 @@ impl Run<'_> {
         }
     }
 
-    /// Executes a loop iteration by iteration; each iteration has the guard that the count includes it.
+    /// Executes a loop iteration by iteration. Each iteration has the guard that the number of iterations includes it.
     fn iterations(&mut self, act: &mut Activation, own: ForLoop) -> Result<(), ScanError> {
         let ForLoop { at, count, least, most, end } = own;
         let given_up = self.memory.words.given_up;
@@ -121,7 +122,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Records how many iterations a summarised loop can make in this context.
+    /// Records how many iterations a loop that is not followed can make in this call context.
     fn note_most_iterations(
         &mut self,
         reached: Lit,
@@ -151,7 +152,7 @@ impl Run<'_> {
         *all = iterations.clamp(least, most).max(*all);
     }
 
-    /// Excludes scans in which a loop's count is not as stated.
+    /// Excludes scans in which the number of iterations of a loop is not as stated.
     fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
         let Some(&(low, high)) = self.program.stated_counts.get(&at) else { return };
         let (word, is_signed) = match count {

@@ -10,7 +10,7 @@ use scanbound_model::{
     Atom, Circuit, Coverage, Havoc, Havocs, Lit, Origin, ScanModel, VarId, VarKind, Variable,
 };
 
-/// The latest version of a cell, and how many havocs of its area it already takes into account.
+/// The latest value of a cell, and how many havocs of its area this value already takes into account.
 #[derive(Debug, Clone, Copy)]
 struct Version<T> {
     value: T,
@@ -92,12 +92,12 @@ impl<'p> Memory<'p> {
         (variable, kind)
     }
 
-    /// Whether a choice is ever read as a word.
+    /// Whether an instruction reads the choice as a word, and not only as a bit.
     pub fn is_word_choice(&self, choice: ChoiceId) -> bool {
         self.word_choices[choice.0 as usize]
     }
 
-    /// A choice that is read as a bit.
+    /// The literal of a choice that is read as a bit in the call context `frames`.
     pub fn bit_choice(
         &mut self,
         frames: &[Frame],
@@ -111,7 +111,7 @@ impl<'p> Memory<'p> {
         })
     }
 
-    /// A choice that is read as a word.
+    /// The word of a choice that is read as a word in the call context `frames`.
     pub fn word_choice(
         &mut self,
         frames: &[Frame],
@@ -135,7 +135,7 @@ impl<'p> Memory<'p> {
             None => old.value,
             Some((happened, origin)) => {
                 let name =
-                    format!("{} after a write of unknown values", self.program.cell_name(cell));
+                    format!("{} after a write of an unknown value", self.program.cell_name(cell));
                 let fresh = self.free_bit(origin, name);
                 self.model.circuit.ite(happened, fresh, old.value)
             }
@@ -157,7 +157,7 @@ impl<'p> Memory<'p> {
             None => old.value,
             Some((happened, origin)) => {
                 let name =
-                    format!("{} after a write of unknown values", self.program.cell_name(cell));
+                    format!("{} after a write of an unknown value", self.program.cell_name(cell));
                 let fresh = self.free_word(origin, name);
                 self.words.either(happened, fresh, old.value)
             }
@@ -166,12 +166,13 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// A version that takes all havocs so far into account.
+    /// A value of a cell with the mark that all havocs so far are included.
     fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
         Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
-    /// Whether the cell was havocked since its version, and the origin of its new value.
+    /// Whether the cell was havocked after the first `seen` havocs of its area, and the origin of its new value. `None`
+    /// if it was not.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let count = self.model.havocs.count(cell.area);
         if count == seen {
@@ -202,7 +203,7 @@ impl<'p> Memory<'p> {
         any
     }
 
-    /// The literal that at least one havoc of a block that concerns the cell is executed.
+    /// The literal that says whether at least one havoc of a block that may write the cell is executed.
     fn one_of_block(&mut self, cell: Cell, level: u32, number: usize) -> Lit {
         let concerned = self.model.havocs.block(cell, level, number);
         if concerned == Coverage::None {

@@ -51,12 +51,12 @@ fn negate(number: &[u16]) -> Vec<u16> {
         .collect()
 }
 
-/// A bitwise operation.
+/// The words of a bitwise operation on two numbers of equal length.
 pub fn bitwise(words: &mut Words, a: &[Word], b: &[Word], gate: Gate) -> Vec<Word> {
     a.iter().zip(b).map(|(&x, &y)| words.bitwise(gate, x, y)).collect()
 }
 
-/// The literal that a number of these words, low word first, lies in a range.
+/// The literal that says whether the number in these words, low word first, lies in a range.
 pub fn within(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -83,7 +83,7 @@ pub fn within(
     })
 }
 
-/// Compares two numbers as integers.
+/// The literal that says whether `a` and `b`, as integers, are in this relation.
 pub fn compare(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -126,7 +126,8 @@ fn equal_word(words: &mut Words, circuit: &mut Circuit, a: Word, b: Word) -> Lit
     }
 }
 
-/// The literal `a < b`. It starts with the low word, because each higher word takes precedence over the lower ones.
+/// The literal that says whether `a < b`. It is built from the low word up, because each higher word decides over the
+/// lower ones.
 fn less(words: &mut Words, circuit: &mut Circuit, signed: bool, a: &[Word], b: &[Word]) -> Lit {
     let mut result = Lit::FALSE;
     for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
@@ -170,7 +171,7 @@ fn less_word(words: &mut Words, circuit: &mut Circuit, signed: bool, a: Word, b:
     }
 }
 
-/// The literal that a word is less than a constant.
+/// The literal that says whether a word is less than a constant.
 fn below(words: &mut Words, circuit: &mut Circuit, signed: bool, word: Word, constant: u16) -> Lit {
     const LEAST: u16 = 0x8000;
     match constant {
@@ -186,7 +187,8 @@ fn below(words: &mut Words, circuit: &mut Circuit, signed: bool, word: Word, con
     }
 }
 
-/// The literal `a < b` for unsigned numbers with the same number of bits, least significant bit first.
+/// The literal that says whether `a < b`, for unsigned numbers with the same number of bits, least significant bit
+/// first.
 fn bits_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     let mut result = Lit::FALSE;
     for (&x, &y) in a.iter().zip(b) {
@@ -197,7 +199,8 @@ fn bits_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     result
 }
 
-/// Compares two IEEE 754 singles. If either is neither normal nor +0, the result is `special`.
+/// The literal that says whether two IEEE 754 singles are in this relation. If one is neither normal nor +0, the result
+/// is `special`.
 pub fn compare_real(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -242,7 +245,8 @@ fn is_plain(circuit: &mut Circuit, bits: &[Lit]) -> Lit {
     circuit.or(normal, !nothing)
 }
 
-/// Order of normal numbers and +0: by sign, then by magnitude, reversed for negative numbers.
+/// The literal that says whether `a < b`, for normal numbers and +0: by sign, then by magnitude, reversed for negative
+/// numbers.
 fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
     let (sign_a, sign_b) = (a[31], b[31]);
     let smaller = bits_less(circuit, &a[..31], &b[..31]);

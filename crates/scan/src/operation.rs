@@ -88,13 +88,13 @@ pub fn results(
     }
 }
 
-/// The literal that a number of places does not exceed the number of bits.
+/// The literal that says whether a number of shifted places is at most the number of bits.
 fn places_fit(words: &mut Words, circuit: &mut Circuit, places: Word, count: usize) -> Lit {
     let most = if count == 1 { 16 } else { 32 };
     words.in_range(circuit, places, 0, most)
 }
 
-/// The literal that a division is defined: the divisor is not 0 and the quotient fits.
+/// The literal that says whether a division is defined: the divisor is not 0 and the quotient fits.
 fn can_be_divided(
     words: &mut Words,
     circuit: &mut Circuit,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// The largest number of cells that one computed address may denote.
 const MAX_CASES: usize = 8;
-/// The largest number of combinations of cases of two words.
+/// The largest number of combinations of the possible values of two words.
 const MAX_PAIRS: usize = 64;
 /// The largest number of elements of an array among which an access is followed.
 const MAX_ELEMENTS: usize = 256;
@@ -28,7 +28,7 @@ const MAX_WORDS: usize = 64;
 /// Possible values, each with the condition under which it is the actual one; exactly one of the conditions is true.
 type Cases<T> = Vec<(Lit, T)>;
 
-/// The target of a result, with its addresses computed.
+/// The target of an operation's result, with its address computed.
 enum ResolvedTarget<'p> {
     At(&'p Target),
     Cells(Vec<(Lit, Vec<WordLocation>)>),
@@ -42,7 +42,8 @@ enum WordLocation {
 }
 
 impl<'p> Run<'p> {
-    /// The word that the operation of a choice gives if the choice is read now; `None` if it is not certain.
+    /// The word that the operation of a choice gives if the choice is read now; `None` if its operands are not known
+    /// well enough.
     pub(super) fn resolved_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
@@ -136,7 +137,7 @@ impl<'p> Run<'p> {
         parts
     }
 
-    /// The ranges of cells that an indexed write may reach: first index and number of cells.
+    /// The ranges of cells that an indexed write may reach, each with its first index and its number of cells.
     fn reach(&mut self, indexed: &IndexedWrite, at: usize) -> Option<Vec<(u32, u32)>> {
         if self.interrupts() {
             return None;
@@ -273,7 +274,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The words of an operand, and the condition under which they are valid.
+    /// The words of an operand, and the condition under which these words are valid.
     fn operand(
         &mut self,
         operand: &OperationInput,
@@ -475,7 +476,7 @@ impl<'p> Run<'p> {
         numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.factor)?))).collect()
     }
 
-    /// The intervals of these words.
+    /// The intervals that contain the values of these words. `None` if a word is not stable.
     pub(super) fn may_hold(
         &mut self,
         sources: &[WordSource],
@@ -552,7 +553,7 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// The location of a target, and the condition under which it is valid.
+    /// The cells of a target, and the condition under which they are valid.
     fn placed(
         &mut self,
         target: &'p Target,
@@ -610,7 +611,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// A word that is 1 or 0.
+    /// A word that is 1 if the bit is on, else 0.
     fn bit_word(&mut self, bit: Lit) -> Word {
         let mut bits = [Lit::FALSE; 16];
         bits[0] = bit;
@@ -651,7 +652,7 @@ impl<'p> Run<'p> {
     }
 }
 
-/// Whether the operation is supported here at all, so that the operands of others need not be examined.
+/// Whether this file can follow the operation. If not, its operands need not be examined.
 fn is_supported(operation: &Operation) -> bool {
     matches!(
         operation,

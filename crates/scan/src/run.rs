@@ -17,7 +17,7 @@ pub(super) struct Results {
     pub(super) slots: BTreeMap<u32, Lit>,
 }
 
-/// A jump that was taken and has not yet reached its target: the condition and the results at the jump.
+/// A jump that was taken and has not reached its target yet: its condition, and the results of the rung at the jump.
 #[derive(Debug, Clone)]
 pub(super) struct PendingJump {
     pub(super) taken: Lit,
@@ -31,20 +31,20 @@ pub(super) struct OpenRegion {
     pub(super) condition: Lit,
     /// The conjunction of the conditions of this region and of all regions opened before it.
     pub(super) all: Lit,
-    /// The highest level of this region and of all regions opened before it.
+    /// The highest nesting level of this region and of all regions that were opened before it.
     pub(super) highest: u32,
 }
 
-/// One activation of a routine.
+/// One execution of a routine, from its call to its return.
 pub(super) struct Activation {
-    /// Whether control is at the current instruction.
+    /// The literal that says whether control is at the current instruction.
     pub(super) active: Lit,
     pub(super) results: Results,
-    /// The open master control regions; there may be thousands.
+    /// The open master control regions, outermost first; there may be thousands.
     pub(super) open_regions: Vec<OpenRegion>,
-    /// Jumps that were taken and have not yet reached their target, by target.
+    /// Jumps that were taken, by target, while the target is not reached yet.
     pub(super) pending_jumps: BTreeMap<usize, PendingJump>,
-    /// Whether a `Return` was executed.
+    /// The literal that says whether a `Return` of this routine was executed.
     pub(super) returned: Lit,
 }
 
@@ -60,11 +60,11 @@ pub(super) struct Run<'p> {
     pub(super) memory: Memory<'p>,
     /// The current call context, outermost frame first.
     pub(super) frames: Vec<Frame>,
-    /// Whether a `Stop` ended the scan.
+    /// The literal that says whether a `Stop` ended the scan.
     pub(super) stopped: Lit,
     /// The number of instructions executed so far.
     pub(super) executed: usize,
-    /// The size limits.
+    /// The size limits of the model.
     pub(super) limits: &'p SizeLimits<'p>,
     /// The instructions of which one execution exceeded the limit for one execution.
     pub(super) costly: BTreeSet<usize>,
@@ -73,11 +73,11 @@ pub(super) struct Run<'p> {
 /// The operands of a loop that is executed, as in [`Step::ForBegin`](scanbound_ir::Step::ForBegin).
 #[derive(Clone, Copy)]
 pub(super) struct ForLoop {
-    /// The index of its `ForBegin`.
+    /// The index of the loop's `ForBegin`.
     pub at: usize,
     pub count: WordSource,
     pub least: u32,
     pub most: u32,
-    /// The index of its `ForEnd`.
+    /// The index of the loop's `ForEnd`.
     pub end: usize,
 }

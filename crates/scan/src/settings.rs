@@ -7,33 +7,33 @@ use std::collections::BTreeSet;
 /// Why a scan has no model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ScanError {
-    /// Calls and loops lead to more executions than the limit.
-    #[error("calls and loops make more than {most} executed instructions in one scan")]
+    /// Calls and loops lead to more executed instructions than the limit.
+    #[error("because of calls and loops, one scan executes more than {most} instructions")]
     TooManyExecutions {
-        /// The limit.
+        /// The largest permitted number of executed instructions.
         most: usize,
         /// The instruction at which the limit was exceeded.
         instruction: usize,
     },
-    /// Calls and loops lead to so many executions that the cost of an instruction overflows.
-    #[error("calls and loops make this run more often than can be counted")]
+    /// Calls and loops execute an instruction so often that its time overflows.
+    #[error("calls and loops execute this instruction more often than can be counted")]
     CostOverflow {
-        /// The instruction.
+        /// The instruction whose number of executions or cost overflows.
         instruction: usize,
     },
-    /// The model exceeds its size limits. It may fit if the inputs of costly instructions become any values.
+    /// The model exceeds its size limits. It may fit if the inputs of costly instructions are replaced by any values.
     #[error("the program's computed values are too complex")]
     TooLarge {
-        /// The instruction at which the model exceeded its limit, or the first of the costly ones if only these
-        /// exceeded theirs.
+        /// The instruction at which the model exceeded its limit; or the first costly one, if only single executions
+        /// were too large.
         instruction: usize,
         /// The instructions of which one execution exceeded the limit for one execution.
         costly: BTreeSet<usize>,
     },
-    /// The caller stopped the execution.
-    #[error("ended before the scan was followed to its end")]
+    /// The caller stopped the symbolic execution.
+    #[error("the analysis of the scan was stopped before its end")]
     Stopped {
-        /// The instruction that was next.
+        /// The instruction that would have been executed next.
         instruction: usize,
     },
     /// An instruction reads a result from a stack whose depth depends on the path: the front accepted something that is
@@ -57,17 +57,17 @@ pub enum Purpose {
 /// Size limits of a scan's model. The size counts the nodes of the circuit, and the steps of queries on words, which
 /// take time even if they add no nodes.
 pub struct SizeLimits<'a> {
-    /// The largest size that one execution of one instruction may add. Instructions that exceed it are reported in
+    /// The largest size that one execution of one instruction may add. Larger ones are reported in
     /// [`ScanError::TooLarge`].
     pub per_execution: usize,
-    /// The largest size of the whole model.
+    /// The largest number of circuit nodes of the whole model.
     pub in_all: usize,
     /// Called every few hundred instructions; the execution stops if it returns true.
     pub is_over: &'a dyn Fn() -> bool,
 }
 
 impl Default for SizeLimits<'_> {
-    /// No limits.
+    /// Settings without limits.
     fn default() -> Self {
         SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
     }
@@ -81,7 +81,7 @@ pub(super) struct Settings<'p> {
     /// The observed results of exact choices.
     pub(super) knowledge: &'p Knowledge,
     pub(super) purpose: Purpose,
-    /// The size limits.
+    /// The size limits of the model.
     pub(super) limits: &'p SizeLimits<'p>,
 }
 

@@ -15,8 +15,8 @@ use std::collections::BTreeSet;
 /// The limits for one execution of an instruction, tried in this order until the model fits.
 const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
 
-/// How often one limit is tried: after the inputs of costly instructions became any values, others may become cheaper
-/// or costlier.
+/// The number of times that one limit is tried. After the inputs of costly instructions became any values, others may
+/// cost more or less.
 const ROUNDS: usize = 3;
 
 /// Executes one scan symbolically into a model of size `in_all` at most. If single instructions make it too large,

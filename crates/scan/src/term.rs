@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 use scanbound_model::{Lit, VarId};
 
-/// A symbolic word, by number.
+/// A symbolic word, an index into the list of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word(pub(super) u32);
 
@@ -14,14 +14,14 @@ pub(super) enum Node {
     Free(VarId),
     Either(Lit, Word, Word),
     Plus(Word, u16),
-    /// Sixteen literals, by their number.
+    /// Sixteen literals, one for each bit; the number is an index into the list of such words.
     Bits(u32),
     Bitwise(Gate, Word, Word),
     /// The sum of two words and a carry.
     Sum(Word, Word, Carry),
     /// The sum of a word, a constant and a carry.
     Carried(Word, u16, Carry),
-    /// A word of the result of an operation, by the operation's number.
+    /// Word `u8` of the result of an operation, which has the number `u32` in the list of operations.
     Derived(u32, u8),
 }
 
@@ -33,11 +33,11 @@ pub enum Gate {
     Xor,
 }
 
-/// The carry out of a sum, for the next word of a number.
+/// The carry out of a sum of two words, which the sum of the next higher words adds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Carry(pub(super) u32);
 
-/// The sum to which a carry belongs.
+/// The sum of two words whose carry is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum CarryDefinition {
     None,
@@ -47,13 +47,13 @@ pub(super) enum CarryDefinition {
 }
 
 impl Carry {
-    /// No carry.
+    /// No carry: it is always 0.
     pub const NONE: Carry = Carry(0);
     /// A carry that is always 1.
     pub const ALWAYS: Carry = Carry(1);
 }
 
-/// A query on a word or carry.
+/// A question about a word or a carry whose answer is a literal.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Query {
     Range(Range),

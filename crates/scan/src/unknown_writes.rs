@@ -9,7 +9,7 @@ use scanbound_ir::{Cell, ChoiceId, IndexedWrite, Region};
 use scanbound_model::{Origin, UnknownWrite, VarId};
 use std::collections::BTreeSet;
 
-/// An index with at least this many possible values counts as unknown.
+/// An index with at least this many possible values is treated as unknown.
 const WIDE: i64 = 1000;
 /// The largest number of parts of a word that are examined to find on what it depends.
 const MAX_PARTS: usize = 500;
@@ -55,7 +55,7 @@ impl Run<'_> {
         far.depends_on.extend(follows);
     }
 
-    /// Whether the target of an indexed write is unknown.
+    /// Whether the index of a write has so many possible values that its target counts as unknown.
     fn has_unknown_target(&mut self, indexed: &IndexedWrite, at: usize) -> bool {
         let mut ends: Vec<(i64, i64)> = Vec::new();
         for reading in &indexed.indices {
@@ -65,8 +65,7 @@ impl Run<'_> {
         ends.iter().map(|(low, high)| high - low).sum::<i64>() >= WIDE
     }
 
-    /// The cells whose start values these words may depend on, and the havocs with unknown targets whose values they
-    /// may depend on.
+    /// The cells on whose start values these words may depend, and the unknown writes on whose values they may depend.
     fn comes_from(&self, words: &[Word], own: ChoiceId) -> (BTreeSet<Cell>, BTreeSet<ChoiceId>) {
         let (mut starts, mut follows) = (BTreeSet::new(), BTreeSet::new());
         let model = &self.memory.model;

@@ -15,9 +15,9 @@ pub enum Violation {
     Word(usize),
     /// The scan ends with all of these bits on, although they are mutually exclusive.
     All(Vec<BitTarget>),
-    /// At this instruction, iterations or units exceed the maximum that was found.
+    /// At this instruction, the number of iterations or units exceeds the maximum that the analysis found.
     Count(usize),
-    /// The indexed write of this instruction goes outside the cells that were found.
+    /// The indexed write of this instruction goes outside the cells that the analysis found.
     Reach(usize),
 }
 
@@ -28,13 +28,13 @@ pub struct ViolationLog {
     others: BTreeMap<Violation, Lit>,
 }
 
-/// A trusted word.
+/// A word whose range is trusted when a scan starts, so that its writes are checked.
 #[derive(Debug)]
 struct Watched {
-    /// Its index in `Program::trusted_ranges`.
+    /// The index of the range in `Program::trusted_ranges`.
     place: usize,
     range: StartRange,
-    /// The literal that a value outside its range was written.
+    /// The literal that says whether a value outside of the word's range was written.
     broken: Lit,
 }
 
@@ -81,20 +81,20 @@ impl ViolationLog {
         watched.broken = circuit.or(watched.broken, outside);
     }
 
-    /// Records a havoc of a region under `guard`.
+    /// Records that all cells of a region may get any value if `guard` is true.
     pub fn lost(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
         for (_, watched) in self.words.iter_mut().filter(|(cell, _)| region.contains(**cell)) {
             watched.broken = circuit.or(watched.broken, guard);
         }
     }
 
-    /// Records another violation that happens if this literal is true.
+    /// Records one more violation, which occurs if the literal `happens` is true.
     pub fn note(&mut self, circuit: &mut Circuit, violation: Violation, happens: Lit) {
         let all = self.others.entry(violation).or_insert(Lit::FALSE);
         *all = circuit.or(*all, happens);
     }
 
-    /// All possible violations, each with the literal that it happens.
+    /// All recorded violations, each with the literal that says whether it occurs.
     pub fn found(self) -> BTreeMap<Violation, Lit> {
         let words = self.words.into_values().map(|word| (Violation::Word(word.place), word.broken));
         words.chain(self.others).collect()

@@ -56,10 +56,10 @@ pub enum Candidate {
     Exclusive(Vec<BitTarget>),
 }
 
-/// How a scan may violate a statement.
+/// In which scans a candidate statement does not hold at the end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CandidateOutcome {
-    /// The statement is false at the end of the scan.
+    /// The literal that says whether the statement is false at the end of the scan.
     pub violated_at_end: Lit,
     /// The statement is false at the end or, for a range, possibly at some moment before. If the power fails at that
     /// moment, a latched word keeps the value that it has then.
@@ -148,12 +148,12 @@ fn start_of(memory: &Memory<'_>, cell: Cell) -> Option<VarId> {
     u32::try_from(at).ok().map(VarId)
 }
 
-/// The word's value at the start of the scan.
+/// The value of a word at the start of the scan. `None` if the model does not depend on it.
 fn started(memory: &mut Memory<'_>, cell: Cell) -> Option<Word> {
     start_of(memory, cell).map(|variable| memory.words.free(variable))
 }
 
-/// The literal that a bit was on at the start of the scan; false if the model does not depend on it.
+/// The literal that says whether a bit was on at the start of the scan; false if the model does not depend on it.
 fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => match start_of(memory, cell) {
@@ -166,7 +166,7 @@ fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
         },
     }
 }
-/// All possible violations, each with the literal that it happens.
+/// All possible violations, each with the literal that says whether it occurs.
 fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit)> {
     let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
     for apart in &program.mutually_exclusive {
@@ -226,14 +226,14 @@ impl Run<'_> {
         self.note(Violation::Count(at), more);
     }
 
-    /// Records a violation if an instruction processes more units than the maximum that was found.
+    /// Records a violation if an instruction processes more units than the maximum that the analysis found.
     pub(super) fn check_units(&mut self, at: usize, over: Lit) {
         if self.program.limited_counts.contains(&at) {
             self.note(Violation::Count(at), over);
         }
     }
 
-    /// Records a violation if an indexed write, executed under `guard`, goes outside the cells that were found.
+    /// Records a violation if an indexed write, executed under `guard`, goes outside the cells that the analysis found.
     pub(super) fn check_reach(&mut self, guard: Lit, choice: ChoiceId, at: usize) {
         let program = self.program;
         if self.memory.watch.is_none() {
@@ -252,7 +252,7 @@ impl Run<'_> {
         self.note(Violation::Reach(at), beyond);
     }
 
-    /// The literal that an indexed write certainly stays between two cells of its area.
+    /// The literal that says whether an indexed write certainly stays between two cells of its area.
     fn is_inside(&mut self, indexed: &IndexedWrite, least: u32, largest: u32, at: usize) -> Lit {
         let first = i64::from(indexed.first.index);
         let (low, high) = (i64::from(least) - first, i64::from(largest) - first);

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 /// The largest number of parts that are examined to find the maximum of a word.
 const MAX_PARTS: usize = 64;
-/// The maximum of a word is computed only if at least this much of the allowance remains.
+/// The maximum of a word is computed only if at least this much of the allowed work remains.
 const LEAST_ALLOWANCE: usize = 1 << 14;
 
 /// All symbolic words of a scan, with equal words shared, and the queries on them that were answered.
@@ -23,11 +23,11 @@ pub struct Words {
     carries: Shared<CarryDefinition>,
     derived: Shared<Derived>,
     pub(super) answers: Answers,
-    /// The work that queries of the current instruction may still cause.
+    /// The amount of work that queries of the current instruction may still cause.
     pub allowance: usize,
-    /// The work that all queries have caused so far.
+    /// The amount of work that all queries have caused so far.
     pub spent: usize,
-    /// The number of queries that were abandoned because they exceeded the allowance. Their answers are arbitrary, so
+    /// The number of queries that were given up because they exceeded the allowed work. Their answers are arbitrary, so
     /// the model must be discarded.
     pub given_up: u32,
 }
@@ -52,12 +52,12 @@ impl Default for Words {
 }
 
 impl Words {
-    /// A constant.
+    /// The symbolic word of a constant.
     pub fn constant(&mut self, value: u16) -> Word {
         self.shared(Node::Const(value))
     }
 
-    /// A free word.
+    /// The symbolic word of a free variable, which may have any value.
     pub fn free(&mut self, variable: VarId) -> Word {
         self.shared(Node::Free(variable))
     }
@@ -79,7 +79,7 @@ impl Words {
         if then == other { then } else { self.shared(Node::Either(condition, then, other)) }
     }
 
-    /// Sum with a constant, with wraparound.
+    /// The sum of a word and a constant, modulo 65,536.
     pub fn plus(&mut self, word: Word, addend: u16) -> Word {
         match self.node(word) {
             _ if addend == 0 => word,
@@ -89,7 +89,7 @@ impl Words {
         }
     }
 
-    /// Sum with a constant and a carry, with wraparound, and the carry out.
+    /// The sum of a word, a constant and a carry, modulo 65,536, and the carry out.
     pub fn plus_carried(&mut self, word: Word, addend: u16, carry: Carry) -> (Word, Carry) {
         match (carry, self.as_constant(word)) {
             (Carry::NONE, _) if addend == 0 => (word, Carry::NONE),
@@ -109,14 +109,14 @@ impl Words {
         }
     }
 
-    /// Sum of two words and a carry, with wraparound, and the carry out.
+    /// The sum of two words and a carry, modulo 65,536, and the carry out.
     pub fn sum(&mut self, a: Word, b: Word, carry: Carry) -> (Word, Carry) {
         let (a, b) = (a.min(b), a.max(b));
         let sum = self.shared(Node::Sum(a, b, carry));
         (sum, self.carry(CarryDefinition::Sum(a, b, carry)))
     }
 
-    /// A bitwise operation.
+    /// A bitwise operation on two words.
     pub fn bitwise(&mut self, gate: Gate, a: Word, b: Word) -> Word {
         let (a, b) = (a.min(b), a.max(b));
         let (first, second) = (self.as_constant(a), self.as_constant(b));
@@ -258,7 +258,7 @@ impl Words {
         Some(most)
     }
 
-    /// Subtracts work from the allowance; `false` if it is exhausted.
+    /// Subtracts `work` from the allowed work; `false` if none is left.
     pub(super) fn spend(&mut self, work: usize) -> bool {
         self.spent += work;
         let enough = self.allowance >= work;

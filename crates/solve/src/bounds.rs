@@ -8,7 +8,7 @@ use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, GroupAssignment};
 use std::time::Duration;
 
-/// The two bounds of a running search. They only become tighter.
+/// The upper and the lower bound of a running search. They only become tighter.
 pub struct Bounds<'a> {
     problem: &'a Problem,
     limits: &'a Limits<'a>,
@@ -55,7 +55,7 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Takes over the best scan and the statistics of a case.
+    /// Takes over the best scan of a case that was searched, and adds its statistics.
     pub fn after_case(&mut self, case: Bounds<'_>) {
         self.calls += case.calls;
         if let Some((_, best)) = case.best {
@@ -111,8 +111,8 @@ impl<'a> Bounds<'a> {
         self.remaining
     }
 
-    /// The difference between `remaining` and the best scan. A soft literal that weighs more is true in every better
-    /// scan.
+    /// The difference between `remaining` and the cost of the best scan. A soft literal that weighs more than this is
+    /// true in every better scan.
     pub fn gap(&self) -> u64 {
         self.remaining.saturating_sub(self.lower())
     }

@@ -6,7 +6,7 @@ use scanbound_model::{Assignment, Atom, Lit, Node, VarId};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// Clauses over the variables 1, 2, ...; a literal is a variable or, if negated, its negative, as in DIMACS files.
+/// Clauses over the variables 1, 2, ...; as in DIMACS files, a literal is a variable or, negated, the negative number.
 #[derive(Debug, Clone, Default)]
 pub struct Clauses {
     /// The number of variables.
@@ -165,7 +165,7 @@ impl Clauses {
         }
     }
 
-    /// Defines `reached`: the number with these bits is at least `threshold`, which is not 0.
+    /// Adds clauses that define `reached`: the number with these bits is at least `threshold`, which is not 0.
     fn compare(&mut self, bits: &[i32], threshold: u16, reached: i32) {
         // From the least significant bit up: whether the bits so far are at least the threshold's bits so far. Below
         // the lowest bit of the threshold this is always true.
@@ -212,9 +212,9 @@ fn order(nodes: &[Node], late: usize) -> Vec<usize> {
 /// How a node is represented.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Use {
-    /// Not at all: no item and no constraint depends on it.
+    /// No item and no constraint depends on the node.
     None,
-    /// As part of the only gate that uses it; it is not negated there.
+    /// As part of the only gate that uses the node, which is not negated there.
     Inside,
     /// By a variable.
     Gate,

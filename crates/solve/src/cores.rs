@@ -41,7 +41,7 @@ const SMALLEST: usize = 300;
 /// The number of mode bits that are tried with both values when the partitions' scans are combined.
 const MODES: usize = 16;
 
-/// The largest number of conflicts of an easy query.
+/// The largest number of conflicts of a query that counts as easy.
 const EASY: u64 = 300;
 
 const SIZES: Sizes = Sizes {
@@ -56,7 +56,7 @@ pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
     search_from(SIZES, problem, bounds);
 }
 
-/// The same with other parameters.
+/// As [`search`], with these sizes and limits in place of the usual ones.
 fn search_from(sizes: Sizes, problem: &Problem, bounds: &mut Bounds<'_>) {
     if bounds.limits().reached() {
         return;

@@ -8,11 +8,11 @@ use super::problem::Problem;
 use scanbound_model::{Assignment, Group, ScanModel};
 use std::cmp::Reverse;
 
-/// The decisions of the solver for one query, beyond one for each assumption. If it needs more, there is no
-/// explanation.
+/// The number of decisions of the solver for one query, besides one for each assumption. If this is not enough, there
+/// is no explanation.
 const EFFORT: u64 = 10_000;
 
-/// Answers why charges of a group do not have their largest costs.
+/// Finds out why charges of a group do not have their largest times.
 pub struct Exclusions<'a> {
     problem: Problem,
     judge: Judge<'a>,
@@ -74,7 +74,7 @@ impl<'a> Judge<'a> {
         Judge { oracle, guards: clauses.items }
     }
 
-    /// A minimal subset of the true items (sorted by weight, heaviest first) that excludes the missing one.
+    /// A minimal subset of `running` (true items, heaviest first) that together exclude the item `missing`.
     fn reason(&mut self, missing: usize, running: &[usize]) -> Option<Vec<usize>> {
         if !self.conflict(missing, running)? {
             return None;

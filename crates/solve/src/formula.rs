@@ -115,7 +115,7 @@ impl Formula {
         &self.literals[start..self.clauses[index].end as usize]
     }
 
-    /// Passes the clauses from this index on to a solver.
+    /// Passes the clauses from this index on to the solver `oracle`.
     pub fn teach(&self, index: usize, oracle: &mut Oracle<'_>) {
         for place in &self.clauses[index..] {
             if place.defines != 0 {
@@ -143,8 +143,8 @@ impl Formula {
         split
     }
 
-    /// Takes back the clauses of a partition. The variables that it added are renumbered after those of the partitions
-    /// before it.
+    /// Takes back the clauses of a partition. Variables that the partition added get numbers after those of the
+    /// partitions before it.
     pub fn join(&mut self, partition: Formula, renumber: &Renumbering) {
         if self.clauses.is_empty() && renumber.by == 0 {
             *self = partition;
@@ -175,7 +175,7 @@ fn small(number: usize) -> u32 {
 pub struct Renumbering {
     /// The number of variables that all partitions share; these keep their numbers.
     shared: usize,
-    /// The number of variables that the partitions before it have added.
+    /// The number of variables that the partitions before this one have added.
     by: usize,
 }
 

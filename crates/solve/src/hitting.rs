@@ -1,7 +1,7 @@
 //! Minimum-weight hitting sets: the cheapest items that contain at least one element of every core.
 
-/// Finds a hitting set of least weight. Cores are not empty, and contain no element twice. `None` if `stop` ended the
-/// search.
+/// Finds a hitting set with the least weight. Cores must not be empty or contain an element twice. `None` if `stop`
+/// ended the search.
 pub fn least_hitting_set(
     weights: &[u64],
     cores: &[Vec<usize>],
@@ -25,7 +25,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The least hitting set if it weighs less than `limit`.
+    /// The hitting set with the least weight. `None` if it does not weigh less than `limit`.
     fn least(&mut self, mut cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
         self.steps += 1;
         if self.stopped || (self.steps.is_multiple_of(1024) && (self.stop)()) {
@@ -60,7 +60,7 @@ impl Search<'_> {
         (weight < limit).then_some((weight, set))
     }
 
-    /// Branches on the element that is in most cores: it is taken, or not.
+    /// Searches two cases: the element that is in most cores is in the hitting set, or it is not.
     fn branch(&mut self, cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
         if self.lower_bound(&cores) >= limit {
             return None;

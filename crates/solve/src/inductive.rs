@@ -22,12 +22,12 @@ const FOLLOWING: usize = 16;
 /// The largest number of queries before the search is given up.
 const ROUNDS: usize = 3_000;
 
-/// A bit at the start and at the end of a scan.
+/// The literals of a bit at the start and at the end of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitTransition {
-    /// Its value at the start of the scan.
+    /// The value of the bit at the start of the scan.
     pub start: Lit,
-    /// Its value at the end of the scan.
+    /// The value of the bit at the end of the scan.
     pub end: Lit,
 }
 
@@ -70,12 +70,12 @@ pub fn inductive(
     None
 }
 
-/// A candidate: bits that may never be all on.
+/// A candidate: a set of bits that are perhaps never all on.
 struct Candidate {
     bits: Vec<usize>,
-    /// The variable whose assumption means that the bits are not all on at the start of the scan.
+    /// The variable that is assumed to say that the candidate's bits are not all on at the start of the scan.
     holds: i32,
-    /// The variable that implies that they are all on at the end.
+    /// The variable that implies that all bits of the candidate are on at the end of the scan.
     broken: i32,
 }
 
@@ -86,7 +86,7 @@ struct Search<'a> {
     clauses: Clauses,
     /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
-    /// Variables that are the start value of a bit. Turning one off violates no candidate.
+    /// For each variable, whether it is the start value of a bit. Turning such a bit off violates no candidate.
     starts: Vec<bool>,
     /// Variables that occur in constraints.
     tied: Vec<bool>,
@@ -152,7 +152,7 @@ impl<'a> Search<'a> {
         self.variables
     }
 
-    /// Adds the clause that the variable implies the literal.
+    /// Adds the clause that says: if the variable is true, the literal is true.
     fn implies(&mut self, variable: i32, lit: Lit) {
         match lit {
             Lit::TRUE => {}
@@ -195,8 +195,8 @@ impl<'a> Search<'a> {
         Some(scan)
     }
 
-    /// Lanes with this scan in the first bit, and variations of it in the others that start with the same candidates
-    /// true.
+    /// Lanes with this scan in the first lane. The other lanes have variations of it that start with the same
+    /// candidates true.
     fn like(&mut self, scan: &Assignment) -> Vec<Lane> {
         let places = 0..scan.0.len();
         places.map(|place| self.varied(scan, place, self.starts[place])).collect()
@@ -295,7 +295,7 @@ enum Lane {
 }
 
 impl Lane {
-    /// The separate words of a lane, so that each can be changed.
+    /// Gives each lane its own copy of the word, so that each can be changed separately.
     fn words(&mut self) -> &mut [u16] {
         if let Lane::Word(value) = *self {
             *self = Lane::Words(Box::new([value; LANES]));

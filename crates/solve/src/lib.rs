@@ -44,7 +44,7 @@ use trace::Step;
 /// The search method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Subsets for a small group, up to an effort limit; else cores.
+    /// The search by subsets for a small group, up to an effort limit; otherwise the core-guided search.
     #[default]
     Auto,
     /// The paper's method: removes conflicting items one at a time, with T_MAX as the bound.

@@ -15,7 +15,7 @@ pub struct Limits<'a> {
     pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
     /// Whether to record the steps of the search.
     pub trace: bool,
-    /// The largest number of decisions for the group, if limited.
+    /// The largest number of decisions for the group. `None` if unlimited.
     pub decisions: Option<&'a Decisions>,
 }
 
@@ -32,7 +32,7 @@ impl Decisions {
         Decisions { left: AtomicU64::new(most) }
     }
 
-    /// A separate limit with as many decisions as remain here.
+    /// A new limit with as many decisions as this one still has.
     pub(super) fn again(&self) -> Decisions {
         Decisions::new(self.left.load(Ordering::Relaxed))
     }

@@ -16,7 +16,7 @@ const SHARE: f64 = 0.9;
 /// have thousands of groups with a single charge, and Z3 takes a millisecond to start with one.
 const FEW: usize = 24;
 
-/// A group with more charges is not small, even if many of them have the same guard.
+/// A group with more charges than this is not small, even if many of its charges have the same guard.
 const CHARGES: usize = 100;
 
 /// The search method of each group: the one that the user chose; else `Method::Auto` for the first few groups that look

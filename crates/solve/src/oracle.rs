@@ -6,7 +6,7 @@ use batsat::clause::Kind;
 use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};
 use std::cell::Cell;
 
-/// The number of decisions between two looks at the clock.
+/// The number of decisions after which the solver checks the clock again.
 const LOOK: u64 = 1 << 12;
 
 /// The variables on which the solver branches.
@@ -45,7 +45,8 @@ struct StopCheck<'a> {
     decisions: Cell<u64>,
     conflicts: u64,
     most: Effort,
-    /// The query was stopped. The solver calls several times before it stops, and continues if one call returns false.
+    /// The query was stopped. Stored, because the solver asks several times and would continue if one answer were
+    /// false.
     ended: Cell<bool>,
 }
 
@@ -75,13 +76,13 @@ impl Callbacks for StopCheck<'_> {
 pub struct Oracle<'a> {
     solver: Solver<StopCheck<'a>>,
     branching: Branching,
-    /// By variable: the value to try first; may be shorter than the list of variables.
+    /// For each variable, the value to try first; may be shorter than the list of variables.
     hints: &'a [bool],
     inner: Numbers,
     outer: Vec<i32>,
 }
 
-/// The number of variables in a page of the table.
+/// The number of variables in one page of the table.
 const PAGE: usize = 512;
 
 /// Maps variables to the solver's numbers. A small part of a large program has few variables with widely spread
@@ -117,7 +118,7 @@ impl<'a> Oracle<'a> {
         Oracle { solver, branching, hints: &[], inner: Numbers::default(), outer: Vec::new() }
     }
 
-    /// The same solver with values to try first, by variable. They change no answer, only the time to find it.
+    /// The same solver, which tries these values first. They change no answer, only the time to find it.
     pub fn with_hints(self, hints: &'a [bool]) -> Oracle<'a> {
         Oracle { hints, ..self }
     }
@@ -153,7 +154,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// After `None`: whether the limit on conflicts was the reason.
+    /// After `None`: whether the query ended because of the limit on conflicts.
     pub fn had_conflicts(&self) -> bool {
         let watch = self.solver.cb();
         watch.conflicts > watch.most.conflicts

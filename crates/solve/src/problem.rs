@@ -25,13 +25,14 @@ pub struct Problem {
     pub circuit: Circuit,
     /// The cost under every assignment, in picoseconds.
     pub constant: u64,
-    /// What is subtracted from the sum: items of counted units are also true where no unit is processed.
+    /// The cost that is subtracted from the sum, because items of counted units are also true where no unit is
+    /// processed.
     pub deducted: u64,
     /// Distinct guards, none the negation of another, in the order of their first charges.
     pub items: Vec<Item>,
     /// The constraints; never constant true.
     pub hard: Vec<Lit>,
-    /// The model's variable of each of the problem's variables, ascending.
+    /// For each of the problem's variables, ascending: the variable of the model for which it stands.
     pub variables: Vec<VarId>,
 }
 
@@ -43,7 +44,7 @@ struct Term {
     charge: usize,
 }
 
-/// The item of a node of the circuit, and the item of its negation.
+/// The item of a node of the circuit, and the item of the node's negation.
 type NodeSum = [Item; 2];
 
 impl Problem {
@@ -58,7 +59,7 @@ impl Problem {
         Problem::build(model, group, true)
     }
 
-    /// The normal form with an item for every guard, even if it is the negation of another.
+    /// The normal form of a group, in which every guard has an item, even if it is the negation of another guard.
     #[must_use]
     pub fn with_negations(model: &ScanModel, group: &Group) -> Problem {
         Problem::build(model, group, false)

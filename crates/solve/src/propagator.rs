@@ -6,17 +6,17 @@ type Place = u32;
 /// Why a literal is true.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Reason {
-    /// It was assumed, or is true without assumptions.
+    /// The literal was assumed, or is true without assumptions.
     None,
-    /// The other literal of a binary clause, which is false.
+    /// The clause has two literals; the one given here is false.
     Binary(i32),
-    /// A clause in the arena whose other literals are false.
+    /// The clause at this place in the arena; all of its other literals are false.
     Clause(Place),
 }
 
 #[derive(Clone, Copy)]
 struct Watch {
-    /// Another literal of the clause; while it is true, nothing has to be done.
+    /// A second literal of the clause; while it is true, nothing has to be done for this clause.
     blocker: i32,
     place: Place,
 }
@@ -222,7 +222,7 @@ impl Propagator {
         Some(core)
     }
 
-    /// For a false literal: the literal and the assumptions that make it false.
+    /// For a false literal: the literal, and assumptions that together make it false.
     fn against(&mut self, literal: i32) -> Vec<i32> {
         let mut core = self.ancestors(vec![literal]);
         core.push(literal);
@@ -326,7 +326,7 @@ impl Propagator {
         }
     }
 
-    /// The assumptions that caused these literals to be false.
+    /// Assumptions that together make these literals false.
     fn ancestors(&mut self, mut open: Vec<i32>) -> Vec<i32> {
         let (mut core, mut marked) = (Vec::new(), Vec::new());
         while let Some(literal) = open.pop() {

@@ -25,9 +25,9 @@ const NODES: usize = 2_000;
 pub struct EffortLimit {
     /// The number of queries.
     pub questions: u64,
-    /// The effort of each query, in the solver's own measure.
+    /// The largest effort of each query, in the solver's own measure.
     pub effort: u32,
-    /// The number of times that the clock may be read while a minimum hitting set is computed.
+    /// The largest number of times that the search reads the clock while it computes a minimum hitting set.
     pub looks: u32,
 }
 
@@ -43,7 +43,7 @@ pub enum SearchEnd {
     OutOfBudget,
 }
 
-/// Whether to try the search by subsets first.
+/// Whether the problem is small enough to try the search by subsets first.
 pub fn is_small(problem: &Problem) -> bool {
     (1..=SMALL).contains(&problem.items.len()) && problem.circuit.nodes().len() <= NODES
 }
@@ -185,7 +185,7 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         Ok(answer)
     }
 
-    /// A minimal subset of these items, which cannot be true together, that still cannot.
+    /// A minimal subset of these items that cannot be true together. All items together cannot be true.
     fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, Stopped> {
         let mut core = items.to_vec();
         if self.refuted.as_deref() == Some(items) || !self.check(items)? {
@@ -206,7 +206,7 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         Ok(core)
     }
 
-    /// Keeps those of the refuted items that the solver's core names.
+    /// Keeps only the refuted items that are in the solver's core.
     fn keep_named(&self, items: &mut Vec<usize>) {
         let guard = |item: usize| self.clauses.items[item];
         let asked: Vec<i32> = items.iter().map(|&item| guard(item)).collect();

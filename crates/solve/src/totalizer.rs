@@ -17,7 +17,7 @@ struct Sum {
 }
 
 impl Totalizer {
-    /// Prepares to count the inputs, at least one. It has no outputs yet.
+    /// A totalizer for at least one input. It has no outputs yet.
     pub fn new(inputs: &[i32], position: usize) -> Totalizer {
         let leaf = |&input: &i32| Sum { outputs: vec![input], size: 1, children: None };
         let mut nodes: Vec<Sum> = inputs.iter().map(leaf).collect();
@@ -41,12 +41,12 @@ impl Totalizer {
         self.nodes.last().map_or(0, |root| root.size)
     }
 
-    /// Its position in the order of execution.
+    /// The position of the totalizer in the order of execution.
     pub fn position(&self) -> usize {
         self.position
     }
 
-    /// The output for at least `count` inputs, from 1 to `size`. Adds the clauses that are still missing.
+    /// The output that is true if at least `count` inputs are true (1 to `size`). Adds the clauses that it still lacks.
     pub fn output(&mut self, count: usize, formula: &mut Formula) -> i32 {
         let root = self.nodes.len() - 1;
         self.extend(root, count, formula);

@@ -30,12 +30,12 @@ use touched::Cells;
 pub struct Price {
     /// The on-time, with the largest number of units that the instruction may handle.
     pub on: Picos,
-    /// The off-time: the instruction is reached and does not fire.
+    /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
     /// A lower bound on the on-time: with no units, if their number is unknown or is read from words. Otherwise equal
     /// to `on`.
     pub least: Picos,
-    /// The part of the on-time that does not depend on the number of units in words.
+    /// The part of the on-time that does not depend on the number of units, if words give this number.
     pub base: Picos,
     /// Added to `base` for each unit that words count.
     pub per_unit: Picos,
@@ -50,20 +50,21 @@ pub struct Price {
     pub at_most_units: Option<u64>,
 }
 
-/// The times that a scan of a program is charged.
+/// The times of a program's instructions, and the overhead of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prices {
     /// Parallel to `Program::instructions`. `None` takes no time. Instructions with equal prices share one `Price`.
     pub instructions: Vec<Option<Arc<Price>>>,
     /// The overhead, charged once in each scan.
     pub overhead: Vec<OverheadTerm>,
-    /// The factor that is already contained in all these times.
+    /// The factor that all these times already contain. `None` if the table has none.
     pub factor: Option<Factor>,
-    /// The inputs or outputs whose number of refreshed points is not stated.
+    /// Inputs or outputs for which the number of refreshed points is not stated.
     pub points: Vec<UnstatedPoints>,
-    /// The inputs or outputs whose base units are not stated.
+    /// Inputs or outputs for which the base units are not stated.
     pub bases: Vec<UnstatedBase>,
-    /// What the program uses that a network refreshes, if neither the table nor the user gives a time for it.
+    /// The devices that a network refreshes and the program uses, if neither the table nor the user gives a time for
+    /// the refresh.
     pub networks: Vec<NetworkUse>,
 }
 
@@ -74,7 +75,7 @@ impl Prices {
         self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
     }
 
-    /// Lower bounds on the times of each instruction: if its number of units is unknown, without units.
+    /// Lower bounds on the times of each instruction. For an unknown number of units, no units are counted.
     #[must_use]
     pub fn least_times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.least, off: price.off, per_unit: price.per_unit })
@@ -107,9 +108,9 @@ impl Prices {
 /// Why an instruction has no price.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoPrice {
-    /// Neither the instruction nor its class has a row, and it needs one.
+    /// Neither the instruction nor its class has a row, but the instruction needs one.
     Missing,
-    /// Neither has a row, and the instruction takes no time (a label).
+    /// Neither the instruction nor its class has a row, and the instruction takes no time (a label).
     Free,
     /// The time exceeds the largest time that can be represented.
     TooLarge,
@@ -223,14 +224,14 @@ fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
     Sum::new(&row, 0).price(table)
 }
 
-/// An instruction's price, and whether it includes the cost of the rung that begins there.
+/// An instruction's price, and whether it includes the time of the rung that begins at the instruction.
 #[derive(Clone)]
 struct Priced {
     price: Result<Arc<Price>, NoPrice>,
     begun: bool,
 }
 
-/// The price of an instruction, including the cost of a rung or an interrupt that begins at it.
+/// The price of an instruction, including the time of a rung or an interrupt that begins at it.
 fn priced<'a>(
     table: &Table,
     mut sum: Result<Sum<'a>, NoPrice>,
@@ -296,7 +297,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
     Ok(sum)
 }
 
-/// A row plus the `@+` rows of the operands, except those of the variant that the row is already for.
+/// A row plus the `@+` rows of the operands, except the `@+` rows that the row's own variant already includes.
 fn with_extras<'a>(
     table: &'a Table,
     key: &TimingKey,
@@ -320,11 +321,11 @@ fn with_extras<'a>(
     sum
 }
 
-/// The rows that are added up for one price.
+/// The rows of the table that are added up for one price.
 struct Sum<'a> {
     on: u128,
     off: u128,
-    /// The part of the on-time that is proportional to the count.
+    /// The part of the on-time that is proportional to the number of units.
     counted: u128,
     /// The part of `counted` for one unit.
     per_unit: u128,
@@ -372,12 +373,12 @@ impl<'a> Sum<'a> {
         self.per_unit > 0
     }
 
-    /// The part of the on-time that does not depend on the units.
+    /// The part of the on-time that does not depend on the number of units.
     fn base(&self) -> u128 {
         self.on.saturating_sub(self.per_unit * u128::from(self.units))
     }
 
-    /// The larger of both on-times and the larger of both off-times.
+    /// The larger of the two on-times and the larger of the two off-times of `self` and `stated`.
     fn larger_of(self, stated: Sum<'a>) -> Sum<'a> {
         let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
         let (ours, theirs) = (parts(&self), parts(&stated));
@@ -423,7 +424,7 @@ impl<'a> Sum<'a> {
     }
 }
 
-/// The number of units. An instruction without a count has one unit.
+/// The number of units of an instruction; 1 if it has no units.
 fn units(units: &Units) -> u64 {
     match units {
         Units::None => 1,

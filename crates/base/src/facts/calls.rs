@@ -7,9 +7,10 @@ use crate::time::Picos;
 pub struct StatedCall {
     /// The routine's name as it stands in the facts file.
     pub name: String,
-    /// The time from its call to its return, without the call instruction itself.
+    /// The time from the call of the routine to its return, without the call instruction itself.
     pub time: Picos,
-    /// The devices that it writes: single devices or ranges (`D100-D199`). `None` means that it may write any device.
+    /// The devices that the routine writes: single devices or ranges (`D100-D199`). `None`: the routine may write any
+    /// device.
     pub writes: Option<Vec<String>>,
 }
 
@@ -75,12 +76,12 @@ mod tests {
         assert_eq!(
             told,
             [
-                (2, "the facts about P1 must be in braces"),
+                (2, "the facts about the routine P1 must be in braces"),
                 (3, "the longest execution time of P2 is not stated"),
-                (4, "the time of P3 must be a time of at most 10 s, in quotes with its unit"),
-                (5, "'write' is not a fact about a routine"),
+                (4, "the time of the routine P3 must be at most 10 s, in quotes with its unit"),
+                (5, "'write' is not a key of a routine in [calls]"),
                 (6, "writes of P5 must be a list of devices"),
-                (7, "the time of P06 must be a time of at most 10 s, in quotes with its unit"),
+                (7, "the time of the routine P06 must be at most 10 s, in quotes with its unit"),
                 (8, "P7 and P07 are the same routine"),
             ]
         );

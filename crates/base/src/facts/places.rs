@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The part of a fact to which a finding points.
+/// Whether a finding points to the key or to the value of a fact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// The key, left of the equals sign.
@@ -74,7 +74,7 @@ impl FactPositions {
         }
     }
 
-    /// An error at a byte range of the text.
+    /// An error at a byte range of the facts file.
     pub(super) fn at(
         &self,
         code: Code,

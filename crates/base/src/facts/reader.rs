@@ -18,7 +18,7 @@ const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as commun
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
 const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire when they have no priorities, otherwise selection = \"first\"";
 const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read the outputs of the previous scan (Beremiz, OpenPLC)";
-const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (actions that have ended first, each group by name: CODESYS, TwinCAT)";
+const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (first the actions that have just ended, then the others, each of the two in the order of their names: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
 /// The tables of a facts file.
 pub const TABLES: [&str; 13] = [
@@ -84,7 +84,7 @@ impl Facts {
                     reader.fault(Some(key.span()), format!("'{name}' must be a table"), FORM);
                 }
                 _ => {
-                    let message = format!("'{name}' is not a table of facts");
+                    let message = format!("a facts file has no table [{name}]");
                     reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
                 }
             }
@@ -118,7 +118,7 @@ impl Reader<'_> {
     fn call(&mut self, name: &str, value: &Value<'_>) {
         const HELP: &str = "write P153 = { time = \"50us\", writes = [\"D100-D199\"] }: the longest time of the routine, and all devices that it writes; without writes, it may write any device";
         let Some(entries) = value.get_ref().as_table() else {
-            let message = format!("the facts about {name} must be in braces");
+            let message = format!("the facts about the routine {name} must be in braces");
             return self.fault(Some(value.span()), message, HELP);
         };
         let (mut time, mut writes) = (None, None);
@@ -137,7 +137,7 @@ impl Reader<'_> {
                     writes.is_some()
                 }
                 other => {
-                    let message = format!("'{other}' is not a fact about a routine");
+                    let message = format!("'{other}' is not a key of a routine in [calls]");
                     self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
                     continue;
                 }
@@ -145,7 +145,7 @@ impl Reader<'_> {
             if !known {
                 let message = match key.get_ref().as_ref() {
                     "time" => format!(
-                        "the time of {name} must be a time of at most 10 s, in quotes with its unit"
+                        "the time of the routine {name} must be at most 10 s, in quotes with its unit"
                     ),
                     _ => format!("writes of {name} must be a list of devices"),
                 };
@@ -181,9 +181,11 @@ impl Reader<'_> {
                         self.facts.intervals.insert(label, interval);
                     }
                     _ => {
-                        let message =
-                            format!("the interval of {} must be a time above 0", key.get_ref());
-                        let help = "write an interval in quotes, such as I28 = \"4ms\", or a count, such as I28 = 2";
+                        let message = format!(
+                            "the interval of the interrupt {} must be a time above 0",
+                            key.get_ref()
+                        );
+                        let help = "write the interval in quotes, such as I28 = \"4ms\", or the number of interrupts in one scan, such as I28 = 2";
                         self.fault(Some(value.span()), message, help);
                     }
                 }
@@ -214,7 +216,7 @@ impl Reader<'_> {
                 ("download", Some(download)) => self.facts.download = download,
                 ("download", None) => self.fault(
                     Some(value.span()),
-                    "download must be true or false".to_owned(),
+                    "download in [start] must be true or false".to_owned(),
                     DOWNLOAD,
                 ),
                 (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
@@ -290,8 +292,8 @@ impl Reader<'_> {
             }
             _ => self.fault(
                 Some(value.span()),
-                format!("the count at {place} must be a non-negative integer or [min, max]"),
-                "write \"MAIN.csv:543\" = 20 if the count is always 20, or = [0, 20] if it is at most 20",
+                format!("'{place}' in [counts] must be a non-negative integer or [min, max]"),
+                "write \"MAIN.csv:543\" = 20 if that instruction always has 20 iterations or units, or \"MAIN.csv:543\" = [0, 20] if it has at most 20",
             ),
         }
     }
@@ -303,7 +305,7 @@ impl Reader<'_> {
                 Some(32) => self.facts.index_bits = Some(32),
                 _ => self.fault(
                     Some(value.span()),
-                    "bits must be 16 or 32".to_owned(),
+                    "bits in [index] must be 16 or 32".to_owned(),
                     "write bits = 16 or bits = 32: the size of an index to file registers (ZR) in the CPU's parameters",
                 ),
             },
@@ -314,7 +316,7 @@ impl Reader<'_> {
                     Some(Some(devices)) => self.facts.indirect = Some(devices),
                     _ => self.fault(
                         Some(value.span()),
-                        "indirect must be a list of devices".to_owned(),
+                        "indirect in [index] must be a list of devices".to_owned(),
                         "write indirect = [\"ZR1000-ZR1999\", \"D500\"], the only devices that the program writes through @",
                     ),
                 }
@@ -326,7 +328,7 @@ impl Reader<'_> {
                     }
                     _ => self.fault(
                         Some(value.span()),
-                        format!("the index at {place} must be two integers: [min, max]"),
+                        format!("the range of the index '{place}' must be two integers: [min, max]"),
                         "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
                     ),
                 }
@@ -387,7 +389,7 @@ impl Reader<'_> {
                 Some(base) => self.facts.base = Some(base.trim().to_ascii_lowercase()),
                 None => self.fault(
                     Some(value.span()),
-                    "base must be a text in quotes".to_owned(),
+                    "base in [io] must be a string in quotes".to_owned(),
                     "write base = \"main\", the type of base unit that holds all I/O modules",
                 ),
             },
@@ -395,7 +397,7 @@ impl Reader<'_> {
                 Some(latched) => self.facts.latched = Some(latched),
                 None => self.fault(
                     Some(value.span()),
-                    "latched must be true or false".to_owned(),
+                    "latched in [io] must be true or false".to_owned(),
                     "write latched = true if the PC copies its inputs to an image once at the start of each pass",
                 ),
             },
@@ -426,7 +428,7 @@ impl Reader<'_> {
             sum = sum.and_then(|sum| sum.checked_add(own));
         }
         if sum.is_none() {
-            let message = format!("the sum of the {name} is too large");
+            let message = format!("the total number of {name} is too large");
             self.fault(
                 Some(value.span()),
                 message,
@@ -451,7 +453,8 @@ impl Reader<'_> {
             Some(time) => self.facts.network = Some(time),
             None => self.fault(
                 Some(value.span()),
-                "refresh must be a time of at most 10 s, in quotes with its unit".to_owned(),
+                "refresh in [network] must be a time of at most 10 s, in quotes with its unit"
+                    .to_owned(),
                 help,
             ),
         }
@@ -486,7 +489,7 @@ impl Reader<'_> {
             }
             _ => self.fault(
                 Some(value.span()),
-                "factor must be a decimal number from 1 to 10".to_owned(),
+                "factor in [scan] must be a decimal number from 1 to 10".to_owned(),
                 help,
             ),
         }
@@ -532,7 +535,7 @@ impl Reader<'_> {
             self.fault(
                 Some(value.span()),
                 format!("{what} must be a non-negative integer"),
-                "write a count, such as I0 = 2",
+                "write a whole number, such as I0 = 2",
             );
         }
         number
@@ -683,12 +686,12 @@ mod tests {
         assert_eq!(
             told,
             [
-                (Some(1), "'speed' is not a table of facts"),
+                (Some(1), "a facts file has no table [speed]"),
                 (Some(3), "the range of D1 is empty: 3 is above 1"),
                 (Some(4), "the range of D2 must be two integers: [min, max]"),
                 (Some(6), "I0 must be a non-negative integer"),
                 (Some(8), "[io] has no key 'modules'"),
-                (Some(9), "latched must be true or false"),
+                (Some(9), "latched in [io] must be true or false"),
             ]
         );
         assert_eq!(faults[1].text, "D1 = [3, 1]");

@@ -8,29 +8,29 @@ use scanbound_ir::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
 };
 
-/// The destination of a bit.
+/// The place that a bit operand writes.
 #[derive(Debug, Clone, Copy)]
 pub enum BitPlace {
-    /// A known bit.
+    /// This bit.
     One(BitTarget),
-    /// Some bit in this region.
+    /// One bit of this region, but it is unknown which one.
     Somewhere(Region),
-    /// Not in the program's memory.
+    /// A bit outside the program's memory, such as one of a module.
     Nowhere,
 }
 
-/// The destination of words.
+/// The place that a word operand writes.
 #[derive(Debug, Clone)]
 pub enum WordPlace {
-    /// Known words.
+    /// These words.
     All(Vec<WordTarget>),
-    /// Some words in this region.
+    /// Words of this region, but it is unknown which ones.
     Somewhere(Region),
-    /// Not in the program's memory.
+    /// Words outside the program's memory, such as those of a module.
     Nowhere,
 }
 
-/// A number of cells that reaches the end of any area, and is small enough to add an index to it.
+/// A number of cells that reaches the end of any area, and to which an index can still be added without overflow.
 pub(super) const REST: u32 = u32::MAX / 2;
 
 impl Lowering<'_> {
@@ -69,7 +69,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Names the words of a function register, each of which has several words.
+    /// Names the cells of a function register (FD), which has several words.
     fn name_words(&mut self, operand: &Operand) {
         let Operand::Device(device) = operand else { return };
         if let (
@@ -148,7 +148,7 @@ impl Lowering<'_> {
             | Place::BitOf(DeviceType::VolatileWord, ..)
             | Place::Foreign(true) => {
                 self.approximate(format!(
-                    "{text} may change at any time: it may have any value at each read"
+                    "{text} may change at any time: any value is assumed at each read of it"
                 ));
                 match self.clock(&device) {
                     Some(clock) => clock,
@@ -180,7 +180,7 @@ impl Lowering<'_> {
 
     fn unknown_bit(&mut self, text: &str) -> Logic {
         self.approximate(format!(
-            "{text} is not one known device: it may have any value where it is read"
+            "it is unknown which device {text} is: any value is assumed for {text}"
         ));
         let device = self.device(text);
         match device.and_then(|device| self.indexed_bit(&device)) {
@@ -189,7 +189,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Where a bit operand is written; reports an error if it is invalid. Of timers and counters it is the contact.
+    /// The place that a bit operand writes; reports an error if the operand is invalid. For timers and counters it is
+    /// the contact.
     pub fn bit_place(&mut self, text: &str) -> Option<BitPlace> {
         let device = self.device(text)?;
         let somewhere = |emitter: &mut Self, area, letters: &str| {
@@ -225,7 +226,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The words of a numeric operand, the lowest first; reports an error if it is invalid.
+    /// The words of a numeric operand, the lowest first; reports an error if the operand is invalid.
     pub fn read_words(&mut self, text: &str, words: usize) -> Option<Vec<WordSource>> {
         let operand = self.operand(text)?;
         let device = match operand {
@@ -238,7 +239,9 @@ impl Lowering<'_> {
             }
             // Whether the CPU converts the constant from its text or from a single is unknown.
             Operand::Real(_) | Operand::Double if words == 4 => {
-                self.approximate(format!("{text} may have any value where it is read"));
+                self.approximate(format!(
+                    "any value is assumed for {text}, which this instruction reads"
+                ));
                 return Some((0..words).map(|_| self.free_word()).collect());
             }
             Operand::Device(device) => device,
@@ -249,7 +252,7 @@ impl Lowering<'_> {
             || self.reaches_special(&device, words)
         {
             self.approximate(format!(
-                "{text} changes by itself: it may have any value where it is read"
+                "{text} changes without the program: any value is assumed where this instruction reads it"
             ));
             return Some((0..words).map(|_| self.free_word()).collect());
         }
@@ -302,7 +305,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the timer counts during the scan, as the FX timers for subroutines and the 1 ms timers do.
+    /// Whether the timer's value changes while the scan runs, as that of FX timers for subroutines and of 1 ms timers.
     pub(super) fn runs_in_interrupts(&self, device: &Device) -> bool {
         self.family == Family::Fx
             && device.name == "T"
@@ -330,7 +333,7 @@ impl Lowering<'_> {
     }
 
     fn unknown_words(&mut self, text: &str, words: usize) -> Vec<WordSource> {
-        self.approximate(format!("{text} may have any value where it is read"));
+        self.approximate(format!("any value is assumed for {text}, which this instruction reads"));
         let device = self.device(text);
         if device.is_some_and(|device| self.is_external(&device)) {
             return (0..words).map(|_| self.external_word()).collect();
@@ -361,7 +364,7 @@ impl Lowering<'_> {
         let fit = usize::from(digits) <= 4 * words;
         if !fit {
             let message = format!(
-                "`{text}` has more than the {} digits that this instruction takes",
+                "`{text}` has more digits than the {} that this instruction takes",
                 4 * words
             );
             self.fault(
@@ -378,7 +381,12 @@ impl Lowering<'_> {
         let bits = 16 * words.min(2) as u32;
         if !(-(1i64 << (bits - 1))..1i64 << bits).contains(&value) {
             let help = format!("write a constant of {bits} bits");
-            self.fault(Code::Operand, text, format!("`{text}` does not fit {bits} bits"), &help);
+            self.fault(
+                Code::Operand,
+                text,
+                format!("the constant `{text}` does not fit in {bits} bits"),
+                &help,
+            );
             return None;
         }
         Some((0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect())
@@ -392,7 +400,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The destination of a number of `words` words, the lowest first; reports an error if it is invalid.
+    /// The place that a number of `words` words, the lowest first, is written to; reports an error if the operand is
+    /// invalid.
     pub fn word_place(&mut self, text: &str, words: usize) -> Option<WordPlace> {
         let device = self.device(text)?;
         if !self.digits_fit(text, &device, words) {
@@ -462,7 +471,7 @@ impl Lowering<'_> {
         WordPlace::Somewhere(region)
     }
 
-    /// Lists that a write may change any device with these letters.
+    /// Records that a write to this operand may change any device with these letters.
     fn one_of_many(&mut self, text: &str, letters: &str) {
         let stated = if text.starts_with('@') && self.indirect.is_some() {
             " within the stated range"
@@ -470,7 +479,7 @@ impl Lowering<'_> {
             ""
         };
         self.approximate(format!(
-            "{text} is not one known device: any {letters}{stated} may have been written"
+            "it is unknown which device {text} is: any {letters}{stated} may have been written"
         ));
     }
 
@@ -555,7 +564,8 @@ fn is_index_register(device: &Device, words: u32, family: Family) -> bool {
         }
 }
 
-/// The cells of a number. On the FX, a 32-bit index is a pair: Z is the lower half, V the upper one.
+/// The cells of a number of `words` words that begins at this index, low word first. On the FX, a 32-bit number in an
+/// index register has Z as its lower half and V as its upper half.
 fn word_cells(family: Family, first: AreaId, index: u32, words: usize) -> Vec<Cell> {
     let low = Cell { area: first, index };
     if family == Family::Fx && first == const { area("Z") } && words == 2 {

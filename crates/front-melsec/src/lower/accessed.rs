@@ -13,19 +13,19 @@ use scanbound_ir::{AccessedDevices, AreaId, Cell, Region, TimingKey};
 
 /// The largest number of word bits that an operand is charged for, if its length is unknown.
 const MAX_WORD_BITS: u32 = 65_536;
-/// The words that hold an indirect address.
+/// The number of words that hold an indirect address.
 const ADDRESS_WORDS: u32 = 2;
 
 /// A device operand and how it is accessed.
 struct AccessedDevice {
     device: Device,
     extent: Extent,
-    /// Whether it is both read and written.
+    /// Whether the instruction both reads and writes the device.
     changes: bool,
 }
 
 impl Lowering<'_> {
-    /// Completes an instruction's key: its names with the operand types, and what it accesses.
+    /// Adds to an instruction's timing key its names with operand types, and the devices that it accesses.
     pub(super) fn with_operands(&self, mut key: TimingKey) -> TimingKey {
         let Some(raw) = self.current.raw else { return key };
         let devices = self.devices();
@@ -52,7 +52,7 @@ impl Lowering<'_> {
         key
     }
 
-    /// The device operands.
+    /// The devices that the operands of the current instruction name.
     fn devices(&self) -> Vec<AccessedDevice> {
         let item = &self.resolved.items[self.current.item];
         let compared = match &item.category {
@@ -107,7 +107,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The operand types that have their own table rows, in the order in which these are tried.
+/// The operand types that have table rows of their own, in the order in which these rows are tried.
 fn kinds(devices: &[AccessedDevice]) -> Vec<&'static str> {
     let all = devices.iter().map(|named| named.device.modifiers);
     let all = all.fold(Modifiers::default(), Modifiers::or);
@@ -115,7 +115,7 @@ fn kinds(devices: &[AccessedDevice]) -> Vec<&'static str> {
     kinds.into_iter().filter(|(_, has)| *has).map(|(kind, _)| kind).collect()
 }
 
-/// Adds the access to a device operand of this many units. Timers and counters have no rows by area.
+/// Adds the access to a device operand with this many units. Timers and counters have no table rows by area.
 fn touch(touched: &mut AccessedDevices, device: &Device, (units, is_words): (u32, bool)) {
     if device.modifiers.word_bit {
         touched.word_bits += u64::from(units.min(MAX_WORD_BITS));

@@ -15,7 +15,7 @@ use scanbound_ir::{
     Units, When, WordSource, WordTarget, Write,
 };
 
-/// The largest number of words that is modelled exactly; larger blocks are havocked.
+/// The largest number of words of a block that is modelled exactly; a larger block is havocked.
 const MAX_WORDS: u32 = 512;
 
 impl Lowering<'_> {
@@ -31,7 +31,7 @@ impl Lowering<'_> {
         }
         if !effects.is_empty() {
             self.approximate(format!(
-                "{} is a user instruction: its operands may have any value after it",
+                "{} is not an instruction of scanbound's catalog: any values are assumed for its operands after it",
                 raw.mnemonic
             ));
         }
@@ -47,7 +47,7 @@ impl Lowering<'_> {
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 
-    /// Lowers an instruction of the catalog.
+    /// Lowers an instruction that the catalog lists.
     pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &CatalogMatch) {
         let entry = &found.entry;
         let free = entry.meaning == Operation::Free;
@@ -163,7 +163,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The write of a number to its destination when the instruction fires; a havoc if the cells are unknown.
+    /// The effects of writing a number to its destination when the instruction fires; a havoc if the cells are unknown.
     pub(super) fn write_number(
         &mut self,
         text: &str,
@@ -231,7 +231,7 @@ impl Lowering<'_> {
         Some(Some(self.write_number(&raw.operands[last], words, number)?))
     }
 
-    /// The number of words of an operand, if it is known and small enough. Blocks of digit designations are not
+    /// The number of words of an operand; `None` if unknown or too large. Blocks of digit designations are not
     /// supported.
     fn block_words(&mut self, raw: &RawInstruction, extent: Extent) -> Option<usize> {
         let (unit, count) = match extent {
@@ -275,9 +275,9 @@ impl Lowering<'_> {
         Some(Some(self.write_number(&raw.operands[1], words, Number::Words(sources))?))
     }
 
-    /// A move whose direction or type depends on a special relay: both operands get any value.
+    /// The effects of a move whose direction or type depends on a special relay: both operands get any value.
     fn havoc_both(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
-        let what = "its operands may have any value";
+        let what = "any values are assumed for its operands";
         self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
         let mut effects = Vec::new();
         for text in &raw.operands[..2] {
@@ -338,7 +338,7 @@ impl Lowering<'_> {
         if let Some(effects) = spelled.and_then(|count| cleared(first, count)) {
             return Some(Some(effects));
         }
-        self.approximate(format!("what {} writes may have any value", raw.mnemonic));
+        self.approximate(format!("everything that {} writes may have any value", raw.mnemonic));
         let mut regions = self.regions(&raw.operands[0], count)?;
         regions.extend(self.regions(&raw.operands[1], Some(1))?);
         let lost = |region| fired(Write::Havoc(region, self.choice()));
@@ -374,7 +374,7 @@ impl Lowering<'_> {
         ]))
     }
 
-    /// Each written operand gets any value, over its whole extent.
+    /// Havocs each written operand over its whole extent.
     fn havoc_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
@@ -393,7 +393,7 @@ impl Lowering<'_> {
             }
         }
         if !effects.is_empty() {
-            self.approximate(format!("what {} writes may have any value", raw.mnemonic));
+            self.approximate(format!("everything that {} writes may have any value", raw.mnemonic));
         }
         effects
     }

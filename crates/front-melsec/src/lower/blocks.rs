@@ -14,13 +14,14 @@ use scanbound_ir::{
     WordSource, WordTarget, Write,
 };
 
-/// The largest number of cells that is modelled exactly; larger blocks are havocked.
+/// The largest number of cells of a block that is modelled exactly; a larger block is havocked.
 const MAX_PLACES: i64 = 512;
-/// The longest constant text, in characters.
+/// The largest number of characters of a constant text that is compared exactly.
 const LONGEST_CONSTANT: usize = 32;
 
 impl Lowering<'_> {
-    /// Shifts a block of bits or words by one place, up or down. Zero comes in at the end.
+    /// The effects of an instruction that shifts a block of bits or words by one place, up or down. Zero comes in at
+    /// the end.
     pub(super) fn slide(
         &mut self,
         raw: &RawInstruction,
@@ -59,7 +60,8 @@ impl Lowering<'_> {
         Some(Some(vec![fired(Write::Words(targets, Number::Words(words)))]))
     }
 
-    /// Computes each element of a block from the elements of two others at the same position, or from a constant.
+    /// The effects of an instruction that computes each element of a block from two elements at the same position, or
+    /// from a constant.
     pub(super) fn pairwise(
         &mut self,
         raw: &RawInstruction,
@@ -177,7 +179,7 @@ impl Lowering<'_> {
         Some(Some(effects))
     }
 
-    /// Three result bits: the first number is larger, equal, smaller.
+    /// The effects of an instruction that sets one of three bits: the first number is larger, equal, or smaller.
     pub(super) fn compare_to_bits(
         &mut self,
         raw: &RawInstruction,
@@ -215,7 +217,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether a block is written over cells that it also reads at other positions, so that the order of its moves matters.
+/// Whether a block is written over cells that the same instruction reads at other positions, so that the order of its
+/// moves matters.
 fn is_displaced_overlap(read: &[WordSource], written: &[WordTarget]) -> bool {
     let cell = |word: &WordSource| match word {
         WordSource::Cell(cell) => Some(*cell),
@@ -229,7 +232,7 @@ fn is_displaced_overlap(read: &[WordSource], written: &[WordTarget]) -> bool {
     })
 }
 
-/// Whether a word contains one of the three result bits.
+/// Whether a word contains one of the three bits that begin at `bits`.
 fn overlaps(source: &WordSource, bits: Cell) -> bool {
     match *source {
         WordSource::Bits { first, count } => {

@@ -38,7 +38,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A choice whose value this operation computes.
+    /// A new choice whose value the operation computes.
     pub(super) fn define(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
@@ -48,8 +48,8 @@ impl Lowering<'_> {
         choice
     }
 
-    /// The contact and current value of a timer whose coil is on, from its current value before. The elapsed time is
-    /// external.
+    /// The contact and the present value of a timer whose coil is on, from its present value before. The elapsed time
+    /// is external.
     pub(super) fn elapsed(
         &mut self,
         (ran, value): (Option<Cell>, Cell),
@@ -76,7 +76,7 @@ impl Lowering<'_> {
         (over, now)
     }
 
-    /// The contact and current value of a counter, from its contact, coil and current value before.
+    /// The contact and the present value of a counter, from its contact, coil and present value before.
     pub(super) fn counted(
         &mut self,
         [contact, coil, value]: [Cell; 3],
@@ -99,7 +99,7 @@ impl Lowering<'_> {
         (self.define(through), now)
     }
 
-    /// The cells that an indexed device may be, shifted by `offset`; `None` if they are unknown.
+    /// The address of an indexed device, shifted by `offset` cells; `None` if the cells that it may be are unknown.
     pub(super) fn indexed(&self, device: &Device, offset: u32) -> Option<Address> {
         let Index { number, letters, register, .. } = device.index?;
         let cells = match device.place {
@@ -134,7 +134,7 @@ impl Lowering<'_> {
         Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
     }
 
-    /// The words of an indexed device, computed where it is read.
+    /// The words of an indexed device. Their addresses are computed where they are read.
     pub(super) fn indexed_words(
         &mut self,
         device: &Device,
@@ -167,7 +167,7 @@ impl Lowering<'_> {
         Some(found)
     }
 
-    /// A bit of an indexed device, computed where it is read.
+    /// A bit of an indexed device. Its address is computed where it is read.
     pub(super) fn indexed_bit(&mut self, device: &Device) -> Option<Logic> {
         let address = self.indexed(device, 0)?;
         let shape = match device.index?.bit {
@@ -314,7 +314,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// A clock relay: something outside switches it, but not twice in a scan.
+    /// The value of a clock relay: something outside the program switches it, but not twice in a scan.
     pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
         let Place::At(DeviceType::VolatileBit, index) = device.place else { return None };
         let is_clock = match device.name {
@@ -328,7 +328,7 @@ impl Lowering<'_> {
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
-    /// Whether an instruction reads this many words of a module, which it may have written before.
+    /// Whether an instruction reads from a module words that the program may have written to it before.
     fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
         let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
         let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
@@ -343,7 +343,7 @@ impl Lowering<'_> {
         is_read && is_word && self.constant(count).is_some()
     }
 
-    /// Adds the exact meaning to the effects of an instruction that writes any value, if it has one.
+    /// Adds the exact meaning of an instruction to those of its effects that write any value, if it has one.
     pub(super) fn set_exact_meaning(
         &mut self,
         raw: &RawInstruction,
@@ -370,7 +370,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The destination of an operation's result of this many words.
+    /// The target for the result of an operation that has this many words.
     pub(super) fn target(&mut self, text: &str, words: usize) -> Option<Target> {
         let device = self.device(text)?;
         if let Place::Indexed(DeviceType::Word(_), false) = device.place {

@@ -6,7 +6,7 @@ use scanbound_ir::{BitSource, ChoiceId, ChoiceKind, Instruction, Logic, Step, Wh
 use std::collections::BTreeSet;
 
 impl Lowering<'_> {
-    /// Makes each instruction optional in the routines that `calls_with_coils_off` call, directly or through other
+    /// Makes each instruction optional in the routines that `calls_with_coils_off` call, directly or through further
     /// calls.
     pub(super) fn allow_coils_off(&mut self) {
         let mut open: Vec<usize> = self
@@ -42,14 +42,13 @@ impl Lowering<'_> {
             }
         }
         for instruction in entries {
-            let what =
-                "this routine may run with its coils off: each of its instructions may act or not";
+            let what = "the condition of the call may be off when this routine runs: each instruction of the routine may or may not act";
             self.out.program.approximate(instruction, what);
         }
     }
 }
 
-/// Makes an instruction optional: `choice` decides whether it acts.
+/// Changes an instruction so that `choice` decides whether it acts.
 fn make_optional(instruction: &mut Instruction, choice: ChoiceId) {
     let may = Logic::Bit(BitSource::Free(choice));
     match &mut instruction.step {

@@ -67,7 +67,7 @@ impl Lowering<'_> {
         for text in &raw.operands {
             self.operand(text)?;
         }
-        self.approximate(format!("{what} may be true or false"));
+        self.approximate(format!("the result of {what} is not computed: both results, true and false, are assumed possible"));
         Some(self.free_bit())
     }
 
@@ -90,7 +90,7 @@ impl Lowering<'_> {
             _ => return self.unknown_comparison(raw, "a comparison of strings"),
         };
         if !matches!(relation, Relation::Equal | Relation::NotEqual) {
-            return self.unknown_comparison(raw, "a comparison of strings by order");
+            return self.unknown_comparison(raw, "a comparison of which string is larger");
         }
         let mut bytes = constant.into_bytes();
         bytes.push(0);

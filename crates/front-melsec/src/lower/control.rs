@@ -53,13 +53,13 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lowers an instruction that only has a control step.
+    /// Lowers a control instruction that has no effects besides its step.
     fn plain(&mut self, mnemonic: &str, class: &'static str, step: Step) {
         let at = self.add(Some(key(mnemonic, class)), Vec::new(), step);
         self.targets.define_target(self.current.item, at);
     }
 
-    /// Lowers a label of a pointer or an interrupt.
+    /// Lowers the label at which a routine or interrupt program begins.
     fn label(&mut self, mnemonic: &str, part: &Part) {
         let timing = TimingKey {
             names: vec![mnemonic[..1].to_owned()],
@@ -78,7 +78,7 @@ impl Lowering<'_> {
         let (fires, effects) = match mnemonic {
             "JMP" if !self.may_be_held_off() => (Logic::Const(true), Vec::new()),
             "JMP" => {
-                self.approximate("JMP within a master control region: the bound covers both, that it jumps and that it does not");
+                self.approximate("JMP is within a master control region: the bound covers both cases, with and without the jump");
                 (self.free_bit(), Vec::new())
             }
             "SCJ" => {
@@ -139,7 +139,7 @@ impl Lowering<'_> {
         call: Step,
     ) -> usize {
         self.approximate(format!(
-            "{mnemonic} with its condition off may leave any value in every device"
+            "{mnemonic} is executed with its condition off: after it, every device may have any value"
         ));
         let at = self.add(Some(timing), effects, call);
         self.targets.calls_with_coils_off.push(at);
@@ -149,7 +149,7 @@ impl Lowering<'_> {
         at
     }
 
-    /// Everything that a routine may pass back to its caller gets any value.
+    /// Havocs everything that a routine may pass back to its caller.
     fn havoc_passed(&mut self, passed: &[String]) {
         let mut effects = Vec::new();
         for text in passed {
@@ -165,7 +165,7 @@ impl Lowering<'_> {
             }
         }
         if !effects.is_empty() {
-            self.approximate("what the routine passes back may have any value");
+            self.approximate("the values that the routine returns to its caller may be any values");
             self.add(None, effects, Step::Nothing);
         }
     }
@@ -178,7 +178,7 @@ impl Lowering<'_> {
                 Code::LoopCount,
                 text,
                 format!("a loop runs 1 to {MAX_ITERATIONS} times"),
-                "write a count in this range",
+                "write a number of iterations in this range",
             );
             return;
         }

@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 const SINGLE: RangeInclusive<u32> = 2800..=3071;
 
 impl Lowering<'_> {
-    /// A new hidden bit for the instruction to be added next, which acts on an edge.
+    /// A new hidden bit for the instruction that will be added next, which acts on an edge.
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();
         if matches!(self.family, Family::Fx | Family::Fx5) {
@@ -28,7 +28,7 @@ impl Lowering<'_> {
         memory
     }
 
-    /// Records the pulse contact to be added next, if only one contact can detect the edge of its relay.
+    /// Records the pulse contact that will be added next, if only one contact can detect the edge of its relay.
     pub(super) fn note_single(&mut self, value: &Logic) {
         if let (Logic::Bit(scanbound_ir::BitSource::Cell(cell)), Family::Fx) = (value, self.family)
             && cell.area == const { area("M") }
@@ -78,7 +78,7 @@ impl Lowering<'_> {
             if let (Step::Logic { value, .. }, true) = (&mut one.step, place > 0) {
                 let edge = std::mem::replace(value, Logic::Const(false));
                 *value = Logic::All(vec![edge, others, may_see]);
-                let what = "only the first pulse contact after a coil detects an edge of M2800 to M3071: this one may or may not detect it if no other did";
+                let what = "only the first pulse contact after a coil detects an edge of M2800 to M3071: this contact may or may not detect the edge if no contact before it did";
                 self.out.program.approximate(at, what);
             }
         }
@@ -91,7 +91,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lets the hidden bits of the FX and FX5 have any value at instructions that may run several times in a scan.
+    /// Lets the hidden bits of the FX and FX5 have any value where an instruction may run several times in a scan.
     pub(super) fn widen_edges(&mut self) {
         if self.edges.at.is_empty() {
             return;
@@ -111,7 +111,7 @@ impl Lowering<'_> {
                 }
             }
             if again[edge.at] {
-                let what = "an edge belongs to the scan, not to each execution: it may or may not be detected again";
+                let what = "this instruction may be executed more than once in a scan: a later execution may or may not detect the same edge again";
                 self.out.program.approximate(edge.at, what);
             }
         }

@@ -27,7 +27,7 @@ impl Lowering<'_> {
         self.options.facts.stops_on_error.unwrap_or(self.family != Family::Fx)
     }
 
-    /// Records the condition under which the current instruction is an operation error.
+    /// Records a condition under which the current instruction causes an operation error.
     pub(super) fn note_error(&mut self, error: Option<Logic>) {
         if let Some(error) = error
             && !self.current.errors.contains(&error)
@@ -36,7 +36,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Records the operation errors of a catalog instruction that its exact meaning does not cover.
+    /// Records the conditions under which a catalog instruction causes an operation error that its exact meaning does
+    /// not report.
     pub(super) fn note_errors(&mut self, raw: &RawInstruction, entry: &Entry) {
         if !self.stops_on_error() {
             return;
@@ -182,7 +183,7 @@ impl Lowering<'_> {
         Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
     }
 
-    /// Records an error at each loop and call that is nested too deeply.
+    /// Records an operation error at each loop and call that is nested too deeply.
     pub(super) fn note_nesting(&mut self) {
         let is_fx = self.family == Family::Fx;
         if self.stops_on_error() || is_fx {
@@ -194,7 +195,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The two words of a single, without its sign bit.
+/// The two words of a single-precision number, without the sign bit.
 fn magnitude(words: Vec<WordSource>) -> Number {
     let mask = [u16::MAX, 0x7FFF].map(WordSource::Const).to_vec();
     Number::And(Box::new(Number::Words(words)), Box::new(Number::Words(mask)))
@@ -207,7 +208,7 @@ fn limit(value: i64, words: usize) -> Option<Number> {
     parts.get(..words).map(|parts| Number::Words(parts.to_vec()))
 }
 
-/// The loops and calls that are nested deeper than `deepest`.
+/// The loops and calls that are nested deeper than `deepest` levels.
 fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
     let loops = flow::loops(program);
     let depth =

@@ -29,7 +29,7 @@ impl Lowering<'_> {
         Ok(self.out.program)
     }
 
-    /// Writes the target of each jump, call and loop into the program; until now targets are items.
+    /// Replaces the target of each jump, call and loop, which is an item until now, by an instruction of the program.
     fn connect(&mut self) {
         for (at, item) in std::mem::take(&mut self.targets.leads) {
             let to = self.targets.stands[&item];

@@ -19,7 +19,7 @@ pub(super) fn operands(raw: &RawInstruction, parsed: &[Result<Written, String>])
     named.collect()
 }
 
-/// The device of an operand.
+/// The device that an operand names.
 fn named(device: &operand::Device) -> Option<Device> {
     let of = |kind: DeviceType, number: u32, bit: Option<u8>| {
         let cell = match kind {
@@ -42,7 +42,7 @@ fn named(device: &operand::Device) -> Option<Device> {
     }
 }
 
-/// The comments of all cells of a device; a timer or counter has several.
+/// The comments of devices by cell. A comment of a timer or counter belongs to several cells.
 pub(super) fn comments(
     written: &BTreeMap<String, String>,
     family: Family,

@@ -13,14 +13,14 @@ use scanbound_ir::meaning::{
 };
 use scanbound_ir::{BitSource, BitTarget, Cell, Number, WordSource, WordTarget};
 
-/// The largest number of elements of a block that is modelled.
+/// The largest number of elements of a block whose exact meaning is modelled.
 const MAX_ELEMENTS: u32 = 0x7FFF;
-/// The largest count of an FX instruction handled here.
+/// The largest number of elements of the FX instructions whose exact meaning is modelled.
 const FX_MAX: u32 = 512;
 /// The largest exponent of DECO and ENCO: 2^8 bits.
 const MAX_EXPONENT: i64 = 8;
 
-/// The number of elements of a block.
+/// How the number of elements of a block is given.
 #[derive(Clone, Copy)]
 enum ElementCount {
     Known(u32),
@@ -28,7 +28,7 @@ enum ElementCount {
 }
 
 impl Lowering<'_> {
-    /// The exact meaning of a catalog instruction; `None` if it has none here.
+    /// The exact meaning of a catalog instruction. `None` if this file does not model it.
     pub(super) fn meaning(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Meaning> {
         // With M8023 on, the FX exchanges the meaning of integer and real instructions.
         if self.modes.sums_reals {
@@ -125,7 +125,7 @@ impl Lowering<'_> {
             || self.constant(text).is_some_and(|bit| (0..bits).contains(&bit))
     }
 
-    /// Whether an operand has all the bits of this many words.
+    /// Whether an operand covers all bits of this many words, and not only some digits.
     fn is_whole(&mut self, text: &str, words: usize) -> bool {
         match self.device(text).map(|device| device.place) {
             Some(Place::Digits(_, _, digits) | Place::IndexedDigits(_, digits)) => {
@@ -157,7 +157,7 @@ impl Lowering<'_> {
         Some(Meaning { operation, inputs, outputs })
     }
 
-    /// Appends a value to a table and increments its count.
+    /// The meaning of an instruction that appends a value to a table and increments the table's count.
     fn appended(&mut self, from: &str, table: &str) -> Option<Meaning> {
         let value = self.value(from, 1)?;
         let &[WordSource::Cell(count)] = &self.cells(table, 1)?[..] else { return None };
@@ -338,7 +338,7 @@ impl Lowering<'_> {
         self.constant(text).filter(|power| (1..=MAX_EXPONENT).contains(power))
     }
 
-    /// Whether DECO and ENCO accept this exponent for words. On the FX and FX5 only one word is allowed.
+    /// Whether DECO and ENCO accept this exponent for word operands. On the FX and FX5 only one word is allowed.
     fn codes_in_words(&self, power: i64) -> bool {
         self.is_large() || power <= 4
     }
@@ -362,7 +362,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Splits words into digits or bytes, or combines them.
+    /// The meaning of an instruction that splits words into digits or bytes, or combines them.
     fn parts(&mut self, name: &str, from: &str, to: &str, count: &str) -> Option<Meaning> {
         let by_digit = matches!(name, "DIS" | "UNI");
         let most = if by_digit { 4 } else { i64::from(FX_MAX) };
@@ -399,7 +399,7 @@ impl Lowering<'_> {
         self.one(Operation::Real(arithmetic), inputs, to, 2)
     }
 
-    /// An operation with one number as its result.
+    /// The meaning of an operation whose result is one number, written to `to`.
     fn one(
         &mut self,
         operation: Operation,
@@ -414,7 +414,7 @@ impl Lowering<'_> {
         self.number(text, words).map(OperationInput::Number)
     }
 
-    /// The words of a plain word device as sources, if all cells are known.
+    /// The words of a plain word device as sources. `None` if a cell is unknown.
     fn cells(&mut self, text: &str, count: usize) -> Option<Vec<WordSource>> {
         let Place::At(DeviceType::Word(_) | DeviceType::Timed(_), _) = self.device(text)?.place
         else {
@@ -424,7 +424,7 @@ impl Lowering<'_> {
         words.iter().all(|word| matches!(word, WordSource::Cell(_))).then_some(words)
     }
 
-    /// The same words as write targets.
+    /// The words of an operand as targets of a write.
     fn places(&mut self, text: &str, count: usize) -> Option<Vec<WordTarget>> {
         let Place::At(DeviceType::Word(_), _) = self.device(text)?.place else { return None };
         match self.word_place(text, count)? {
@@ -445,7 +445,7 @@ impl Lowering<'_> {
         if self.is_large() { MAX_ELEMENTS } else { FX_MAX }
     }
 
-    /// The number of elements of a block, from a constant or a word.
+    /// The number of elements of a block, which a constant or a word gives.
     fn many(&mut self, text: &str) -> Option<ElementCount> {
         let most = self.most_elements();
         match self.constant(text) {
@@ -457,7 +457,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A block of `many` elements that is read.
+    /// `many` elements of `unit` words from an operand on, as the input of an operation.
     fn run_of(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<OperationInput> {
         let address = match (many, self.device(text)?.place) {
             (ElementCount::Known(count), Place::At(..)) => {
@@ -480,7 +480,7 @@ impl Lowering<'_> {
         Some(OperationInput::Run(address, Shape::Cells, count))
     }
 
-    /// A block of `many` elements that is written.
+    /// `many` elements of `unit` words from an operand on, as the target of an operation.
     fn run_to(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<Target> {
         match (many, self.device(text)?.place) {
             (ElementCount::Known(count), Place::At(..)) => {
@@ -490,7 +490,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The address of a word device, plain or indexed, at which elements of `unit` words begin.
+    /// The address at which elements of `unit` words begin, given by a word device, plain or indexed.
     fn from(&mut self, text: &str, unit: u32) -> Option<Address> {
         let device = self.device(text)?;
         if let Place::Indexed(DeviceType::Word(_), false) = device.place {
@@ -509,7 +509,7 @@ fn meaning(operation: Operation, inputs: Vec<OperationInput>, output: Target) ->
     Meaning { operation, inputs, outputs: vec![output] }
 }
 
-/// Whether the written block overlaps with one that is read, so that the order of moves matters.
+/// Whether the written block overlaps with a block that is read, so that the order of the moves matters.
 fn overlaps(meaning: &Meaning) -> bool {
     let reads: Vec<Cell> = meaning
         .inputs

@@ -37,7 +37,7 @@ use state::{CurrentInstruction, Edges, JumpTargets, OPEN, Rung};
 use std::sync::Arc;
 
 impl<'a> Lowering<'a> {
-    /// Starts the lowering. `faults` are the errors of the stages before.
+    /// Starts the lowering. `faults` are the errors that earlier stages found, by file.
     pub(super) fn new(
         resolved: &'a Resolved<'a>,
         structure: &'a Structure,
@@ -126,20 +126,22 @@ impl<'a> Lowering<'a> {
         let text = format!("{} on standby", self.resolved.project.files[file].program);
         self.out.at(place, text.into(), Arc::default());
         self.approximate(
-            "instructions call or stop this program: it may or may not run in this scan",
+            "instructions start or stop this program: the bound covers scans with and without it",
         );
         let fires = self.free_bit();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
         self.targets.add_jump(at, end);
     }
 
-    /// A read of `DX` refreshes `X`, too.
+    /// Havocs `X` if the instruction reads `DX`, because a direct input also refreshes `X`.
     fn direct_inputs(&mut self, item: &Item<'_>) {
         let is_direct = |operand: &Result<Operand, String>| matches!(operand, Ok(Operand::Device(device)) if device.name == "DX");
         if !item.operands.iter().any(is_direct) {
             return;
         }
-        self.approximate("a direct input refreshes X: any X may have any value");
+        self.approximate(
+            "a direct input (DX) refreshes X while the scan runs: every X may have any value",
+        );
         let choice = self.choice();
         let lost = always(Write::Havoc(Region::Area(area("X")), choice));
         self.add(None, vec![lost], Step::Nothing);

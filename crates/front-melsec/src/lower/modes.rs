@@ -6,9 +6,9 @@ use crate::resolve::Item;
 use scanbound_ir::AreaId;
 use std::collections::BTreeMap;
 
-/// Which of these a project uses.
+/// Which special relays and instructions that change the meaning of other instructions a project uses.
 pub(super) struct Modes {
-    /// It switches the file register block, so `R` may be any `ZR`.
+    /// The program switches the file register block, so `R` may be any `ZR`.
     pub switches_file_register: bool,
     /// FX, FX5: special relays change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
     pub turns_moves: bool,
@@ -20,15 +20,15 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     pub counts_elsewhere: bool,
-    /// The smallest possible number of devices of each area whose devices are contiguous: the highest one that the
-    /// program names.
+    /// For each area with contiguous devices: the smallest number of devices that the CPU can have, since the program
+    /// names the highest one.
     pub named: BTreeMap<AreaId, u32>,
-    /// The same for all areas, contiguous or not.
+    /// As `named`, for all areas, contiguous or not.
     pub highest: BTreeMap<AreaId, u32>,
 }
 
 impl Modes {
-    /// Examines a project.
+    /// Finds what a project uses.
     pub fn of(items: &[Item<'_>], family: Family) -> Modes {
         let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
         let touches = |relays: &[u32]| items.iter().any(|item| touches(item, relays));
@@ -53,8 +53,8 @@ fn device(operand: &Result<Operand, String>) -> Option<&Device> {
     }
 }
 
-/// The smallest possible number of devices of each contiguous area. D and W are not contiguous: extended registers
-/// follow with other numbers.
+/// For each contiguous area: the smallest number of devices that the CPU can have. D and W are not contiguous: extended
+/// registers follow with other numbers.
 fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
     let mut named: BTreeMap<AreaId, u32> = BTreeMap::new();
     for operand in items.iter().flat_map(|item| &item.operands) {
@@ -106,7 +106,7 @@ fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
 /// The number of the first special relay of the FX.
 const FIRST_SPECIAL: u32 = 8000;
 
-/// The number of devices of each area that the program surely uses: the highest one that a plain operand names.
+/// For each area: the number of devices that the CPU has at least, since a plain operand names the highest one.
 fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
     let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
     for device in devices {

@@ -25,7 +25,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The effects of writing a bit operand.
+    /// The effects of writing `value` to the bit operand `text`.
     pub(super) fn bit_effects(
         &mut self,
         text: &str,
@@ -116,7 +116,7 @@ impl Lowering<'_> {
         timekeeping.instructions.insert(at, keeps);
     }
 
-    /// The time base of a timer, by the CPU's default parameters.
+    /// The time base of a timer according to the default parameters of the CPU.
     fn step_of(&self, mnemonic: &str, index: u32) -> Picos {
         const MS: u64 = 1_000_000_000;
         Picos(match (self.family, mnemonic) {
@@ -148,7 +148,7 @@ impl Lowering<'_> {
             Place::At(DeviceType::Timed(timed), index) => (timed, index),
             Place::Indexed(DeviceType::Timed(timed), _) => {
                 self.approximate(format!(
-                    "{text} is not one known device: any {} may have changed",
+                    "it is unknown which device {text} is: any {} may have changed",
                     device.name
                 ));
                 let choice = self.choice();
@@ -234,7 +234,7 @@ impl Lowering<'_> {
         Logic::Any(vec![ran, at_once])
     }
 
-    /// The hidden word that holds the timer's current value from before this instruction.
+    /// The hidden word that holds the timer's present value as it was before this instruction.
     pub(super) fn stood_at(&self, value: Cell) -> Cell {
         Cell { area: const { area("stood at ") }, index: value.index }
     }
@@ -264,7 +264,7 @@ impl Lowering<'_> {
             }
             Place::Indexed(DeviceType::Timed(timed), false) if mnemonic == "RST" => {
                 self.approximate(format!(
-                    "{text} is not one known device: any {} may have been reset",
+                    "it is unknown which device {text} is: any {} may have been reset",
                     device.name
                 ));
                 let choice = self.choice();
@@ -338,25 +338,25 @@ impl Lowering<'_> {
         self.add(Some(key), effects, Step::Act { fires });
     }
 
-    /// The condition of a state transition, which M8040 or IST may inhibit.
+    /// The condition of a state transition. If M8040 or IST may inhibit the transition, a free bit is part of it.
     fn may_move_on(&mut self, moves: Logic) -> Logic {
         if !self.modes.states_may_stay {
             return moves;
         }
         self.approximate(
-            "M8040 or IST may inhibit state transitions: this transition may or may not happen",
+            "M8040 or IST may inhibit state transitions: the bound covers both cases, with and without this transition",
         );
         Logic::All(vec![moves, self.free_bit()])
     }
 
-    /// Setting a state resets the state that is left. When in the scan this happens is unknown.
+    /// Records that setting a state resets the state that was active. When in the scan this happens is unknown.
     fn state_transfer(&mut self, text: &str) {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
         let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
         let one = |&first: &Cell| Region::Range { first, count: 1 };
         self.out.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(
-            "{text}: the active state may be reset at once or later in the scan"
+            "{text}: the state that was active may be reset at once, or later in the scan"
         ));
     }
 }
@@ -366,7 +366,7 @@ fn is_long_counter(device: &Device) -> bool {
     device.name == "C" && matches!(device.place, Place::At(_, 200..))
 }
 
-/// Zero as one word.
+/// The number zero, as one word.
 fn zero() -> Number {
     Number::Words(vec![WordSource::Const(0)])
 }

@@ -20,7 +20,7 @@ impl Lowering<'_> {
             && matches!(name.strip_prefix('D').unwrap_or(name), "ADD" | "SUB")
     }
 
-    /// The effects of an addition or subtraction whose result may be anything on overflow.
+    /// The effects of an addition or subtraction whose result is unknown if it overflows.
     pub(super) fn effects_with_overflow(
         &mut self,
         text: &str,
@@ -44,7 +44,10 @@ impl Lowering<'_> {
         let cell = self.memory();
         let regions = targets.iter().filter_map(region).collect();
         self.current.on_overflow = Some(OverflowHavoc { overflow: cell, regions });
-        self.approximate(format!("on overflow, what {} writes may have any value", entry.mnemonic));
+        self.approximate(format!(
+            "on overflow, everything that {} writes may have any value",
+            entry.mnemonic
+        ));
         Some(vec![
             always(Write::Bit(BitTarget::Cell(cell), Logic::Const(false))),
             fired(Write::Bit(BitTarget::Cell(cell), overflow)),
@@ -52,7 +55,7 @@ impl Lowering<'_> {
         ])
     }
 
-    /// Adds the havoc of the written cells after an instruction that may have overflowed.
+    /// Adds the havoc of the written cells that happens if the instruction has overflowed.
     pub(super) fn havoc_on_overflow(&mut self) {
         let Some(effects_with_overflow) = self.current.on_overflow.take() else { return };
         let mut effects = Vec::new();
@@ -63,7 +66,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether a wrapped-around result exceeded a limit: for example, adding a positive number made it smaller.
+/// The expression that says whether a wrapped-around result exceeded a limit: for example, adding a positive number
+/// made it smaller.
 fn overflow(
     result: &Number,
     (a, b): (&Number, &Number),
@@ -85,7 +89,7 @@ fn overflow(
     Logic::Any(vec![Logic::All(vec![negative.clone().not(), up]), Logic::All(vec![negative, down])])
 }
 
-/// The region of a write target.
+/// The cells of a write's target. `None` if it has none.
 fn region(target: &WordTarget) -> Option<Region> {
     match *target {
         WordTarget::Cell(first) => Some(Region::Range { first, count: 1 }),

@@ -34,7 +34,7 @@ pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<
     })
 }
 
-/// Parses a device or a device range: its type, first number and count.
+/// Parses a device or a device range: its type, the first number, and the number of devices.
 fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {
     let place = |text: &str| match parse(text.trim(), family) {
         Ok(Operand::Device(Device { place: Place::At(kind, number), .. })) => Some((kind, number)),
@@ -48,14 +48,15 @@ fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {
     Some((kind, first, last - first + 1))
 }
 
-/// As [`written`], for indirect addresses, which cannot point to timers or counters.
+/// As [`written`], for devices to which an indirect address may point: no timers or counters.
 fn addressed(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
     let (kind, ..) = devices(text, family)?;
     let has_one = matches!(kind, DeviceType::Bit(_) | DeviceType::Word(_));
     written(text, family, switches).filter(|_| has_one)
 }
 
-/// All that may be written through indirect addresses, if stated. Invalid devices are reported later.
+/// The regions that may be written through indirect addresses; `None` if not stated. Invalid devices are reported
+/// later.
 pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Vec<Region>> {
     let stated = options.facts.indirect.as_ref()?;
     let regions = stated.iter().filter_map(|text| addressed(text, options.family, switches));
@@ -63,7 +64,7 @@ pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Ve
 }
 
 impl Lowering<'_> {
-    /// Limits the current instruction's effects through an indirect address to the stated devices.
+    /// Limits the current instruction's effects through an indirect address to the devices that the user stated.
     pub(super) fn pointed(&self, effects: Vec<Effect>) -> Vec<Effect> {
         let is_indirect = |raw: &&RawInstruction| {
             raw.operands.iter().any(|operand| operand.trim_start().starts_with('@'))
@@ -101,7 +102,7 @@ impl Lowering<'_> {
         (0, largest, false)
     }
 
-    /// The cell of a plain word device.
+    /// The cell of an operand that is a word device without an index.
     fn word(&self, text: &str) -> Option<Cell> {
         let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
         let Place::At(kind @ DeviceType::Word(_), index) = device.place else { return None };
@@ -148,7 +149,7 @@ impl Lowering<'_> {
                     format!(
                         "the range of '{text}' ends at {high}, above 32767, the largest signed word"
                     ),
-                    "state a range of signed words (up to 32767), or of double words (above 65535)",
+                    "state a range that ends at most at 32767 (a signed word), or above 65535 (a double word)",
                 ),
                 Some(first) => {
                     let count = if wide { 2 } else { 1 };
@@ -163,7 +164,7 @@ impl Lowering<'_> {
             }
         }
         if dropped > 0 {
-            let message = format!("and {dropped} more stated ranges with errors, not listed");
+            let message = format!("{dropped} more stated ranges have errors, which are not listed");
             faults.push(Diagnostic::file(Code::Fact, "", message, "correct the listed ones first"));
         }
         faults

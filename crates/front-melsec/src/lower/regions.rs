@@ -4,11 +4,11 @@ use super::state::{LadderState, Lowering, OPEN, key};
 use crate::source::RawInstruction;
 use scanbound_ir::{Cell, Effect, Join, Logic, Step, TimingKey};
 
-/// The region level of step ladder states, above all nesting levels of master control.
+/// The level of step ladder states in the list of regions; it is above all nesting levels of master control.
 const STATE_LEVEL: u32 = 1000;
 
 impl Lowering<'_> {
-    /// Whether a region around the current instruction may hold it off.
+    /// Whether a master control region or step ladder state may prevent the current instruction from acting.
     pub(super) fn may_be_held_off(&self) -> bool {
         self.structure.site(self.current.item).master.is_some()
     }
@@ -26,7 +26,7 @@ impl Lowering<'_> {
     pub(super) fn state_begins(&mut self, text: &str, relays: &[Cell]) {
         let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
         self.approximate(format!(
-            "{text}: an inactive state may run once more to switch its coils off"
+            "{text}: a state that became inactive may be executed once more, to switch its coils off"
         ));
         let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
         let timing = TimingKey { use_larger_time: true, ..key("STL", "set") };
@@ -37,7 +37,7 @@ impl Lowering<'_> {
         self.state = Some(LadderState { item: self.current.item, relays: relays.to_vec(), jump });
     }
 
-    /// Ends the open state, unless the item `next` is still in it, and resolves the jump over it.
+    /// Ends the open step ladder state, unless the item `next` is still in it, and resolves the jump over the state.
     pub(super) fn leave_state(&mut self, next: Option<usize>) {
         let Some(state) = self.state.take_if(|open| next != Some(open.item)) else { return };
         self.add(None, Vec::new(), Step::MasterControlEnd { level: STATE_LEVEL });

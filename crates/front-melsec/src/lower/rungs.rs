@@ -43,17 +43,17 @@ impl Lowering<'_> {
         self.add(Some(key), effects, Step::Logic { join, value });
     }
 
-    /// Lowers a contact that is true while a program runs.
+    /// Lowers a contact that is true while the program in its operand runs.
     pub(super) fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
         let join = self.join(join, mnemonic);
         self.takes(raw, 1);
-        self.approximate("whether a program runs is unknown: this contact may be true or false");
+        self.approximate("it is unknown whether the program that this contact tests runs: the contact may be true or false");
         let key = timing(mnemonic, false, None, "special", Units::None, true);
         let value = self.free_bit();
         self.add(Some(key), Vec::new(), Step::Logic { join, value });
     }
 
-    /// How a contact is connected. If it begins a rung, this is recorded.
+    /// How a contact is combined with the results before it. Records if the contact begins a rung.
     pub(super) fn join(&mut self, join: Join, mnemonic: &str) -> Join {
         match join {
             Join::Load
@@ -133,7 +133,7 @@ impl Lowering<'_> {
                 Code::OpenRung,
                 "",
                 "the rung before this line has no output",
-                "end it with a coil or an instruction",
+                "end that rung with a coil or an instruction",
             );
         }
         if self.rung.saved > 0 {
@@ -147,7 +147,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Records an output of the rung. Returns false after an error: there is no rung, or blocks are not connected.
+    /// Records that the rung has an output. Returns false after an error: there is no rung, or blocks are not
+    /// connected.
     pub(super) fn output_here(&mut self, mnemonic: &str) -> bool {
         if self.rung.depth == 0 {
             let message = format!("`{mnemonic}` needs a condition, but has no contact before it");
@@ -162,8 +163,11 @@ impl Lowering<'_> {
             return false;
         }
         if self.rung.depth > 1 {
-            let message = format!("{} blocks of contacts are not connected here", self.rung.depth);
-            self.fault(Code::Unjoined, mnemonic, message, "connect them with ANB or ORB");
+            let message = format!(
+                "{} blocks of contacts before this instruction are not connected",
+                self.rung.depth
+            );
+            self.fault(Code::Unjoined, mnemonic, message, "connect the blocks with ANB or ORB");
             self.rung.depth = 1;
         }
         self.rung.has_output = true;
@@ -177,7 +181,7 @@ impl Lowering<'_> {
         }
         if self.rung.depth < 2 {
             let message = format!(
-                "`{mnemonic}` connects two blocks of contacts, but here {}",
+                "`{mnemonic}` connects two blocks of contacts, but before it there {}",
                 if self.rung.depth == 1 { "is one" } else { "is none" }
             );
             self.fault(Code::NoBlock, mnemonic, message, "begin the second block with LD");
@@ -215,7 +219,7 @@ impl Lowering<'_> {
                 Code::NoBranch,
                 mnemonic,
                 format!("`{mnemonic}` has no MPS before it"),
-                "save the result with MPS first",
+                "put MPS before the first of the branches",
             );
             return;
         }
@@ -268,7 +272,7 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The current result, which an inactive master control region may or may not make false.
+    /// The result of the rung. A free bit makes it possibly false, as in an inactive master control region.
     fn result_or_off(&mut self) -> Logic {
         let within = self.memory();
         let acts = Step::Act { fires: Logic::Const(true) };
@@ -300,7 +304,7 @@ fn stack_key(mnemonic: &str) -> TimingKey {
     timing(mnemonic, false, None, "stack", Units::None, true)
 }
 
-/// The letters of a device operand, for table rows such as `OUT:T`.
+/// The letters of an operand's device, for names of table rows such as `OUT:T`.
 pub(super) fn letters(operand: Option<&String>) -> Cow<'_, str> {
     let text = operand.map_or("", String::as_str);
     upper(&text[..text.bytes().take_while(u8::is_ascii_alphabetic).count()])

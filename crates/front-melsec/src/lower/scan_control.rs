@@ -9,16 +9,16 @@ use crate::resolve::{Category, Item};
 use scanbound_base::time::Picos;
 use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
-/// The time base of D8000 and D8039, in picoseconds.
+/// The number of picoseconds in one unit of D8000 and D8039, a millisecond.
 const MS: u64 = 1_000_000_000;
 /// The number of the register with the watchdog time, and of the register and relay for the constant scan (FX3
 /// programming manual; FX5: special devices compatible with FX).
 const WATCHDOG: u32 = 8000;
 const CONSTANT: u32 = 8039;
-/// The longest block of an FX instruction.
+/// The largest number of words in a block of an FX instruction.
 const LONGEST_BLOCK: u32 = 512;
 
-/// The scan control that the CPUs of a family have.
+/// How the CPUs of a family can change the limits of their scan time.
 pub(super) fn of_family(family: Family) -> ScanControl {
     let devices = match family {
         Family::Fx => ["D8000", "D8039", "M8039"],
@@ -30,7 +30,8 @@ pub(super) fn of_family(family: Family) -> ScanControl {
 }
 
 impl Lowering<'_> {
-    /// Records what the instructions from index `first` on, lowered from one item, do to the scan control.
+    /// Records how the instructions from index `first` on, all lowered from one item, change the limits of the scan
+    /// time.
     pub(super) fn note_scan_control(&mut self, item: &Item<'_>, first: usize) {
         // CPUs start with interrupts disabled: where EI may come late, requests of earlier scans wait for it, too.
         let may_leave = |step: &Step| {
@@ -91,7 +92,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The devices that an instruction may write.
+    /// The devices that the instruction may write.
     fn written(&self, item: &Item<'_>) -> Vec<Device> {
         let is_written = |operand: usize| match &item.category {
             Category::Coil => operand == 0,
@@ -214,7 +215,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The value that a move writes to the register.
+    /// The time to which an instruction that writes the register sets it.
     fn setting(&self, item: &Item<'_>, register: u32) -> Setting {
         let is_move = matches!(unpulsed(&item.name), "MOV" | "DMOV" | "FMOV");
         let is_plain = matches!(item.operands.get(1), Some(Ok(Operand::Device(Device { place: Place::At(_, at), .. }))) if *at == register);
@@ -245,7 +246,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The stated range of a word, if the program writes only constants in this range to it.
+    /// The time setting that the stated range of a word gives, if the program writes to the word only constants in this
+    /// range.
     fn stated_times(&self, word: &Device, name: &str) -> Option<Setting> {
         let Place::At(_, number) = word.place else { return None };
         let ranges = &self.options.facts.ranges;
@@ -271,7 +273,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The mnemonic without its pulse suffix.
+/// The mnemonic without the suffix P of its pulse form.
 fn unpulsed(name: &str) -> &str {
     name.strip_suffix('P').unwrap_or(name)
 }

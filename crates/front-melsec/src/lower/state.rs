@@ -15,7 +15,7 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// The placeholder for a target that is not resolved yet.
+/// Stands for a target that is not resolved yet.
 pub(super) const OPEN: usize = usize::MAX;
 
 /// The lowering of a project. Each file of this module handles one type of instruction, and adds its methods here.
@@ -26,13 +26,13 @@ pub struct Lowering<'a> {
     pub(super) family: Family,
     pub(super) out: Builder,
     pub(super) faults: Vec<Faults<'a>>,
-    /// The special relays in use that change the meaning of instructions.
+    /// The special relays in use that change the meaning of other instructions.
     pub(super) modes: Modes,
     /// The instruction that is being lowered.
     pub(super) current: CurrentInstruction<'a>,
     /// The rung that is being lowered.
     pub(super) rung: Rung,
-    /// The hidden bits for edges.
+    /// The hidden bits that remember conditions for edges.
     pub(super) edges: Edges,
     /// The regions that may be written through indirect addresses, if stated.
     pub(super) indirect: Option<Vec<Region>>,
@@ -51,7 +51,7 @@ impl Lowering<'_> {
         self.faults[self.current.file].push(found);
     }
 
-    /// Lists an over-approximation at the instruction to be added next.
+    /// Records an over-approximation at the instruction that will be added next.
     pub fn approximate(&mut self, what: impl Into<Approximated>) {
         let what = what.into();
         let instruction = self.out.next();
@@ -78,7 +78,7 @@ impl Lowering<'_> {
         at
     }
 
-    /// Whether the cell budget allows a block of this many words or bits, each read and written.
+    /// Whether the cell budget has room for a block of this many words or bits, each read and written.
     pub fn has_room(&self, count: i64) -> bool {
         usize::try_from(count).is_ok_and(|count| self.out.has_room(2 * count))
     }
@@ -110,7 +110,8 @@ impl Lowering<'_> {
         cell
     }
 
-    /// Parses an operand's text. It is nearly always one of the instruction's own operands, which are parsed already.
+    /// Parses an operand's text. Nearly always it is one of the current instruction's operands, which are parsed
+    /// already.
     pub(super) fn parsed(&self, text: &str) -> Result<Operand, String> {
         let own = self.current.raw.map_or(&[][..], |raw| &raw.operands);
         match own.iter().position(|own| own == text) {
@@ -123,19 +124,19 @@ impl Lowering<'_> {
 /// The instruction that is being lowered.
 #[derive(Default)]
 pub(super) struct CurrentInstruction<'a> {
-    /// The index of its file.
+    /// The index of the file that contains the instruction.
     pub file: usize,
-    /// Its index among all items.
+    /// The index of the instruction among all items.
     pub item: usize,
-    /// Its source form; `None` before the first instruction of a file.
+    /// The instruction in the source; `None` before the first instruction of a file.
     pub raw: Option<&'a RawInstruction>,
-    /// Whether errors are suppressed, because an operand is only tried.
+    /// Whether errors are suppressed, because an operand is only tried out.
     pub quiet: bool,
-    /// The conditions under which it is an operation error.
+    /// The conditions under which the instruction causes an operation error.
     pub errors: Vec<Logic>,
-    /// What it havocs on overflow.
+    /// What the instruction havocs if it overflows.
     pub on_overflow: Option<OverflowHavoc>,
-    /// Its parsed operands, or why one is invalid.
+    /// The parsed operands of the instruction, or why one is invalid.
     pub operands: &'a [Result<Operand, String>],
 }
 
@@ -152,7 +153,7 @@ impl<'a> CurrentInstruction<'a> {
     }
 }
 
-/// The state of a rung that is being lowered.
+/// The state of the rung that is being lowered.
 pub(super) struct Rung {
     /// The number of results on the logic stack.
     pub depth: usize,
@@ -160,12 +161,12 @@ pub(super) struct Rung {
     pub saved: u32,
     /// Whether the rung has an output yet.
     pub has_output: bool,
-    /// Whether a label or similar began the rung, so that the next contact belongs to it.
+    /// Whether a label or a similar instruction began the rung, so that the next contact belongs to it.
     pub open: bool,
 }
 
 impl Default for Rung {
-    /// The state after a complete rung.
+    /// The state between two rungs.
     fn default() -> Rung {
         Rung { depth: 0, saved: 0, has_output: true, open: false }
     }
@@ -173,11 +174,11 @@ impl Default for Rung {
 
 /// An instruction that acts on an edge.
 pub(super) struct Edge {
-    /// Its instruction index.
+    /// The index of the instruction.
     pub(super) at: usize,
-    /// The bit that holds the value of the last execution.
+    /// The hidden bit that holds the value at the last execution.
     pub(super) memory: Cell,
-    /// Whether it is a contact. Then its device may change several times in a scan.
+    /// Whether the instruction is a contact. Then its device may change several times in a scan.
     pub(super) is_contact: bool,
 }
 
@@ -186,7 +187,7 @@ pub(super) struct Edge {
 pub(super) struct Edges {
     /// The number of hidden bits so far.
     pub count: u32,
-    /// The instructions of the FX and FX5 that act on edges.
+    /// The edge instructions of the FX and FX5, which need special treatment.
     pub at: Vec<Edge>,
     /// For each relay whose edge only one pulse contact detects, its pulse contacts.
     pub single: BTreeMap<Cell, Vec<usize>>,
@@ -199,7 +200,7 @@ pub(super) struct JumpTargets {
     pub(super) leads: Vec<(usize, usize)>,
     /// The calls of missing routines, with their names.
     pub(super) absent: Vec<(usize, String)>,
-    /// The calls that may run their routine with all coils off.
+    /// The calls that may run the called routine with all coils off.
     pub(super) calls_with_coils_off: Vec<usize>,
 }
 
@@ -209,7 +210,7 @@ impl JumpTargets {
         self.stands.insert(item, at);
     }
 
-    /// Records that this instruction jumps to or calls an item.
+    /// Records that instruction `at` jumps to `item` or calls it.
     pub(super) fn add_jump(&mut self, at: usize, item: usize) {
         self.leads.push((at, item));
     }
@@ -217,15 +218,15 @@ impl JumpTargets {
 
 /// The open state of a step ladder (STL).
 pub(super) struct LadderState {
-    /// The item of its STL instruction.
+    /// The item of the STL instruction that begins the state.
     pub(super) item: usize,
-    /// The relays that must all be on.
+    /// The step relays that must all be on for the state to be active.
     pub(super) relays: Vec<Cell>,
-    /// The instruction that jumps over the state.
+    /// The instruction that jumps over the state if it is not active.
     pub(super) jump: usize,
 }
 
-/// Regions that get any value after an instruction if this bit (it overflowed) is true.
+/// Regions that get any value after an instruction if a bit says that the instruction overflowed.
 pub(super) struct OverflowHavoc {
     pub(super) overflow: Cell,
     pub(super) regions: Vec<Region>,
@@ -251,7 +252,7 @@ pub fn timing(
     TimingKey { names, class, units, use_larger_time, optional: false, accessed: touched }
 }
 
-/// The key of a control instruction: its name only.
+/// The timing key of a control instruction, which consists only of its name.
 pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     // These always fire, so the table may give two times; the larger one counts.
     let use_larger_time = matches!(class, "nothing" | "loop")
@@ -259,7 +260,7 @@ pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     timing(mnemonic, false, None, class, Units::None, use_larger_time)
 }
 
-/// The rising or falling edge of a value, compared with a remembered one.
+/// The rising or falling edge of a value: compares it with the value that `memory` holds.
 pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
     let before = Logic::cell(memory);
     if rising {

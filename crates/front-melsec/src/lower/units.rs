@@ -10,14 +10,15 @@ use scanbound_ir::{Approximated, Counted, Units, WordSource};
 /// The longest string of a PLC, in characters.
 pub(super) const LONGEST_TEXT: u64 = 16_383;
 
-/// Instructions of the FX whose count is at most `FX_MAX`.
+/// Instructions of the FX whose number of words is at most `FX_MAX`.
 const FX_SHORT: [&str; 20] = [
     "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
     "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
 ];
-/// The longest block of these instructions.
+/// The largest number of words in a block of these FX instructions.
 const FX_MAX: i64 = 512;
-/// The largest number of devices of one type in any CPU. A larger count is an operation error, and nothing is executed.
+/// The largest number of devices of one type in any CPU. A larger number of units is an operation error, and nothing is
+/// executed.
 const MAX_DEVICES: i64 = 0x100_0000;
 
 impl Lowering<'_> {
@@ -54,7 +55,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The words that hold a count, if these are one or two plain cells.
+    /// The words that hold the number of units. `None` if these are not one or two plain cells.
     pub(super) fn count_words(
         &mut self,
         raw: &RawInstruction,
@@ -101,7 +102,7 @@ impl Lowering<'_> {
         all.unwrap_or(0).min(self.most_elements().into())
     }
 
-    /// The total characters of all texts that are read, if all are constants.
+    /// The total number of characters of all texts that are read. `None` if some text is not a constant.
     fn constant_texts(&self, raw: &RawInstruction, entry: &Entry) -> Option<u64> {
         if !entry
             .operands
@@ -122,7 +123,7 @@ impl Lowering<'_> {
         Some(characters)
     }
 
-    /// The number of devices from the first operand to the second.
+    /// The number of units of an instruction that works on all devices from the first operand to the second.
     fn units_of_range(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let (Some(first), Some(last)) =
             (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
@@ -135,7 +136,7 @@ impl Lowering<'_> {
         Units::AtMost(self.most_counted(entry) as u64)
     }
 
-    /// The units of an instruction without a counting operand: the length of its longest operand.
+    /// The number of units of an instruction without a counting operand: the length of its longest operand.
     fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
         let mut most = 1;
         for operand in &entry.operands {
@@ -170,7 +171,7 @@ impl Lowering<'_> {
         Units::Exactly(most)
     }
 
-    /// The largest possible count in a word.
+    /// The largest number of units that the instruction's counting word can give.
     fn most_counted(&self, entry: &Entry) -> i64 {
         let is_short = self.family == Family::Fx && FX_SHORT.contains(&&*entry.mnemonic);
         if is_short { FX_MAX } else { 65_535 }

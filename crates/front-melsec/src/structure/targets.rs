@@ -32,15 +32,15 @@ impl Checker<'_, '_> {
                     self.fault_at(item, Code::NoLabel, message, help);
                 }
                 _ => {
-                    let message = format!("the label P{label} exists in several other files");
-                    let help = "define a label that several files use in only one of them";
+                    let message = format!("several files define the label P{label}");
+                    let help = "define a label that several files use in only one file";
                     self.fault_at(item, Code::DoubleLabel, message, help);
                 }
             }
         }
     }
 
-    /// Handles a call whose label does not exist; `by_file`: the call also names the file.
+    /// Handles a call whose label does not exist. `by_file`: the call names the file in addition to the label.
     fn without_label(&mut self, item: usize, label: u32, by_file: bool) {
         let text = self.item(item).raw.operands[0].trim_matches('"');
         let name = routine(by_file.then_some(text), label);
@@ -84,7 +84,7 @@ impl Checker<'_, '_> {
         }
     }
 
-    /// For each program that need not run in every scan, the end to which it then jumps.
+    /// For each program that need not run in every scan: finds the END to which it jumps when it does not run.
     pub(super) fn skip_targets(&mut self) {
         let may_be_skipped = self.resolved.may_be_skipped();
         let files = self.resolved.files.iter().zip(may_be_skipped).enumerate();
@@ -131,7 +131,7 @@ impl Checker<'_, '_> {
             }
         }
     }
-    /// Checks that each called routine and each interrupt program has an end.
+    /// Checks that each called routine and each interrupt program ends with a return instruction.
     pub(super) fn check_routines(&mut self) {
         let extents = Extents::new(&self.structure, &self.transfers);
         let mut calls: BTreeMap<usize, usize> = BTreeMap::new();
@@ -156,11 +156,11 @@ impl Checker<'_, '_> {
     }
 }
 
-/// Finds how far routines extend.
+/// Finds which items belong to each routine.
 struct Extents {
-    /// The items that are returns.
+    /// The items that are return instructions, in order.
     returns: Vec<usize>,
-    /// All jumps: from and to.
+    /// All jumps, as pairs of the jump and its target.
     transfers: Vec<(usize, usize)>,
 }
 
@@ -174,12 +174,12 @@ impl Extents {
         Extents { returns, transfers }
     }
 
-    /// The first return at or after an item.
+    /// The first return instruction at or after an item.
     fn return_from(&self, at: usize) -> Option<usize> {
         self.returns.get(self.returns.partition_point(|&end| end < at)).copied()
     }
 
-    /// Whether a routine has a return that no jump inside it leads past.
+    /// Whether a routine has a return instruction that its jumps cannot skip.
     fn ends(&self, entry: usize) -> bool {
         let Some(mut end) = self.return_from(entry) else { return false };
         let first = self.transfers.partition_point(|&(from, _)| from <= entry);

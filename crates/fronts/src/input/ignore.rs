@@ -5,7 +5,7 @@ use std::path::Path;
 
 use globset::{GlobBuilder, GlobMatcher};
 
-/// Patterns, and which of them have matched a file.
+/// The patterns of `--ignore`, and for each whether it has matched a file.
 #[derive(Debug, Clone, Default)]
 pub struct Ignore {
     patterns: Vec<Pattern>,
@@ -15,7 +15,7 @@ pub struct Ignore {
 struct Pattern {
     text: String,
     matcher: GlobMatcher,
-    /// Whether it is compared with paths instead of file names.
+    /// Whether the pattern is compared with paths instead of file names.
     path: bool,
     used: Cell<bool>,
 }

@@ -42,7 +42,7 @@ pub(super) fn is_named(path: &Path) -> bool {
         || ending.rsplit('.').next().is_some_and(|ending| ENDINGS.contains(&ending))
 }
 
-/// Whether a file begins like a table of labels, times or measurements.
+/// Whether the beginning of a file looks like a table of labels, times or measurements.
 pub(super) fn is_content(beginning: &[u8]) -> bool {
     let text = crate::FRONTS.beginning(beginning);
     let is_comment = |line: &str| line.starts_with([';', '#']) || line.trim().is_empty();

@@ -3,13 +3,13 @@
 use super::value::Value;
 use std::rc::Rc;
 
-/// A conjunction of more literals than this is represented by some of them only.
+/// The largest number of literals of a conjunction that are kept. The other literals are forgotten.
 const MAX_LITERALS: usize = 24;
 
-/// A fact about a word while a condition holds.
+/// What is known about a word while a condition is true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WordFact {
-    /// The word's slot, and the stamp of the write to which the fact refers.
+    /// The slot of the word, and the stamp of the write that gave the word this value.
     pub slot: usize,
     pub stamp: u32,
     /// The values that the word may have.
@@ -38,30 +38,30 @@ impl Literal {
 /// What is known about a Boolean value.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Condition {
-    /// It is true in every scan.
+    /// Whether the condition is true in every scan.
     pub surely: bool,
-    /// It is false in every scan.
+    /// Whether the condition is false in every scan.
     pub never: bool,
-    /// Facts about words that hold while it is true.
+    /// What is known about words while the condition is true.
     known: Option<Rc<[WordFact]>>,
     /// Literals that are true whenever it is true.
     literals: Option<Rc<[Literal]>>,
-    /// Whether it is equivalent to the conjunction of `literals`.
+    /// Whether the condition is equivalent to the conjunction of `literals`.
     exact: bool,
-    /// Facts about words that hold while it is false.
+    /// What is known about words while the condition is false.
     off: Option<Rc<[WordFact]>>,
-    /// The facts hold only if these literals are true; without literals they hold everywhere.
+    /// The literals that must be true so that the facts about words hold. `None`: the facts hold everywhere.
     context: Option<Rc<[Literal]>>,
-    /// Facts about words that hold if one of the literals is false.
+    /// What is known about words if one of the literals is false.
     denied: Option<Rc<[FactsIfFalse]>>,
 }
 
-/// Facts about words that hold if a literal is false.
+/// What is known about words if a certain literal is false.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FactsIfFalse {
     literal: Literal,
     known: Rc<[WordFact]>,
-    /// The facts hold only if these literals are true.
+    /// The literals that must be true so that the facts hold.
     context: Option<Rc<[Literal]>>,
 }
 
@@ -119,7 +119,7 @@ impl Condition {
         self
     }
 
-    /// If the condition is one literal, moves the facts for the false condition to that literal.
+    /// If the condition is one literal: moves what is known while the condition is false to that literal.
     fn deny_own(&mut self) {
         if let (true, [literal, ..], Some(off)) = (self.exact, self.literals(), &self.off) {
             let (known, context) = (Rc::clone(off), self.context.clone());
@@ -148,7 +148,8 @@ impl Condition {
         self.off.as_deref().filter(|_| self.context.is_none()).unwrap_or(&[])
     }
 
-    /// The fact about one value of a word if this literal is false and the literals before it are true.
+    /// The possible values of a word if `literal` is false and the literals `before` it are true. `None` if nothing is
+    /// known.
     fn denied(
         &self,
         literal: Literal,
@@ -222,7 +223,7 @@ impl Condition {
         }
     }
 
-    /// Whether it is true in every scan, independent of literals.
+    /// Whether the condition is true in every scan, independent of literals.
     fn holds_anyway(&self) -> bool {
         self.surely && self.literals().is_empty()
     }
@@ -249,7 +250,7 @@ impl Condition {
         }
     }
 
-    /// Either of two values, after two paths have joined.
+    /// The condition after two paths have joined: either of two values.
     pub fn either(&self, other: &Condition) -> Condition {
         if self == other {
             return self.clone();
@@ -293,7 +294,7 @@ pub enum Executed {
 }
 
 impl ConditionalWrite {
-    /// Whether the write was executed, if these literals are true.
+    /// Whether the write was executed, given that these literals are true.
     pub fn happened(&self, holds: &[Literal]) -> Executed {
         let Some(when) = &self.when else { return Executed::ConditionalWrite };
         if when.iter().any(|one| holds.contains(&one.negated())) {

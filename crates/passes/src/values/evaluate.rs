@@ -96,8 +96,8 @@ impl Evaluation<'_> {
         })
     }
 
-    /// The value of a Boolean expression; `condition` is that of the instruction. A value that is not constant gets a
-    /// literal.
+    /// What is known about a Boolean expression; `condition` is that of the instruction. A value that is not constant
+    /// gets a literal.
     pub fn logic(&self, logic: &Logic, condition: &Condition) -> Condition {
         let found = match logic {
             Logic::Condition => condition.clone(),
@@ -150,7 +150,7 @@ impl Evaluation<'_> {
         Condition::default().knowing(known(relation)).denying(known(opposite(relation)), self.holds)
     }
 
-    /// Facts about the words on both sides of a comparison that holds.
+    /// What is known about the words on both sides of a comparison if it is true.
     fn known(
         &self,
         compare: &Compare,
@@ -202,7 +202,7 @@ impl Evaluation<'_> {
         Reach::of(&cells, length.max(1))
     }
 
-    /// The results of an operation, each as a list of words, if it certainly gives results.
+    /// The results of an operation, each as a list of words. `None` if it may give no results.
     pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
         let Meaning { operation, inputs, .. } = meaning;
         let input = |n: usize| self.operand(inputs.get(n)?);
@@ -279,7 +279,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The words of an operand, if it is certainly valid.
+    /// The words of an operand. `None` if it may be invalid.
     fn operand(&self, operand: &OperationInput) -> Option<Vec<Value>> {
         match operand {
             OperationInput::Words(words) => {
@@ -295,7 +295,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The word at an address, if it is certainly one of the tracked words.
+    /// The word at an address. `None` if it may be a word that is not tracked.
     fn read(&self, address: &Address) -> Option<Value> {
         let mut sum = Integers::constant(address.base);
         for term in &address.terms {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The limits, in ascending order.
 pub struct WideningLimits {
-    /// By slot: the constants with which the word is compared, and their neighbours.
+    /// For each slot: the constants with which its word is compared, and their neighbours.
     own: BTreeMap<usize, Vec<i64>>,
     /// All constants of the program.
     all: Vec<i64>,
@@ -54,7 +54,7 @@ impl WideningLimits {
         WideningLimits { own, all: in_order(found.all) }
     }
 
-    /// Joins two values with widening to the next limit; with `is_last`, to the least or largest number.
+    /// Joins two values, and widens the result to the next limit; with `is_last`, to the smallest or largest number.
     pub fn widen(&self, slot: usize, here: Value, there: Value, is_last: bool) -> Value {
         if is_last {
             return here.widen(there, Growth::Ends);

@@ -143,7 +143,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results 
     let free = stated(program, slots);
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
-        cut("counts have the largest value that their words can have");
+        cut("for each number of iterations or units, the largest value of its word is assumed");
         return Results::default();
     };
     let keeps = keeps(program, slots, &run.written);
@@ -169,7 +169,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results 
     let fewer = all.len() > search.always.len();
     let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
     let Some(mut over) = over else {
-        cut("the values of all words at the start of a scan are unknown");
+        cut("no range of any word at the start of a scan is known");
         return known;
     };
     if trust == Trust::Counts {
@@ -246,7 +246,7 @@ pub fn is_unwritten_elsewhere(program: &Program, cell: Cell) -> bool {
             || !program.networks.iter().any(|(region, _)| region.contains(cell)))
 }
 
-/// Records the instructions that write the words, as evidence.
+/// Records which instructions write these words, so that reports can name them.
 fn writers(program: &Program, kept: &mut [TrustedRange]) {
     let place: BTreeMap<Cell, usize> =
         kept.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();

@@ -12,14 +12,14 @@ pub struct Reach {
     first: u32,
     /// The beginning of the last range.
     last: u32,
-    /// The distance between the beginnings; 0 if there is only one range.
+    /// The distance between the beginnings of two ranges; 0 if there is only one range.
     step: u32,
     /// The number of cells in each range.
     length: u32,
 }
 
 impl Reach {
-    /// `length` cells from each of these numbers on; `None` if that is beyond all areas.
+    /// The ranges of `length` cells that begin at these numbers; `None` if that is beyond all areas.
     pub fn of(cells: &Integers, length: i64) -> Option<Reach> {
         let reach = Reach {
             first: u32::try_from(cells.low).ok()?,

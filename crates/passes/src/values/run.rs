@@ -20,17 +20,17 @@ const EVERY: u64 = 256;
 /// the number of iterations is unknown).
 const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
-/// The number of iterations of other loops before widening begins.
+/// For loops that are not counted by constants: the number of iterations that are followed before widening begins.
 const TURNS: u64 = 3;
 /// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MAX_WIDENINGS`
 /// times, and its result is narrowed afterwards.
 const CHEAP_WORK: u64 = 10_000;
 const MAX_WIDENINGS: u64 = 16;
 
-/// The limits found at single instructions, over all paths.
+/// The limits of iterations, units and indexed writes of each instruction, over all paths.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct CountLimits {
-    /// The largest number of iterations of each loop, from the possible values of its count.
+    /// The largest number of iterations of each loop, from the possible values of the word that gives it.
     pub iterations: BTreeMap<usize, i64>,
     /// The largest number of units of each instruction.
     pub units: BTreeMap<usize, u64>,
@@ -68,10 +68,10 @@ pub struct NotAnalysed;
 struct Activation {
     state: Option<State>,
     stack: Vec<Condition>,
-    /// Whether the stack depth is unknown, because paths with different depths have joined.
+    /// Whether the depth of the stack is unknown, because paths with different depths have joined.
     lost: bool,
     slots: BTreeMap<u32, Condition>,
-    /// The open master control regions: level, and conjunction of the conditions of all regions so far.
+    /// The open master control regions: the level of each, and the conjunction of the conditions of all regions so far.
     zones: Vec<(u32, Condition)>,
     pending_jumps: BTreeMap<usize, PendingJump>,
     returned: Option<State>,
@@ -85,7 +85,7 @@ impl Activation {
     }
 }
 
-/// The records up to a program point, to return to it later.
+/// What was recorded up to an instruction, so that the execution can return to it later.
 struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
@@ -95,7 +95,7 @@ struct Snapshot {
     ends: [Option<State>; 4],
 }
 
-/// A jump that was taken and has not yet reached its target.
+/// A jump that was taken, while its target is not reached yet.
 #[derive(Clone)]
 struct PendingJump {
     state: State,
@@ -124,7 +124,7 @@ pub struct Run<'p> {
     stopped: Option<State>,
 }
 
-/// Joins a state with another, if there is one.
+/// Joins `state` with the state in `into`, if there is one.
 fn join(stamp: u32, into: &mut Option<State>, state: State) {
     match into {
         None => *into = Some(state),
@@ -521,7 +521,8 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The state that leaves if the condition holds. The remaining state excludes it only if the condition is certain.
+    /// The state in the case that the condition is true. The remaining state excludes this case only if the condition
+    /// is certain.
     fn part(&mut self, act: &mut Activation, fires: &Condition) -> Option<State> {
         if fires.never {
             return None;
@@ -535,7 +536,7 @@ impl<'p> Run<'p> {
         possible.then_some(taken)
     }
 
-    /// The least and the largest number of iterations of a loop.
+    /// The smallest and the largest number of iterations of a loop.
     fn turns(
         &mut self,
         act: &mut Activation,
@@ -580,7 +581,7 @@ impl<'p> Run<'p> {
         (low.max(0).unsigned_abs(), high.max(0).unsigned_abs())
     }
 
-    /// Executes a loop: iteration by iteration if that is not too much, else to a fixpoint.
+    /// Executes a loop: iteration by iteration if that takes few instructions, otherwise up to a fixpoint.
     fn turn(
         &mut self,
         act: &mut Activation,
@@ -651,7 +652,7 @@ impl<'p> Run<'p> {
         Ok(())
     }
 
-    /// The records up to this point, to return to them later.
+    /// What was recorded up to this instruction, so that the execution can return to it later.
     fn noted(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
         // Copying takes as long as some instructions.
         self.work +=

@@ -34,7 +34,7 @@ pub struct Fixpoint {
 /// The result of one scan.
 struct ScanResult {
     found: CountLimits,
-    /// For each trusted word, the values that the scan may leave for the next one.
+    /// For each trusted word, the values that the scan may leave in it for the next scan.
     left: Vec<Value>,
 }
 

@@ -4,7 +4,7 @@ use super::slots::Slots;
 use rustc_hash::FxHashSet;
 use scanbound_ir::{Effect, Instruction, Join, Program, Step, Write, flow};
 
-/// For the first instruction of each rung that can be skipped: the index of the next rung. 0 for all other
+/// For the first instruction of each rung that the analysis can skip: the index of the next rung. 0 for all other
 /// instructions.
 pub fn skippable(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
     let instructions = &program.instructions;
@@ -41,7 +41,7 @@ fn starts(instruction: &Instruction) -> bool {
     matches!(instruction.step, Step::Logic { join: Join::Start, .. })
 }
 
-/// The instructions that control can reach from elsewhere than the previous instruction.
+/// The instructions to which control can come from an instruction that is not the previous one.
 fn entries(program: &Program) -> FxHashSet<usize> {
     let targets = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Jump { target, .. } | Step::Call { target, .. } => Some(*target),
@@ -52,7 +52,7 @@ fn entries(program: &Program) -> FxHashSet<usize> {
     targets.chain(mains).chain(interrupts).collect()
 }
 
-/// The slots that a rung fetches without having saved them itself.
+/// The save slots that a rung reads although it did not save anything in them.
 fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
     let (mut own, mut kept) = (FxHashSet::default(), FxHashSet::default());
     for instruction in instructions {
@@ -87,7 +87,7 @@ fn goes_on(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
     goes_on && instruction.counted().is_none() && !instruction.effects.iter().any(is_indexed)
 }
 
-/// Whether the following instructions do not read the result of the rung before.
+/// Whether the instructions that follow do not read the result of the rung before them.
 fn needs_no_result(instructions: &[Instruction]) -> bool {
     for instruction in instructions {
         match &instruction.step {

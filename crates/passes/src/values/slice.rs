@@ -9,7 +9,7 @@ use scanbound_ir::{
     WordTarget, Write, flow,
 };
 
-/// For an indexed read, at most this many words after the base are tracked.
+/// For an indexed read, this many words after the base are tracked at most.
 const NEXT: u32 = 32;
 
 /// The relevant words; with `compared` also words in comparisons and words from which these are computed. Cells in

@@ -89,7 +89,7 @@ struct Writes {
 struct Bit {
     /// The stamp of its last write.
     stamp: u32,
-    /// The facts if it is on, and the facts if it is off.
+    /// What is known if the bit is on, and what is known if it is off.
     truth: Option<Rc<[Condition; 2]>>,
 }
 
@@ -162,7 +162,7 @@ impl State {
         self.written[slot / BLOCK] & 1 << (slot % BLOCK) != 0
     }
 
-    /// Refines the value of a word without a new stamp.
+    /// Restricts the value of a word to `value`, without a new stamp.
     pub fn know(&mut self, slot: usize, value: Value) {
         if self.value(slot) != value {
             Rc::make_mut(&mut self.words[slot / BLOCK]).values[slot % BLOCK] = value;
@@ -188,7 +188,7 @@ impl State {
         true
     }
 
-    /// Refines the words with the facts of a condition that is false. `false` if the condition cannot be false here.
+    /// Restricts words to what is known if the condition is false. `false` if the condition cannot be false here.
     pub fn assume_not(&mut self, condition: &Condition) -> bool {
         for known in condition.words_off() {
             if self.stamp(known.slot) != known.stamp {
@@ -216,7 +216,7 @@ impl State {
         off.map(|known| known.value).try_fold(value, Value::meet)
     }
 
-    /// Refines all words with what follows if these literals are true.
+    /// Restricts the values of all words to what follows if these literals are true.
     pub fn know_where(&mut self, holds: &[Literal]) {
         if holds.is_empty() {
             return;
@@ -255,8 +255,8 @@ impl State {
         }
     }
 
-    /// Writes a value conditionally; if the write is not executed, the word has a value of `unwritten`. `stamp` must be
-    /// new.
+    /// Writes a value that the word gets only under a condition; otherwise it has a value of `unwritten`. `stamp` must
+    /// be new.
     pub fn write_perhaps(
         &mut self,
         slot: usize,
@@ -303,7 +303,7 @@ impl State {
         }
     }
 
-    /// Writes a bit; `truth` is `None` if nothing is known of it. `stamp` must be new.
+    /// Writes a bit. `truth` is what is known if the bit is on, and if it is off; `None`: nothing. `stamp` must be new.
     pub fn write_bit(&mut self, bit: usize, truth: Option<[Condition; 2]>, stamp: u32) {
         let block = Rc::make_mut(&mut self.bits[bit / BLOCK]);
         block[bit % BLOCK] = Bit { stamp, truth: truth.map(Rc::new) };
@@ -324,12 +324,12 @@ impl State {
         }
     }
 
-    /// Joins the states of two paths; `stamp` must be new.
+    /// Joins the state with that of a second path; `stamp` must be new.
     pub fn meet(&mut self, other: &State, stamp: u32) {
         self.together(other, stamp, |_, here, there| here.join(there));
     }
 
-    /// Joins with widening, for loops and scans that are repeated.
+    /// Joins the state with that of one more iteration or scan, and widens values that grow; `stamp` must be new.
     pub fn widen(&mut self, other: &State, stamp: u32, limits: &WideningLimits, is_last: bool) {
         self.together(other, stamp, |slot, here, there| limits.widen(slot, here, there, is_last));
     }

@@ -16,11 +16,11 @@ const ALL: u32 = 1 << 16;
 /// The abstract value of a word. Never empty.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Value {
-    /// The interval from the first to the last value.
+    /// The interval from the first value to the last one.
     ring: WordInterval,
     /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
-    /// The number of values in `few`, or 0 if there are too many to list; `few` holds them in ascending unsigned order.
+    /// The number of values in `few`; 0 if there are too many to list. `few` holds them in ascending unsigned order.
     count: u8,
     few: [u16; MAX_EXACT],
 }
@@ -37,7 +37,7 @@ impl std::fmt::Debug for Value {
 /// How far widening extends a value that keeps growing.
 #[derive(Debug, Clone, Copy)]
 pub enum Growth<'a> {
-    /// To the next of these signed numbers, which are sorted; beyond them to the least or largest number.
+    /// To the next of these signed numbers, which are sorted; beyond the last one, to the smallest or largest number.
     To(&'a [i64]),
     /// To the least or largest number.
     Ends,
@@ -202,7 +202,7 @@ impl Value {
         }
     }
 
-    /// Whether it contains all values of the other.
+    /// Whether this set contains all values of `other`.
     pub fn contains(&self, other: &Value) -> bool {
         match (self.few(), other.few()) {
             (_, Some(few)) => few.iter().all(|&value| self.contains_value(value)),
@@ -258,7 +258,7 @@ impl Value {
         self.meet(other).unwrap_or(self)
     }
 
-    /// The values that lie in an interval; all of them if these are two ranges. `None` if there are none.
+    /// The values that lie in an interval; all values if those would be two ranges. `None` if there are none.
     fn restricted(self, to: WordInterval) -> Option<Value> {
         let (own, span, step) =
             (self.ring.first(), u32::from(self.ring.span()), self.step().max(1));
@@ -330,7 +330,7 @@ impl Value {
         (last == self.signed().1).then_some(last)
     }
 
-    /// The sums of a value of each, modulo 65,536.
+    /// The sums of a value of each set, modulo 65,536.
     #[must_use]
     pub fn add(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, u16::wrapping_add) {

@@ -14,9 +14,9 @@ use std::ops::Range;
 
 /// A write of tracked words or bits.
 pub enum To {
-    /// A bit's slot, and the facts if it is on and if it is off.
+    /// The slot of a bit, and what is known if the bit is on and if it is off.
     Bit(usize, Option<[Condition; 2]>),
-    /// A word's slot and value: written if the effect is executed.
+    /// A value for the word in this slot, which it gets if the effect is executed.
     Word { slot: usize, value: Value },
     /// Words that may get any value.
     Words(Range<usize>),
@@ -26,9 +26,9 @@ pub enum To {
 
 /// Executes one effect.
 pub struct Writer<'a> {
-    /// Evaluates expressions in the state before the effect, if its guard is true.
+    /// The state before the effect, in which expressions are evaluated; the effect's guard is true in it.
     pub evaluation: Evaluation<'a>,
-    /// The cells that indexed writes reach, for the result.
+    /// The result: the cells that indexed writes may reach.
     pub reaches: &'a mut BTreeMap<ChoiceId, Option<Reach>>,
     /// The condition of the instruction.
     pub condition: &'a Condition,
@@ -37,7 +37,7 @@ pub struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Executes a write. `done` contains the choices whose effects have all been executed.
+    /// Executes a write. `done` has the choices all of whose effects were executed.
     pub fn write(&mut self, write: &Write, done: &mut FxHashSet<ChoiceId>) {
         match write {
             Write::Bit(BitTarget::Cell(cell), value) => {

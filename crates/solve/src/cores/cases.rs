@@ -34,7 +34,7 @@ const TOGETHER: usize = 4;
 /// The decisions that the search of a case may use in each partition before the case is split.
 pub const DECISIONS: u64 = 400_000;
 
-/// A case is split without a search if its bound is more than this many times the best scan ...
+/// A case is split without a search if its upper bound is more than this many times the best scan ...
 const FAR: u64 = 2;
 
 /// ... unless even the best bit leaves more than 49/50 of the bound for one of its values.
@@ -51,20 +51,20 @@ struct Case {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     New,
-    /// It was searched and must be split.
+    /// The case was searched and must be split.
     Searched,
-    /// It was searched completely.
+    /// The case was searched completely.
     Ended,
 }
 
-/// The result of processing a case: the cases that remain open, and the bounds of its search.
+/// The result of processing a case: the cases into which it was split, and the bounds of its search.
 type Next<'a> = (Vec<Case>, Option<Bounds<'a>>);
 
-/// A bit and the bound for each of its values, sorted by how much they lower it.
+/// A bit and the bounds for its two values, sorted by how much they lower the bound.
 type Ranked = (Reverse<u128>, i32, [u64; 2]);
 
-/// Whether a problem with so many clauses may be searched case by case. Only problems whose search ends by time alone
-/// are.
+/// Whether a problem may be searched case by case. Not if the number of decisions is limited or the clauses are too few
+/// or too many.
 pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> bool {
     (ground.sizes.least..=MAX_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
@@ -125,10 +125,10 @@ struct Split<'g> {
     ground: &'g Ground<'g>,
     formula: &'g Formula,
     softs: Vec<(i32, u64)>,
-    /// The cost of all soft literals that can be true, and the constant.
+    /// The cost of all soft literals that can be true, plus the constant cost.
     most: u64,
     propagator: Propagator,
-    /// By variable: what is lost if it is true, and if it is false.
+    /// For each variable: the weight that is lost if the variable is true, and if it is false.
     lost: Vec<[u64; 2]>,
 }
 
@@ -151,7 +151,7 @@ impl<'g> Split<'g> {
         Split { ground, formula, softs, most, propagator, lost }
     }
 
-    /// The soft literals that are unassigned on a trail.
+    /// The soft literals to which the trail has assigned no value.
     fn open(&self, trail: &Propagator) -> Vec<(i32, u64)> {
         let open = |soft: &&(i32, u64)| trail.value(soft.0) == 0;
         self.softs.iter().filter(open).copied().collect()
@@ -163,7 +163,7 @@ impl<'g> Split<'g> {
         literals.iter().map(each).sum()
     }
 
-    /// The bound that remains if another literal is added to the trail: 0 if it contradicts the trail.
+    /// The bound that remains if `literal` is also assumed: 0 if it contradicts the trail.
     fn left(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
         let (level, known) = (trail.level(), trail.length());
         if trail.assume(literal).is_some() {
@@ -174,7 +174,7 @@ impl<'g> Split<'g> {
         left
     }
 
-    /// The bits that are unassigned on a trail; those both of whose values lower the bound most come first.
+    /// The bits to which the trail has assigned no value. Those whose two values both lower the bound most come first.
     fn ranked(&self, trail: &mut Propagator, bits: &[i32], most: u64) -> Vec<Ranked> {
         let mut ranked: Vec<Ranked> = Vec::with_capacity(bits.len());
         for &bit in bits {

@@ -11,11 +11,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use scanbound_model::{Circuit, Lit, Node};
 use std::cmp::Reverse;
 
-/// The largest number of parts of a guard that are examined.
+/// The largest number of conjuncts of a guard that are examined.
 const MAX_PARTS: usize = 4096;
-/// A literal that occurs in more guards than this does not identify one iteration or step.
+/// A literal that occurs in more guards than this is not examined, because it does not belong to one iteration or step.
 const FEW: usize = 16;
-/// The largest number of parts of all guards together.
+/// The largest number of conjuncts of all guards together that are examined.
 const MAX_GUARD_PARTS: usize = 25_000_000;
 
 /// A problem whose mutually exclusive guards are combined. It has the same variables as the original, and the same cost
@@ -23,7 +23,7 @@ const MAX_GUARD_PARTS: usize = 25_000_000;
 pub struct Merged {
     /// The new problem.
     pub problem: Problem,
-    /// For each item, the index of the original item, if it is one.
+    /// For each item, the index of the original item. `None` if several items were combined.
     pub origins: Vec<Option<usize>>,
     /// The original items that were combined, and the weight that this saves.
     pub taken: Vec<(Vec<usize>, u64)>,
@@ -84,7 +84,7 @@ impl Merged {
     }
 }
 
-/// Sets of at least two mutually exclusive items, in order.
+/// Sets of at least two items that are mutually exclusive.
 fn together(problem: &Problem) -> Vec<Vec<usize>> {
     // For each literal, the guards that contain it. Literals in too many guards are left to the search.
     let mut saying: FxHashMap<Lit, Vec<usize>> = FxHashMap::default();
@@ -129,7 +129,7 @@ fn together(problem: &Problem) -> Vec<Vec<usize>> {
 /// Enumerates the conjuncts of guards, each once for each guard.
 struct Parts<'a> {
     circuit: &'a Circuit,
-    /// By node: the last guard for which it was examined.
+    /// For each node: the last guard for which the node was examined.
     seen: Vec<u32>,
     guards: u32,
     looked: usize,
@@ -140,7 +140,7 @@ impl<'a> Parts<'a> {
         Parts { circuit, seen: vec![0; circuit.nodes().len()], guards: 0, looked: 0 }
     }
 
-    /// Calls `see` with literals that are all true if the guard is, each once.
+    /// Calls `see` once with each literal that is true whenever the guard is true.
     fn each(&mut self, guard: Lit, mut see: impl FnMut(Lit)) {
         self.guards += 1;
         let mut open = vec![guard];

@@ -15,9 +15,9 @@ use std::sync::Mutex;
 pub(super) struct Sizes {
     /// The number of variables of the smallest partitions.
     pub(super) smallest: usize,
-    /// The largest number of conflicts of an easy query.
+    /// The largest number of conflicts of a query that counts as easy.
     pub(super) easy: u64,
-    /// The least number of clauses of a problem that is searched case by case.
+    /// The smallest number of clauses of a problem that is searched case by case.
     pub(super) least: usize,
     /// The decisions that the search of a case may use in each partition before the case is split.
     pub(super) decisions: u64,
@@ -27,7 +27,7 @@ pub(super) struct Sizes {
 pub(super) struct Ground<'a> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
-    /// For each item of the clauses, the index of the original item, if it is one.
+    /// For each item of the clauses, the index of the original item. `None` if several items were combined.
     pub(super) origins: &'a [Option<usize>],
     pub(super) sizes: Sizes,
     /// The bits that occur in most clauses.
@@ -102,5 +102,5 @@ impl Ground<'_> {
 /// The number of rounds before the search looks for cores by propagation over the whole program.
 pub(super) const PROPAGATE_AFTER: usize = 2;
 
-/// The factor by which partitions grow from round to round.
+/// The factor by which partitions become larger from round to round.
 pub(super) const GROWTH: usize = 12;

@@ -25,14 +25,15 @@ pub struct Objective {
     pub formula: Formula,
     /// The number of the circuit's variables. Each is its own position in the order of execution.
     circuit: usize,
-    /// What is lost if a literal is false. Of a literal and its negation, at most one has a weight.
+    /// The weight that is lost if a literal is false. Of a literal and its negation, at most one has a weight.
     weights: FxHashMap<i32, u64>,
     /// The literals with weights, sorted.
     order: BTreeSet<Rank>,
     totalizers: Vec<Totalizer>,
-    /// For soft literals that are negated totalizer outputs: the totalizer and the count.
+    /// For soft literals that are negated outputs of a totalizer: the totalizer, and the number of true inputs that the
+    /// output stands for.
     counted: BTreeMap<i32, (usize, usize)>,
-    /// For soft literals that say that one member of a slice is true: the position.
+    /// For each soft literal that says that one member of a slice is true: its position in the order of execution.
     sliced: FxHashMap<i32, usize>,
     /// The weight of the cores found since the last call of `take_falsified`.
     falsified: u64,
@@ -53,7 +54,8 @@ impl Objective {
         }
     }
 
-    /// The weight of the cores found since the last call. Every scan falsifies that much, so the bound falls by it.
+    /// The weight of the cores found since the last call. Every scan loses at least this weight, so the bound falls by
+    /// it.
     pub fn take_falsified(&mut self) -> u64 {
         std::mem::take(&mut self.falsified)
     }
@@ -69,8 +71,8 @@ impl Objective {
         all.take_while(move |&(_, weight)| weight >= least)
     }
 
-    /// The next stratum, given by the least weight of its soft literals. `None` if no soft literal is lighter than
-    /// `least`.
+    /// The weight at which the next stratum ends: that of its lightest soft literals. `None` if no soft literal is
+    /// lighter than `least`.
     pub fn next_stratum(&self, least: u64) -> Option<u64> {
         let below = (Reverse(least.checked_sub(1)?), 0, i32::MIN);
         let weights = || self.order.range(below..).map(|&(Reverse(weight), ..)| weight);

@@ -9,24 +9,25 @@ use crate::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
 
-/// Decisions beyond the assumptions that may be used to find out whether a core remains one without a literal.
+/// The number of decisions, besides assumptions, to find out whether a core without one of its literals is still a
+/// core.
 const CORE_EFFORT: u64 = 30;
 
-/// Decisions that may be used to find out whether a second literal of a core must be false.
+/// The number of decisions to find out whether a second literal of a core must be false.
 const COUNT_EFFORT: u64 = 10;
 
-/// In the search of a case, minimising a core stops after this many literals turned out to be needed.
+/// In the search of a case, the reduction of a core stops after this many literals turned out to be needed.
 const PATIENCE: usize = 30;
 
 /// A partition while it is solved separately.
 pub struct Partition {
-    /// Its positions in the order of execution.
+    /// The positions of the partition in the order of execution.
     pub positions: Range<usize>,
-    /// Its soft literals and clauses.
+    /// The soft literals and clauses of the partition.
     pub objective: Objective,
-    /// The values of its variables in the last scan found for it; empty if there is none.
+    /// The values of the partition's variables in the last scan found for it; empty if there is none.
     pub values: Vec<bool>,
-    /// Whether its clauses are contradictory.
+    /// Whether the clauses of the partition are contradictory.
     pub contradiction: bool,
     /// The cores that were found, if a trace is requested.
     pub trace: Trace,
@@ -164,7 +165,7 @@ struct Asker<'a> {
     /// Values to try first, from earlier partitions.
     hints: &'a [bool],
     oracle: Oracle<'a>,
-    /// The number of the formula's clauses that it already has.
+    /// The number of the formula's clauses that the solver already has.
     told: usize,
     /// The conflicts that a query may take before a solver that branches on all variables takes over.
     easy: u64,

@@ -19,16 +19,16 @@ use std::collections::BinaryHeap;
 /// The number of variables, of those in most clauses, that are examined as pivots.
 const CANDIDATES: usize = 16;
 
-/// A pivot is needed by at least this many soft literals, and excluded by as many.
+/// A pivot is a literal that at least this many soft literals need, and that as many exclude.
 const FEWEST: usize = 8;
 
 /// The largest number of passes; further cores are left to the solver.
 const PASSES: usize = 3;
 
-/// Larger cores are only reduced to what propagation uses of them, not minimised literal by literal.
+/// Cores with more literals than this are not minimised literal by literal, but only reduced to what propagation uses.
 const LARGEST: usize = 40;
 
-/// The number of soft literals between two looks at the clock.
+/// The number of soft literals after which the search checks the clock again.
 const LOOK: usize = 64;
 
 /// Propagators over all clauses, kept from pass to pass.
@@ -37,16 +37,16 @@ struct Extraction {
     trail: Propagator,
     /// A second propagator, for queries independent of the trail.
     probe: Propagator,
-    /// The number of the formula's clauses that both have.
+    /// The number of the formula's clauses that both propagators already have.
     told: usize,
 }
 
 /// A literal that many soft literals need.
 struct Pivot {
     literal: i32,
-    /// The soft literals that need it; the heaviest is last.
+    /// The soft literals that can be true only if the pivot is true; the heaviest is last.
     needed_by: Vec<i32>,
-    /// The weight of the soft literals that exclude it.
+    /// The total weight of the soft literals that can be true only if the pivot is false.
     against: u64,
 }
 
@@ -54,7 +54,7 @@ struct Pivot {
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl Search<'_, '_> {
-    /// Extracts the cores that propagation shows in a few passes.
+    /// Extracts the cores that unit propagation finds in a few passes.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
         // The arena stores the length and the literals of each clause with more than two literals.
@@ -84,7 +84,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Assumes every soft literal once. Returns whether another pass may find more.
+    /// Assumes every soft literal once. Returns whether one more pass may find more cores.
     fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
         extraction.trail.back(0);
         extraction.learn(objective);

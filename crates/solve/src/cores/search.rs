@@ -14,15 +14,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub(super) struct Search<'a, 'b> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
-    /// For each item of the clauses, the index of the original item, if it is one.
+    /// For each item of the clauses, the index of the original item. `None` if several items were combined.
     pub(super) origins: &'a [Option<usize>],
     pub(super) limits: &'b Limits<'b>,
     /// The decisions that each partition may use; `None` if they are unlimited.
     pub(super) decisions: Option<u64>,
-    /// The largest number of conflicts of an easy query.
+    /// The largest number of conflicts of a query that counts as easy.
     pub(super) easy: u64,
     pub(super) bounds: Mutex<&'a mut Bounds<'b>>,
-    /// By variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first
+    /// For each variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first
     /// round.
     pub(super) values: Vec<bool>,
     /// By variable: 1 or -1 if it is fixed to true or false in the current case. Empty if there are no cases.

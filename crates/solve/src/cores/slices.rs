@@ -11,7 +11,7 @@ use crate::propagator::Propagator;
 use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 
-/// With more soft literals, they are not compared with each other.
+/// If there are more soft literals than this, they are not compared with each other.
 pub const MAX_SOFT: usize = 4_000;
 
 /// A slice: the weight that its members lose in exchange for one literal for all of them. Members are indices of soft
@@ -90,7 +90,7 @@ struct Table {
     excluded: Vec<Vec<u64>>,
     /// The number of exclusions in each row.
     counts: Vec<u32>,
-    /// The number of words of a row: there is room for as many slices as there are literals.
+    /// The number of machine words in a row of the table, which has a bit for each literal.
     words: usize,
     softs: usize,
 }
@@ -127,7 +127,7 @@ impl Table {
         self.counts[one] += 1;
     }
 
-    /// The next mutually exclusive literals: the one that excludes most, and those that exclude the same.
+    /// The next mutually exclusive literals: the one that excludes most others, and those that exclude the same ones.
     fn next(&self) -> Option<Vec<usize>> {
         if self.weights.len() >= 2 * self.softs {
             return None;
@@ -161,7 +161,7 @@ impl Table {
         }
     }
 
-    /// Subtracts a slice from its members, and adds the literal that any of them is true.
+    /// Subtracts the weight of a slice from its members, and adds a soft literal that says that one of them is true.
     fn take(&mut self, members: &[usize], weight: u64) {
         let mut row = vec![u64::MAX; self.words];
         for &at in members {

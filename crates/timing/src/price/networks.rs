@@ -10,12 +10,12 @@ use scanbound_ir::{
     WordTarget, Write,
 };
 
-/// Something the program uses that lies on a network: devices that the network refreshes, or a station.
+/// What the program uses of a network: devices that the network refreshes, or a station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// Its name: `B`, `X1000 and beyond`.
+    /// The name of the network devices, such as `B`, or `X1000 and beyond`.
     pub what: String,
-    /// The first instruction that uses it, an index into `Program::instructions`.
+    /// The first instruction that uses the network, an index into `Program::instructions`.
     pub first: usize,
 }
 
@@ -93,15 +93,15 @@ pub fn used(program: &Program, table: &Table) -> Vec<NetworkUse> {
     used.chain(direct).collect()
 }
 
-/// A range with more cells than this has no known end: only its first cell is used.
+/// A range with more cells than this has an unknown end: only its first cell counts as used.
 const MAX_CELLS: u32 = 1 << 24;
 
-/// The number of cells that a range of `count` cells certainly names.
+/// The number of cells that a range of `count` cells certainly names: only 1 if its end is unknown.
 pub fn known_length(count: u32) -> u32 {
     if count > MAX_CELLS { 1 } else { count }
 }
 
-/// Whether an instruction on the region `cells` certainly uses the region `named`. A region at an unknown place does
+/// Whether an instruction on the region `cells` certainly uses the region `named`. A region whose place is unknown does
 /// not count.
 fn meet(cells: Region, named: Region) -> bool {
     match (cells, named) {

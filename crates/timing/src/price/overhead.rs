@@ -8,7 +8,7 @@ use scanbound_base::time::Picos;
 /// One kind of overhead: a time that each scan takes in addition to its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OverheadTerm {
-    /// What it is, for the reader of a report.
+    /// The name of the term in reports.
     pub name: String,
     /// The time, including the table's factor.
     pub time: Picos,

@@ -10,19 +10,19 @@ use scanbound_base::time::Picos;
 use scanbound_ir::{Cell, Program, Region, Role};
 use std::collections::BTreeSet;
 
-/// Inputs or outputs whose number of refreshed points is not stated.
+/// Inputs or outputs for which the number of refreshed points is not stated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnstatedPoints {
     /// `input` or `output`.
     pub side: &'static str,
-    /// The number of points charged: those that the program is seen to use.
+    /// The number of points that is charged: the points that the program uses.
     pub taken: u32,
     /// The refresh time charged for them.
     pub time: Picos,
     /// The largest additional time for sixteen more points.
     pub sixteen: Picos,
-    /// The additional time that would be charged if a number of points were stated: stated points may be distributed
-    /// over several bases.
+    /// The additional time if a number of points were stated, because stated points may be distributed over several
+    /// base units.
     pub begun: Picos,
     /// How the number of points was determined.
     pub why: String,
@@ -35,11 +35,11 @@ pub struct UnstatedPoints {
 pub struct MorePoints {
     /// The number of points.
     pub points: u32,
-    /// The additional refresh time for all of them, compared with the points charged.
+    /// The additional refresh time of all these points, compared with the points charged.
     pub more: Picos,
     /// The evidence of the number of points.
     pub evidence: Evidence,
-    /// The evidence of `more`: the weakest among the number of points and the rows used.
+    /// The evidence of `more`: the weakest evidence of the number of points and of the table rows used.
     pub founded: Evidence,
     /// The source of the number.
     pub source: String,
@@ -60,7 +60,7 @@ pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     unstated.iter().map(|points| points.time).chain(bases).sum()
 }
 
-/// Inputs or outputs whose kind of base unit is not stated. The slowest base is charged.
+/// Inputs or outputs for which the kind of base unit is not stated. The slowest base unit is charged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnstatedBase {
     /// `input` or `output`.
@@ -76,9 +76,9 @@ pub struct UnstatedBase {
 pub struct Refresh {
     /// The overhead terms.
     pub terms: Vec<OverheadTerm>,
-    /// Inputs or outputs whose number of points is not stated.
+    /// Inputs or outputs for which the number of points is not stated.
     pub points: Vec<UnstatedPoints>,
-    /// Inputs or outputs whose base units are not stated.
+    /// Inputs or outputs for which the base units are not stated.
     pub bases: Vec<UnstatedBase>,
 }
 
@@ -97,22 +97,22 @@ struct Side<'a> {
 /// One table row that is charged for points.
 struct Charge<'a> {
     row: &'a Row,
-    /// The number of points that the row's time is for. 0: any number.
+    /// The number of points for which the row's time is. 0: any number.
     size: u32,
     /// How often the row is charged.
     times: u64,
-    /// Whether it is charged in addition to the slowest row, for points on another base.
+    /// Whether the row is charged in addition to the slowest row, for points on a further base unit.
     besides: bool,
 }
 
-/// The numbers of points that rows can be for. 0 is a row that is charged once in each scan.
+/// The numbers of points for which there are rows. 0 is a row that is charged once in each scan.
 const SIZES: [u32; 3] = [8, 16, 0];
 
-/// A number of points on one kind of base unit. `None` if the base is not stated.
+/// A number of points on one kind of base unit. `None` if the base unit is not stated.
 type Points<'a> = (Option<&'a str>, u32);
 
 impl<'a> Side<'a> {
-    /// The rows that price points, each with the number of points that it is for (0: any number).
+    /// The rows that give times for points, each with the number of points that its time is for (0: any number).
     fn rows(&self, base: Option<&str>) -> Vec<(u32, &'a Row)> {
         SIZES
             .into_iter()
@@ -151,7 +151,7 @@ impl<'a> Side<'a> {
         own(size).or(plain).or_else(others).into_iter().collect()
     }
 
-    /// The rows charged for this many points, at most.
+    /// The table rows that are charged for at most this many points.
     fn charges(&self, base: Option<&str>, points: u32) -> Vec<Charge<'a>> {
         let mut charges = Vec::new();
         for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
@@ -194,7 +194,7 @@ impl<'a> Side<'a> {
         rows
     }
 
-    /// The name of the row for this number of points at a time.
+    /// The name of the table row for `size` points at a time.
     fn row(&self, size: u32) -> String {
         let size = if size == 0 { String::new() } else { size.to_string() };
         format!("@{}{size}", self.name)
@@ -223,7 +223,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// How often a row for `size` points at a time is charged for `points` points.
+/// The number of times that a row for `size` points is charged for `points` points.
 fn times(size: u32, points: u32) -> u64 {
     match size {
         0 => u64::from(points > 0),
@@ -339,7 +339,7 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
         let message = format!("the table {} has no times for the base '{base}'", table.name);
         let help = match known.is_empty() {
             true => {
-                "this table has the same times for all base units: remove the base from the facts"
+                "the times in this table are the same for all base units: remove base from [io] in the facts file"
                     .to_owned()
             }
             false => format!("it has {names}"),
@@ -361,7 +361,7 @@ fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The most wrong bases of a side that are reported.
+/// The largest number of wrong base units of a side that are reported.
 const MAX_LISTED: usize = 100;
 
 /// The number of points that the program uses, within those that the CPU can have, and how it was determined. Points

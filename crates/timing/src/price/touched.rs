@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// If the meaning of an instruction does not say how many cells of a range it writes, this many are counted, or twice
 /// its units if that is more.
 const LEAST_RANGE: u64 = 8;
-/// A range with more cells than this has no known end: only its first cell is used.
+/// A range with more cells than this has an unknown end: only its first cell counts as used.
 const MAX_CELLS: u32 = 1 << 24;
 
 /// The cells that an instruction reads, writes or names.

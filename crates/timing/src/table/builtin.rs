@@ -49,7 +49,7 @@ fn cpus(text: &str) -> impl Iterator<Item = &str> {
     cells(text, "\n@cpu,").flat_map(str::split_whitespace)
 }
 
-/// The families of the built-in tables.
+/// The CPU families for which there are built-in tables.
 pub(super) fn families() -> BTreeSet<&'static str> {
     FILES.iter().flat_map(|(_, text)| cells(text, "\n@family,")).collect()
 }
@@ -138,7 +138,7 @@ impl Table {
             .map(|(name, _)| name)
     }
 
-    /// The help for a user whose CPU has no table.
+    /// What to do if the timing tables do not have this CPU: the help of an error message.
     #[must_use]
     pub fn advice(cpu: &str) -> String {
         let shared = |name: &str| {
@@ -170,7 +170,7 @@ impl Table {
             all().find(|(own, _)| meant(cpu).iter().any(|one| suggestion::is_reordered(one, own)));
         let slip = slip.map(|(own, _)| own.clone());
         let advice = format!(
-            "name a table with --table, built in ({}) or your own{near}",
+            "give a table with --table: a built-in one ({}) or your own file{near}",
             names().join(", ")
         );
         suggestion::with_suggestion(slip, &advice)

@@ -17,7 +17,7 @@ pub enum StatedClock {
     Slow,
     /// A clock with this period.
     Period {
-        /// The period. If a frequency was given, rounded up.
+        /// The period of the clock, rounded up if the user gave a frequency.
         period: Picos,
         /// As the user wrote it.
         text: String,
@@ -50,7 +50,7 @@ impl FromStr for StatedClock {
     }
 }
 
-/// The period of a frequency, rounded up: `30.3k`, `0.0303 M`, `30300`.
+/// The period of a frequency such as `30.3k`, `0.0303 M` or `30300` (Hz), rounded up.
 fn period(text: &str) -> Option<Picos> {
     let (number, digits) = match text.strip_suffix(['k', 'M']) {
         Some(number) if text.ends_with('k') => (number, 3),

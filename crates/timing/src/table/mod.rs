@@ -66,9 +66,9 @@ pub enum Evidence {
     Assumed,
     /// The user gave it without a source.
     Stated,
-    /// It was measured on the CPU.
+    /// The time was measured on the CPU.
     Measured,
-    /// It is in the manufacturer's document that the row names.
+    /// The time is in the manufacturer's document that the row names.
     Published,
 }
 
@@ -98,23 +98,24 @@ impl fmt::Display for Evidence {
 /// One row with times.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// As written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
+    /// The name as written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
     pub name: String,
     /// The on-time. For `@` rows with only one number, that number.
     pub on: Picos,
-    /// The off-time: the instruction is reached and does not fire.
+    /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
     /// Added to `on` for each unit.
     pub per_unit: Picos,
-    /// The unit: what is counted. Empty if nothing is.
+    /// What is counted as a unit: words, digits or points. Empty if nothing is.
     pub unit: String,
     /// The evidence for the times.
     pub evidence: Evidence,
-    /// Document and page, or the reason for an assumption; may be empty.
+    /// The document and page of the times, or the reason for an assumption; may be empty.
     pub source: String,
-    /// The table it comes from. A table that amends another has rows of both.
+    /// The table from which the row comes. A table that amends a built-in one has rows of both.
     pub table: String,
-    /// Whether the user gave it over another table's rows: in a table that amends another, or on the command line.
+    /// Whether the row replaces a row of a built-in table: it is in a table that amends that one, or was given on the
+    /// command line.
     pub amends: bool,
 }
 
@@ -127,7 +128,7 @@ pub struct Factor {
     pub text: String,
     /// The evidence for it.
     pub evidence: Evidence,
-    /// Its source or reason.
+    /// The source of the factor, or the reason for it.
     pub source: String,
 }
 
@@ -160,7 +161,7 @@ pub struct MostPoints {
     pub points: u32,
     /// The evidence for it.
     pub evidence: Evidence,
-    /// Document and page, or the reason for an assumption; may be empty.
+    /// The document and page of the number, or the reason for an assumption; may be empty.
     pub source: String,
 }
 
@@ -169,19 +170,19 @@ pub struct MostPoints {
 pub struct Table {
     /// The name of the built-in table, or the file's name as the user gave it.
     pub name: String,
-    /// What it is for, in one line. Empty if the table does not say.
+    /// What the table is for, in one line. Empty if the table does not say.
     pub title: String,
-    /// The date of its last change, such as `2026-11-21`.
+    /// The date of the table's last change, such as `2026-11-21`.
     pub date: Option<String>,
     /// The SHA-256 of its file's bytes.
     pub sha256: String,
-    /// The CPU family whose instruction set it prices, as in a built-in table (`q`, `fx5`).
+    /// The CPU family whose instruction set the table prices, such as `q` or `fx5`.
     pub family: Option<String>,
-    /// The CPUs that it is for, in upper case, without the word CPU.
+    /// The CPUs for which the table is, in upper case, without the word CPU.
     pub cpus: Vec<String>,
     /// The built-in table that it amends.
     pub base: Option<String>,
-    /// What its times do not include, for the reader of a report.
+    /// What the table's times do not include, for the reader of a report.
     pub notes: Vec<String>,
     /// The factor on the whole scan.
     pub factor: Option<Factor>,
@@ -240,7 +241,7 @@ impl Table {
         self.row("@watchdog").map(|row| row.on)
     }
 
-    /// Sets the price of an instruction as the user stated it. It replaces the table's row of this name.
+    /// Sets the times of an instruction as the user stated them. They replace the table's row of this name.
     pub fn amend(&mut self, name: &str, on: Picos, off: Picos) {
         self.put(Row {
             name: name.trim().to_owned(),
@@ -261,7 +262,7 @@ impl Table {
         self.factor.as_ref().map_or(Some(time), |factor| factor.apply(time))
     }
 
-    /// Removes the largest numbers of points that are only assumed.
+    /// Removes the largest numbers of points if they are only assumed.
     pub fn refuse_assumed_points(&mut self) {
         for most in [&mut self.most_inputs, &mut self.most_outputs] {
             most.take_if(|most| most.evidence == Evidence::Assumed);

@@ -26,17 +26,18 @@ pub struct Override {
     pub name: String,
     /// The on-time.
     pub on: Picos,
-    /// The off-time: the instruction is reached and does not fire.
+    /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
 }
 
-/// The largest time that a row may have. No watchdog waits longer, and sums stay far below the largest time.
+/// The largest time that a row may have: far longer than any watchdog waits, and short enough that sums do not
+/// overflow.
 const LONGEST: Picos = Picos(10_000_000_000_000);
 /// Further faults are counted, not listed.
 const MAX_FAULTS: usize = 1000;
 /// Further unknown columns are counted, not listed.
 const MAX_WARNINGS: usize = 20;
-/// Longer text from a line is cut after this many characters.
+/// A message shows at most this many characters of a line.
 const SHOWN: usize = 200;
 
 /// The columns that are used.
@@ -94,7 +95,7 @@ pub(crate) const SINGLE: [&str; 15] = [
     "@input-delay",
     "@output-delay",
 ];
-/// Rows that may occur several times, each with a name after a colon: what it is for, or the base unit.
+/// Rows that may occur several times, each with a name after a colon: what the row is for, or the base unit.
 pub(crate) const VARIED: [&str; 8] =
     ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
@@ -175,7 +176,7 @@ fn encoding(file: &str, bytes: &[u8], error: &std::str::Utf8Error) -> Diagnostic
         file,
         u32::try_from(line).unwrap_or(u32::MAX),
         shown(&String::from_utf8_lossy(&good[start..])),
-        "the table is not UTF-8 from here on",
+        "the table is not valid UTF-8 from here on",
         "save it as \"CSV UTF-8\"",
     )
 }
@@ -335,7 +336,8 @@ impl<'a> Reader<'a> {
         }
         self.warnings.clear();
         let columns = if missing.len() == 1 { "column" } else { "columns" };
-        let message = format!("the table lacks the {columns} {}", missing.join(", "));
+        let message =
+            format!("the first line of the table lacks the {columns} {}", missing.join(", "));
         let text = shown(line);
         self.fault(Diagnostic::line(
             Code::TableColumn,
@@ -351,7 +353,8 @@ impl<'a> Reader<'a> {
     fn line(&mut self, number: u32, text: &str) {
         let mut fields = Fields { line: number, text, cells: Default::default() };
         let Some(cells) = split(text) else {
-            let help = "close it on the same line; a quote inside quotes is written twice";
+            let help =
+                "close the double quote on the same line; write a double quote inside quotes twice";
             self.fault_at(&fields, Code::TableRow, "", "a double quote is not closed", help);
             return;
         };
@@ -386,8 +389,8 @@ impl<'a> Reader<'a> {
         let lower = name.to_ascii_lowercase();
         let before = self.seen.insert(folded(name).into_owned(), fields.line);
         if let Some(first) = before.filter(|_| !matches!(lower.as_str(), "@note" | "@cpu")) {
-            let message = format!("{name} has a row already, in line {first}");
-            let help = "keep one row for each name; a variant such as OUT:T has its own name";
+            let message = format!("{name} has a second row here: the first one is in line {first}");
+            let help = "keep only one row for each name; a variant such as OUT:T is another name";
             self.fault_at(fields, Code::TableDuplicate, name, message, help);
         }
         match kind {
@@ -421,7 +424,10 @@ impl<'a> Reader<'a> {
             && let Some(&(column, _)) = second.iter().find(|(_, time)| matches!(time, Ok(Some(_))))
         {
             let cell = fields.get(column);
-            let message = format!("{name} takes only one time, but {} is given too", column.name());
+            let message = format!(
+                "the row {name} takes only one time, but it has {} as a second one",
+                column.name()
+            );
             self.fault_at(fields, Code::TableRow, cell, message, "leave the field empty");
         }
         let (Ok(Some(on)), Ok(off), Ok(per_unit), Some(evidence)) = (on, off, per_unit, evidence)
@@ -441,7 +447,7 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// The time in a column. `Ok(None)` if the field is empty and may be, `Err` if a fault was reported.
+    /// The time in a column. `Ok(None)` if the field is empty and need not be filled, `Err` if a fault was reported.
     fn time(
         &mut self,
         fields: &Fields<'_>,
@@ -505,7 +511,10 @@ impl<'a> Reader<'a> {
         let cell = fields.get(Column::On);
         let evidence = self.evidence(fields);
         let Some(points) = cell.parse().ok().filter(|&points| points <= MAX_POINTS) else {
-            let message = format!("{name} is '{}': not a number of points", shown(cell));
+            let message = format!(
+                "'{}' in the row {name} is not a number of points up to {MAX_POINTS}",
+                shown(cell)
+            );
             let help = format!("write a whole number up to {MAX_POINTS}, such as 4096");
             self.fault_at(fields, Code::TablePoints, cell, message, help);
             return;
@@ -521,7 +530,8 @@ impl<'a> Reader<'a> {
     fn text(&mut self, fields: &Fields<'_>, name: &str) {
         let text = fields.get(Column::On).to_owned();
         if text.is_empty() || !fields.get(Column::Off).is_empty() {
-            let message = format!("{name} takes one text, in the second field");
+            let message =
+                format!("the row {name} must have its text in the second field, and no other");
             let help = "put text that holds a comma in double quotes";
             self.fault_at(fields, Code::TableRow, name, message, help);
             return;
@@ -532,7 +542,7 @@ impl<'a> Reader<'a> {
             "@date" if is_date(&text) => self.table.date = Some(text),
             "@date" => {
                 let message = format!("'{}' is not a date", shown(&text));
-                let help = "write year, month and day: 2026-11-21";
+                let help = "write the date as year, month and day, such as 2026-11-21";
                 self.fault_at(fields, Code::TableRow, &text, message, help);
             }
             "@cpu" => self.table.cpus.extend(text.split_whitespace().map(str::to_ascii_uppercase)),
@@ -540,7 +550,7 @@ impl<'a> Reader<'a> {
                 self.table.family = Some(text.to_ascii_lowercase());
             }
             "@family" => {
-                let message = format!("'{}' is not a family of CPUs", shown(&text));
+                let message = format!("'{}' is not the name of a CPU family", shown(&text));
                 let known: Vec<&str> = super::builtin::families().into_iter().collect();
                 let help = format!("families are {}", known.join(", "));
                 self.fault_at(fields, Code::TableRow, &text, message, help);

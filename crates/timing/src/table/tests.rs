@@ -59,18 +59,33 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert_eq!(fault(",1,2"), "the row has no instruction");
     assert_eq!(fault("@ned,1,"), "'@ned' is not a known @ row");
     assert_eq!(fault("@+,1,"), "'@+' is not a known @ row");
-    assert_eq!(fault("@end,1,2"), "@end takes only one time, but off_us is given too");
+    assert_eq!(
+        fault("@end,1,2"),
+        "the row @end takes only one time, but it has off_us as a second one"
+    );
     assert_eq!(fault("@factor,0.9,"), "the factor '0.9' is not a decimal from 1 to 10");
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
-    assert_eq!(fault("@family,s7,"), "'s7' is not a family of CPUs");
+    assert_eq!(fault("@family,s7,"), "'s7' is not the name of a CPU family");
     assert_eq!(fault("@base,fx9,"), "there is no built-in table 'fx9' to amend");
-    assert_eq!(fault("@max-inputs,4k,"), "@max-inputs is '4k': not a number of points");
-    assert_eq!(fault("@max-outputs,65537,"), "@max-outputs is '65537': not a number of points");
-    assert_eq!(fault("@max-outputs,,"), "@max-outputs is '': not a number of points");
+    assert_eq!(
+        fault("@max-inputs,4k,"),
+        "'4k' in the row @max-inputs is not a number of points up to 65536"
+    );
+    assert_eq!(
+        fault("@max-outputs,65537,"),
+        "'65537' in the row @max-outputs is not a number of points up to 65536"
+    );
+    assert_eq!(
+        fault("@max-outputs,,"),
+        "'' in the row @max-outputs is not a number of points up to 65536"
+    );
     for bad in ["today", "2026-13-01", "2026-1-01", "26-01-01", "2026-01-32", "2026-01-+1"] {
         assert_eq!(fault(&format!("@date,{bad},")), format!("'{bad}' is not a date"));
     }
-    assert_eq!(fault("@title,one,two"), "@title takes one text, in the second field");
+    assert_eq!(
+        fault("@title,one,two"),
+        "the row @title must have its text in the second field, and no other"
+    );
 }
 
 #[test]
@@ -99,15 +114,21 @@ fn all_faults_of_a_table_are_told_at_once() {
             ("table-time", 6)
         ]
     );
-    assert_eq!(found[1].message, "b has a row already, in line 3");
+    assert_eq!(found[1].message, "b has a second row here: the first one is in line 3");
 }
 
 #[test]
 fn a_table_without_its_columns_or_rows_is_refused() {
     let found = faults("instruction;on_us;off_us\nMOV;1;2\n");
     assert_eq!(found.len(), 1);
-    assert_eq!(found[0].message, "the table lacks the columns instruction, on_us, off_us");
-    assert_eq!(faults("instruction,on_us\nA,1\n")[0].message, "the table lacks the column off_us");
+    assert_eq!(
+        found[0].message,
+        "the first line of the table lacks the columns instruction, on_us, off_us"
+    );
+    assert_eq!(
+        faults("instruction,on_us\nA,1\n")[0].message,
+        "the first line of the table lacks the column off_us"
+    );
     assert_eq!(
         faults("instruction,on_us,on_us,off_us\n")[0].message,
         "the column on_us occurs twice"
