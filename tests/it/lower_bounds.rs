@@ -155,7 +155,7 @@ fn a_program_that_may_be_on_standby_is_named_where_that_decides() {
     let table = table("Op1,1,0,0\nOp2,2,0,0\n");
     let found = audited("melsec-list", Some("Q26UDV"), &files, &table, &Facts::default());
     let audit = found.unwrap_or_else(|why| panic!("{why}")).audit;
-    let why = "the simulation stops at `OFF on standby` (OFF.il:1): the path from there is unknown";
+    let why = "the simulation stops at `OFF on standby` (OFF.il:1): which instruction follows it is unknown";
     assert_eq!(audit.stands_between.as_deref(), Some(why));
     let ties: Vec<&str> =
         audit.groups.iter().flat_map(|group| &group.devices).map(String::as_str).collect();

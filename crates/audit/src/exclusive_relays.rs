@@ -31,15 +31,15 @@ impl fmt::Display for StartUnknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             StartUnknown::NotTrusted => {
-                "other writers than the program may write it; if only the program writes it, state that with --trust all, or under [internal] in a facts file (--facts)"
+                "other writers than the program may write the relay; if only the program writes the relay, state that with --trust all, or under [internal] in a facts file (--facts)"
             }
             StartUnknown::Input => {
-                "it is an input, or shares a word with bits that the program reads but does not write"
+                "the relay is an input, or shares a word with bits that the program reads but does not write"
             }
-            StartUnknown::Latched => "it is latched: after a power failure it keeps the value that it had in the middle of a scan",
-            StartUnknown::Others => "other writers than the program may write it: a network, a module or an interrupt, or [external] or [ranges] states so",
+            StartUnknown::Latched => "the relay is latched: after a power failure it keeps the value that it had in the middle of a scan",
+            StartUnknown::Others => "other writers than the program may write the relay: a network, a module or an interrupt, or [external] or [ranges] states so",
             StartUnknown::NotWritten => "no instruction of the program writes this relay individually",
-            StartUnknown::AnyValue => "an instruction of the program writes an unknown value into it",
+            StartUnknown::AnyValue => "an instruction of the program writes an unknown value to the relay",
         })
     }
 }

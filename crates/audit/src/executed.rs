@@ -64,7 +64,10 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
     };
     match &real.stopped {
         Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) if stop == cause => {
-            format!("the simulation stops at {}: the path from there is unknown", at(*stop))
+            format!(
+                "the simulation stops at {}: which instruction follows it is unknown",
+                at(*stop)
+            )
         }
         Some(Stopped { at: stop, reason: StopReason::Unknown(cause), .. }) => {
             format!(

@@ -86,8 +86,8 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     file(
         KEPT,
         kept,
-        "Can a scan that starts in an assumed state do any of this?",
-        "If all of these hold when a scan starts, they hold when it ends:",
+        "Can a scan that starts in an assumed state violate any of these statements?",
+        "If all of these statements are true when a scan starts, all are true when it ends:",
     );
     file(
         COUNTS,

@@ -196,7 +196,7 @@ pub(super) fn what(program: &Program, one: &Unknown) -> String {
             one.origin()
         ),
         UnknownKind::IndexBits => "the number of bits of an index to file registers, 16 or 32: a parameter of the CPU; the bound covers both".to_owned(),
-        UnknownKind::Indirect => "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that it may write any device".to_owned(),
+        UnknownKind::Indirect => "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that such a write may change any device".to_owned(),
     }
 }
 
@@ -260,7 +260,7 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
         offers.push(Offer {
             table: "index",
             line: "indirect = [\"D0-D99\"]".to_owned(),
-            what: "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that it may write any device"
+            what: "all devices that the program writes through indirect addresses (@): without this line, the bound assumes that such a write may change any device"
                 .to_owned(),
             places: anywhere,
             worth: None,
@@ -282,7 +282,7 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     (!devices.is_empty()).then(|| Offer {
         table: "external",
         line: listed(devices.iter().take(MAX_DEVICES)),
-        what: "devices that operator panels and others write: the bound assumes that only the program writes these; keep in this list only those that others write, too".to_owned(),
+        what: "devices that operator panels and other stations write: the bound assumes that only the program writes the listed devices; keep in the list only devices that other stations write, too".to_owned(),
         places: writers.collect(),
         worth: None,
         solved: None,
@@ -295,7 +295,7 @@ fn internal(audit: &Audit) -> Option<Offer> {
     Some(Offer {
         table: "internal",
         line: listed(own.devices.iter()),
-        what: format!("if only the program writes all of these, the bound is {}", own.bound),
+        what: format!("if only the program writes all listed devices, the bound is {}", own.bound),
         places: Vec::new(),
         worth: audit.bound.upper.checked_sub(own.bound.upper),
         solved: None,

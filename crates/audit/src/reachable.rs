@@ -96,7 +96,7 @@ fn cut(budget: &Budget<'_>) {
     budget.record_stop_at_part(
         UNTIL,
         STAGE,
-        "the search for mutually exclusive relays was cut short: there may be more pairs than it found",
+        "the search for mutually exclusive relays was cut short: there may be more exclusive pairs than the search found",
     );
 }
 

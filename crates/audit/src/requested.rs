@@ -157,10 +157,10 @@ impl Why {
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
-            Why::NoRelay(_) => "the code has no relay for it".to_owned(),
+            Why::NoRelay(_) => "the code has no relay for this element".to_owned(),
             Why::StartUnknown(_, why) => why.to_string(),
-            Why::NeverOn(_) => "the code never turns it on, so others may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
-            Why::NotRead(_) => "no scan depends on its value at the start of the scan".to_owned(),
+            Why::NeverOn(_) => "the code never turns this relay on, so other writers may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
+            Why::NotRead(_) => "no scan depends on the value of this relay at the start of the scan".to_owned(),
             Why::Broken => "one scan of the code can turn on all relays of the set".to_owned(),
             Why::NoTime => "the time limit was reached before this was decided".to_owned(),
         }

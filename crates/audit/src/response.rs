@@ -73,7 +73,7 @@ impl Delays {
     /// If one of them is unknown, or no response time can be computed for this kind of program.
     pub(super) fn of(given: Given, program: &Program, table: &Table) -> Result<Delays, Failure> {
         if program.shows_path {
-            let message = "the response time of this program is unknown, because not every pass of it reads every input";
+            let message = "the response time of this program is unknown, because not every pass of the program reads every input";
             let help = "omit --response";
             let file = program.files.first().map_or("", |file| &file.name);
             return Err(Failure::from(Diagnostic::file(Code::NoResponse, file, message, help)));
@@ -104,7 +104,7 @@ impl Delays {
 fn unknown(table: &str, side: &str) -> Diagnostic {
     let message = format!("the table does not give the delay of an {side} (@{side}-delay)");
     let help = format!(
-        "give it with --{side}-delay, such as --{side}-delay 10ms: the module's manual has it"
+        "give the delay with --{side}-delay, such as --{side}-delay 10ms: the module's manual states it"
     );
     Diagnostic::file(Code::NoDelay, table, message, help)
 }

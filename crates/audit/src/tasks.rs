@@ -77,7 +77,7 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
             if all[other].delays(&all[this]) && !before.contains(&other) {
                 by_intervals(all, bounds, other).map_err(|why| {
                     format!(
-                        "it can be delayed by the task {}, whose response time is unknown: {why}",
+                        "the task can be delayed by the task {}, whose response time is unknown: {why}",
                         all[other].name
                     )
                 })?;
@@ -125,10 +125,10 @@ fn by_intervals(
             return Err(match all[at].interval {
                 Some(interval) => {
                     format!(
-                        "it may still be running when its interval of {interval} has passed and it must start again"
+                        "the task may still be running when its interval of {interval} has passed and it must start again"
                     )
                 }
-                None => "the tasks that delay it may use all of the CPU's time".to_owned(),
+                None => "the tasks that delay this task may use all of the CPU's time".to_owned(),
             });
         }
         if next == whole {

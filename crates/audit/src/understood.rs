@@ -94,14 +94,14 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
         let message =
-            format!("`[index] {key}` cannot be stated for this PLC: it has no such parameter");
+            format!("`[index] {key}` cannot be stated for this PLC: the PLC has no such parameter");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
         let message = format!("--clock and --time {} both state the time of a word", time.name);
-        let found = Diagnostic::file(Code::NoClock, "", message, "remove one of the two");
+        let found = Diagnostic::file(Code::NoClock, "", message, "remove one of the two options");
         return Err(Failure::from(found));
     }
     let table = choose_table(request, project.cpu())?;
@@ -131,7 +131,7 @@ fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
     let help = match names.as_slice() {
         [] => "omit --task: the project does not have several tasks".to_owned(),
-        names => format!("its tasks are {}", names.join(", ")),
+        names => format!("the tasks of the project are {}", names.join(", ")),
     };
     let message = format!("--task {asked}: the project has no task of that name");
     Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
@@ -165,7 +165,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
                 program.interrupts.iter().take(MAX_LISTED).map(|one| one.name.as_str()).collect();
             let help = match names.as_slice() {
                 [] => "the program has no interrupt routines: remove the line".to_owned(),
-                names => format!("its interrupt routines are {}", names.join(", ")),
+                names => format!("the interrupt routines of the program are {}", names.join(", ")),
             };
             request.facts.fault(["interrupts", label], Part::Key, Code::NoInterrupt, message, &help)
         })

@@ -242,7 +242,7 @@ codes! {
     OperandCount = "operand-count",
     /// An instruction has too few or too many operands
     Operands = "operands",
-    /// The files are for different CPUs, for a CPU of another series than the named one, or for a CPU that is not supported
+    /// The files are for different CPUs, for a CPU of another series than the named one, or for an unsupported CPU
     OtherCpu = "other-cpu",
     /// A file is not in the dialect that the user named
     OtherDialect = "other-dialect",

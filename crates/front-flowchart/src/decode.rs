@@ -361,7 +361,7 @@ impl Layout<'_> {
 
     /// Lowers GS: a stopped group starts at its head; a running one may or may not start again there.
     fn start(&mut self, at: usize, group: u32) {
-        self.tell(at, "GS on a running group may or may not restart it");
+        self.tell(at, "GS may or may not restart a group that is running");
         // The documents do not say which, so no lower bound may depend on it.
         let again = self.unknown();
         let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);

@@ -83,7 +83,7 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
         return Err(vec![Diagnostic::file(
             Code::TwoPrograms,
             &second.name,
-            format!("a flowchart PC runs one program, but {} is a program too", input.name),
+            format!("a flowchart PC runs one program, but {} is a second program", input.name),
             "give one file",
         )]);
     }

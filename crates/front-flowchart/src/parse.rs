@@ -262,7 +262,7 @@ impl Line<'_> {
                             faults,
                             mark.at.start..time.at.end,
                             Code::TimeAlone,
-                            "a time without a timer before it",
+                            "this line has a time, but no timer comes before it",
                             "write TIM n #t, t in tenths of a second",
                         );
                     }

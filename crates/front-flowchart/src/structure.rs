@@ -112,7 +112,7 @@ impl Reader<'_, '_> {
         if routines[0].body.is_empty()
             && let Some(one) = list.first()
         {
-            let help = "write the main routine first, and end it with a JMP back to its label";
+            let help = "write the main routine first, and end the main routine with a JMP back to its label";
             self.fault(Code::NoMain, one, "there is no main routine before the first group", help);
         }
         routines
@@ -216,7 +216,7 @@ impl Reader<'_, '_> {
                     Code::NoCondition,
                     one,
                     "this instruction has no condition",
-                    "put AND, AND NOT or TIM before it, or use JMP to jump without a condition",
+                    "put AND, AND NOT or TIM before the instruction, or use JMP to jump without a condition",
                 ));
             }
             if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.asks()) {
@@ -224,7 +224,7 @@ impl Reader<'_, '_> {
                     Code::UnusedCondition,
                     one,
                     "no CJP or WAIT uses this condition",
-                    "put CJP or WAIT directly after it: other instructions do not use conditions",
+                    "put CJP or WAIT directly after the condition: no other instructions use conditions",
                 ));
             }
             let timer = |op: Op| matches!(op, Op::Timer { .. });
@@ -235,7 +235,7 @@ impl Reader<'_, '_> {
                     Code::MixedCondition,
                     one,
                     "a timer combined with other tests is not defined",
-                    "use one CJP or WAIT for the timer and another one for the other tests",
+                    "use one CJP or WAIT for the timer and a second CJP or WAIT for the other tests",
                 ));
             }
         }
@@ -252,11 +252,11 @@ impl Reader<'_, '_> {
                 let (message, help) = match routine.group {
                     None => (
                         "the main routine does not end with an unconditional jump",
-                        "end it with a JMP back to its label",
+                        "end the main routine with a JMP back to its label",
                     ),
                     Some(_) => (
                         "the group does not end with GE or an unconditional jump",
-                        "end it with GE or with a JMP",
+                        "end the group with GE or with a JMP",
                     ),
                 };
                 self.faults.error_in_line(Code::NoEnd, last.line, &last.text, message, help);

@@ -187,7 +187,7 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
             lines.line,
             first_line(&text[start..]),
             "the quotation mark that begins here is never closed",
-            "export the file again: it may be truncated",
+            "export the file again: the file may be truncated",
         );
     }
     let Body { instructions, faults, .. } = body;
@@ -266,7 +266,7 @@ impl Body<'_, '_, '_> {
                 n => format!("{n} cells"),
             };
             let message = format!("this row has {cells}, but the heading row has {columns}");
-            let help = "export the file again: it may be truncated, or a spreadsheet program may have saved it; put a text that contains a separator in quotation marks";
+            let help = "export the file again: the file may be truncated, or a spreadsheet program may have saved it; put a text that contains a separator in quotation marks";
             fault(self.faults, Code::Columns, &message, help);
             return;
         }

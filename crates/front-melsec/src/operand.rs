@@ -169,7 +169,7 @@ pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
                 .map_err(|_| format!("`{text}` is not a hexadecimal constant"))?;
             match i64::try_from(value) {
                 Ok(value) if value <= 0xFFFF_FFFF => Ok(Operand::Constant(value)),
-                _ => Err(format!("the constant `{text}` does not fit in in 32 bits")),
+                _ => Err(format!("the constant `{text}` does not fit in 32 bits")),
             }
         }
         'E' if rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
@@ -199,7 +199,7 @@ fn constant(value: i64, text: &str) -> Result<Operand, String> {
     if (-0x8000_0000..=0xFFFF_FFFF).contains(&value) {
         Ok(Operand::Constant(value))
     } else {
-        Err(format!("the constant `{text}` does not fit in in 32 bits"))
+        Err(format!("the constant `{text}` does not fit in 32 bits"))
     }
 }
 

@@ -101,7 +101,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],
                 "this line is far too long",
-                "export the file again: it is damaged, or is not a program",
+                "export the file again: the file is damaged, or is not a program",
             );
             return true;
         }
@@ -131,7 +131,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                 Code::NoEnd,
                 file,
                 "the program has no END",
-                "export the file again if it is truncated, or write END after the last instruction",
+                "if the file is truncated, export it again; otherwise write END after the last instruction",
             );
             fault.line = Some(lines.max(1));
             if let Some(instruction) = instructions.last() {

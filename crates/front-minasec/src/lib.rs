@@ -87,7 +87,7 @@ fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> 
         return Err(vec![Diagnostic::file(
             Code::TwoPrograms,
             &second.name,
-            format!("a MINASEC-U runs one program, but {} is a program too", input.name),
+            format!("a MINASEC-U runs one program, but {} is a second program", input.name),
             "give one file",
         )]);
     }

@@ -68,7 +68,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
         faults.push(Diagnostic::file(
             Code::Unreachable,
             name,
-            format!("the board cannot reach the byte at {at}, but it is not empty"),
+            format!("the byte at {at} is not empty, although the board cannot reach it"),
             "give only the first 256 bytes of the memory: the program counter has eight bits",
         ));
     } else if bytes.len() > WORDS && rest.is_none() {
@@ -135,7 +135,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 Code::HexRecord,
                 number,
                 line,
-                "this record has no meaning for a memory of 256 words",
+                "this record is neither data below address 256 nor an end-of-file record",
                 "write data records (type 00) and an end-of-file record (type 01)",
             ),
             Err(error) => faults.error_in_line(
@@ -143,7 +143,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 number,
                 line,
                 &format!("not an Intel HEX record: {error}"),
-                "the file was changed by hand or is truncated: write it again",
+                "write the file again: it was changed by hand or is truncated",
             ),
         }
     }
@@ -163,7 +163,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Code::NoEnd,
             name,
             "the end-of-file record is missing",
-            "the file is truncated: write it again",
+            "write the file again: it is truncated",
         ));
     }
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }

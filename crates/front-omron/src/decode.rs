@@ -42,7 +42,7 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
         instruction.line,
         &*instruction.text,
         format!("the project has more than {MAX_INSTRUCTIONS} instructions"),
-        "no CPU can hold so many: check the file",
+        "check the file: no CPU can hold so many instructions",
     )])
 }
 
@@ -480,7 +480,7 @@ impl Decoder {
                 let mut fault = self.calls[at].2.clone();
                 fault.code = Code::Recursion;
                 fault.message = format!(
-                    "subroutine {}{} calls itself, directly or through others",
+                    "subroutine {}{} calls itself, directly or through other subroutines",
                     if body.global { "G" } else { "" },
                     body.number
                 );
@@ -549,7 +549,7 @@ impl Decoder {
         let entry = self.builder.push(Step::Return, Vec::new(), None);
         self.builder.out.interrupt(UNLISTED.to_owned(), entry, stated);
         self.builder.approximate(
-            "interrupts are enabled, but the programs that they run are not among the files",
+            "interrupts are enabled, but the programs that the interrupts run are not among the files",
         );
     }
 

@@ -285,7 +285,7 @@ impl<'a> Lowering<'a> {
         }
         if item.operands.first().is_some_and(Operand::is_indirect) {
             self.builder.approximate(format!(
-                "{} is read through an unknown address: any value is assumed for it",
+                "this instruction reads {} through an unknown address: any value is assumed for the operand",
                 item.raw.operands[0]
             ));
         }
@@ -476,7 +476,7 @@ impl<'a> Lowering<'a> {
             let fires = self.builder.fires(item.raw.edge);
             self.builder.act(fires, effects, Some(key));
             self.builder.approximate(format!(
-                "{} is written through an unknown address: every device that it may be may have any value",
+                "this instruction writes {} through an unknown address: every device that it may write may have any value",
                 item.raw.operands[0]
             ));
             return;

@@ -106,7 +106,7 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
         let last = program.instructions.last()?;
         let message = "the program has no END: scanbound assumes that the program ends here";
         let help =
-            "export the file again if it is truncated, or write END after the last instruction";
+            "if the file is truncated, export it again; otherwise write END after the last instruction";
         let text = shown(&last.text);
         let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
         Some(told.at_step(last.step).warning())

@@ -86,7 +86,7 @@ pub(super) fn resolve<'a>(
                     "{upper} is not an instruction of {}",
                     if family == Family::C { "the C series" } else { "CS, CJ and CP" }
                 ),
-                "if the program is for the other family, state its dialect with --dialect",
+                "if the program is for the other CPU family, state its dialect with --dialect",
             )
         } else {
             (

@@ -132,7 +132,7 @@ fn routines(
                         item,
                         Code::Twice,
                         format!("subroutine {number} is defined twice"),
-                        "give one of them another number",
+                        "give one of the two subroutines a new number",
                         faults,
                     );
                 }
@@ -169,7 +169,7 @@ fn routines(
             &items[begin],
             Code::NoReturn,
             "this subroutine has no RET".to_owned(),
-            "write RET at its end",
+            "write RET at the end of the subroutine",
             faults,
         );
     }

@@ -115,7 +115,7 @@ impl Builder {
         };
         let parts = [part(effects, Step::Nothing), part(Vec::new(), Step::Return)];
         self.program.instructions.extend(parts);
-        let what = "the routine is missing: what it may write gets any value";
+        let what = "the routine is missing: any values are assumed for everything that the routine may write";
         self.program.approximate(entry, what);
         self.program.missing_routines.push(MissingRoutine {
             name: name.to_owned(),

@@ -282,7 +282,7 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     let line = Line { heads, cells: text.split(',').collect() };
     let wrong = |what: &str| format!("{text}: {what}");
     if line.cells.len() != heads.len() {
-        return Err(wrong("it has more or fewer columns than the first line"));
+        return Err(wrong("the line has more or fewer columns than the first line"));
     }
     let words: Vec<&str> = line.cell("operands").split_whitespace().collect();
     let optional = words.last().is_some_and(|word| optional_operand(word).is_some());
@@ -300,9 +300,13 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     if counters.chain(units.operand).any(|counter| !operands.get(counter).is_some_and(counts)) {
         return Err(wrong("the counting operand is not a number"));
     }
-    let mut ends = operands.iter().filter(|operand| names(operand));
-    if ends.any(|operand| operand.extent.amount().counter() >= Some(operands.len())) {
-        return Err(wrong("the operand that ends the extent does not exist"));
+    let ends = operands.iter().filter(|operand| names(operand));
+    let mut ends = ends.filter_map(|operand| operand.extent.amount().counter());
+    if let Some(end) = ends.find(|&end| end >= operands.len()) {
+        let (n, count) = (end + 1, operands.len());
+        return Err(wrong(&format!(
+            "the extent `..{n}` names operand {n}, but the row has only {count} operands"
+        )));
     }
     Ok(Row {
         mnemonic: line.cell("mnemonic").into(),

@@ -107,7 +107,7 @@ impl<'a> Faults<'a> {
                         format!("and at least {} more errors in this file", self.dropped_errors)
                     }
                 },
-                "correct the first ones; the others often follow from them",
+                "correct the first errors or warnings of the file; the others often follow from these",
             ));
         }
         all.extend(self.warnings);
@@ -117,7 +117,7 @@ impl<'a> Faults<'a> {
                     Code::MoreWarnings,
                     self.file,
                     format!("and {} more warnings in this file", self.dropped_warnings),
-                    "correct the first ones; the others often follow from them",
+                    "correct the first errors or warnings of the file; the others often follow from these",
                 )
                 .warning(),
             );

@@ -20,7 +20,7 @@ struct Kind {
 }
 
 // The help texts: how to get a file that scanbound reads.
-const WORKS: &str = "open it in the tool, export each program to CSV, and give these files and that of the device comments";
+const WORKS: &str = "open the project in the tool, export each program and the device comments to CSV, and give these files";
 const LIST: &str = "if the tool can export an instruction list for a supported CPU, give that list";
 const MEASURED: &str = "give the program before the measurements: the last file of `compare` is the one with measurements";
 const NONE: &str = "scanbound reads no file of this tool: give a program of MELSEC, of OMRON's C, CS, CJ and CP series, of MINASEC-U, of flowchart PCs, or in a language of IEC 61131-3 (PLCopen XML, text)";
@@ -39,7 +39,7 @@ const ROCKWELL: Kind = kind("a project of Rockwell's Logix tools", NONE);
 const SIEMENS: Kind = kind("a program of Siemens' SIMATIC tools", NONE);
 const SCHNEIDER: Kind = kind("a project of a Schneider Electric PLC programming tool", NONE);
 const KEYENCE: Kind = kind("a program of the KEYENCE KV series", NONE);
-const CODESYS: Kind = kind("a project of CODESYS or of a tool built on it", PLCOPEN);
+const CODESYS: Kind = kind("a project of CODESYS or of a tool built on CODESYS", PLCOPEN);
 const TWINCAT: Kind = kind("an object of a TwinCAT project", PLCOPEN);
 const PETRI: Kind = kind("a Petri net, not a program", NET);
 const SYSMAC: Kind = kind("a project of Sysmac Studio (OMRON's NJ, NX and NY series)", NONE);
@@ -55,7 +55,7 @@ const FOREIGN: &[Foreign] = &[
         endings: &["cxp", "cxr", "opt", "cxf", "cx2"],
         kind: kind(
             "a project of CX-Programmer in its binary format",
-            "save it as text (.cxt), or copy the mnemonics to a text file",
+            "save the project as text (.cxt), or copy the mnemonics to a text file",
         ),
     },
     Foreign { endings: &["smc", "smc2", "csm2"], kind: SYSMAC },
@@ -176,14 +176,17 @@ fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
     if is_column("instruction") && is_column("on_us") {
         return Some((
             "a timing table",
-            "give it with --table, and the program files as arguments",
+            "give the table with --table, and the program files as arguments",
         ));
     }
     let table = |line: &str| line.strip_prefix('[')?.strip_suffix(']').map(str::to_owned);
     if head.starts_with('[')
         && lines().filter_map(table).any(|name| TABLES.contains(&name.as_str()))
     {
-        return Some(("a facts file", "give it with --facts, and the program files as arguments"));
+        return Some((
+            "a facts file",
+            "give the facts file with --facts, and the program files as arguments",
+        ));
     }
     if lines().any(|line| line.starts_with("programs") && line.contains('=') && line.contains('['))
     {

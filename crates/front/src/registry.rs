@@ -104,7 +104,7 @@ impl Fronts {
             &input.name,
             "this is not a program in a known dialect",
             format!(
-                "give {}; if it is one of these, state the dialect with --dialect",
+                "give {}; if the file is one of these, state the dialect with --dialect",
                 self.expected()
             ),
         );
@@ -168,7 +168,7 @@ impl Fronts {
                     "this is a {} file, but {} is a {} file",
                     other.name, first.name, dialect.name
                 ),
-                "all files of one audit must come from one project: audit the others separately",
+                "audit the files of each project separately: all files of one audit must come from one project",
             )
         }));
         // If some files cannot be read at all, the errors within the other programs are still reported.

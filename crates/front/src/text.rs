@@ -29,7 +29,7 @@ pub fn checked_beginning<'a>(
         let (message, help) = match input.bytes[..] {
             [0xD0, 0xCF, 0x11, 0xE0, ..] | [b'P', b'K', 3, 4, ..] => (
                 "this is a tool's binary project file, not text",
-                "open it in the tool and export the programs as CSV",
+                "open the project in the tool and export the programs as CSV",
             ),
             _ => {
                 ("this is binary data, not text", "export the program from the tool as CSV or text")
@@ -59,7 +59,7 @@ pub fn decoded<'a>(input: &'a Input, known_words: &[&str]) -> Result<Cow<'a, str
             } else {
                 format!("the byte at offset {} is not valid in {}", fault.offset, fault.tried)
             },
-            "the file is truncated, or its encoding was changed: export it again",
+            "export the file again: it is truncated, or its encoding was changed",
         );
         diagnostic.line = Some(fault.line);
         diagnostic

@@ -103,7 +103,7 @@ const MAX_OTHER_FILE: u64 = 64 << 20;
 fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let bytes = bytes(path, most + 1)?;
     match bytes.len() as u64 > most {
-        true => Err(io::Error::other(format!("it is larger than {} MiB", most >> 20))),
+        true => Err(io::Error::other(format!("the file is larger than {} MiB", most >> 20))),
         false => Ok(bytes),
     }
 }
@@ -120,7 +120,7 @@ fn copies(inputs: &[Input]) -> Vec<Diagnostic> {
                     first.name
                 );
                 let help = format!(
-                    "if the PLC runs it only once, give only one of them, {}",
+                    "if the PLC runs the program only once, give only one of the two files, {}",
                     leave_out(&base(&input.name))
                 );
                 found.push(
@@ -172,7 +172,7 @@ impl Gathering<'_> {
                     Code::TooLarge,
                     &name(path),
                     format!("the file is larger than {} MiB", LARGEST >> 20),
-                    "no program is that large: check the path",
+                    "check the path: no program is so large",
                 ));
                 return None;
             }
@@ -188,7 +188,7 @@ impl Gathering<'_> {
                 Code::NamedTwice,
                 &name(path),
                 "this file is given twice",
-                "give each file once: otherwise it runs twice in the scan",
+                "give each file once: otherwise its program runs twice in the scan",
             ));
             return None;
         }
@@ -205,8 +205,7 @@ impl Gathering<'_> {
     }
 
     fn left_out(&mut self, path: &Path, why: &str) {
-        let help =
-            "the bound does not include it: remove the pattern if the file is part of the scan";
+        let help = "remove the pattern if the file is part of the scan: the bound does not include this file";
         self.found.push(Diagnostic::file(Code::LeftOut, &name(path), why, help).warning());
     }
 
@@ -235,7 +234,7 @@ impl Gathering<'_> {
                 Code::NoProgram,
                 &name(directory),
                 "this directory contains no program",
-                "export the programs to it, or give the files instead",
+                "export the programs to this directory, or give the files instead",
             )),
             [_] => {}
             programs => self.found.push(
@@ -246,7 +245,7 @@ impl Gathering<'_> {
                         "assumed: the programs run in the order of their file names: {}",
                         in_short(programs)
                     ),
-                    "if the PLC runs them in another order, give the files in that order",
+                    "if the PLC runs the programs in a different order, give the files in that order",
                 )
                 .warning(),
             ),
@@ -260,8 +259,7 @@ impl Gathering<'_> {
             Ok(What::Program | What::Comments) if plain::is_named(path) => {
                 let help =
                     format!("give the file itself if it is part of the scan, {}", leave_out(&file));
-                let message =
-                    "this file has no program's name, but its content looks like a program";
+                let message = "the name of this file is not that of a program file, but its content looks like a program";
                 self.found.push(Diagnostic::file(Code::OddName, &name(path), message, help));
             }
             Ok(What::Program) => {
@@ -279,7 +277,7 @@ impl Gathering<'_> {
             Ok(What::Plain) => listing.plain.push(file),
             Ok(What::Unreadable(mut fault)) => {
                 fault.help = match fault.code {
-                    Code::UnknownDialect => "if it is a program, export it again".to_owned(),
+                    Code::UnknownDialect => "if the file is a program, export it again".to_owned(),
                     _ => fault.help,
                 };
                 fault.help = format!("{}, {}", fault.help, leave_out(&file));
@@ -306,7 +304,7 @@ impl Gathering<'_> {
                     name(first.strip_prefix(path).unwrap_or(&first))
                 );
                 let help = format!(
-                    "if it is part of the scan, give it too, at the place where its programs run, {}",
+                    "if the programs in the directory are part of the scan, give the directory too, at the place where its programs run, {}",
                     leave_out(&file)
                 );
                 self.found.push(Diagnostic::file(
@@ -447,7 +445,8 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
         // SourceOptions a pipe would block, and a device may never end.
-        let told = "it is a pipe or a device, not a file: give a file, or - for stdin in place of a program";
+        let told =
+            "give a file, or - for stdin in place of a program: this path is a pipe or a device";
         return Err(io::Error::other(told));
     }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;

@@ -18,7 +18,7 @@ fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
             at,
             Code::Recursion,
             message,
-            "remove the call, or the one that leads back to this subroutine",
+            "remove this call, or the call that leads back to this subroutine",
         )
     } else if let Some(at) = flow::nested_beyond(program, MAX_NESTING) {
         let message = format!("calls are nested more than {MAX_NESTING} deep");

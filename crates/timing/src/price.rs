@@ -455,7 +455,7 @@ fn fault(program: &Program, table: &Table, at: &Instruction, why: NoPrice) -> Di
     let name = at.timing.as_ref().and_then(|key| key.names.last()).map_or("", String::as_str);
     let (message, help) = match why {
         NoPrice::TooLarge => (
-            format!("the time of {name} with its number of units is too large"),
+            format!("the time of {name} is too large when it is multiplied by the number of units"),
             "check the number of units and the time per unit in the table".to_owned(),
         ),
         NoPrice::Missing | NoPrice::Free => (

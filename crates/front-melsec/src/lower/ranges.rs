@@ -165,7 +165,12 @@ impl Lowering<'_> {
         }
         if dropped > 0 {
             let message = format!("{dropped} more stated ranges have errors, which are not listed");
-            faults.push(Diagnostic::file(Code::Fact, "", message, "correct the listed ones first"));
+            faults.push(Diagnostic::file(
+                Code::Fact,
+                "",
+                message,
+                "correct the listed errors first",
+            ));
         }
         faults
     }

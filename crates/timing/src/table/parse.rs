@@ -177,7 +177,7 @@ fn encoding(file: &str, bytes: &[u8], error: &std::str::Utf8Error) -> Diagnostic
         u32::try_from(line).unwrap_or(u32::MAX),
         shown(&String::from_utf8_lossy(&good[start..])),
         "the table is not valid UTF-8 from here on",
-        "save it as \"CSV UTF-8\"",
+        "save the table as \"CSV UTF-8\"",
     )
 }
 
@@ -291,7 +291,7 @@ impl<'a> Reader<'a> {
                 self.unlisted += 1;
             } else if twice {
                 let message = format!("the column {name} occurs twice");
-                let help = "remove one of the two";
+                let help = "remove one of the two columns";
                 let text = shown(line);
                 self.fault(Diagnostic::line(
                     Code::TableColumn,
@@ -569,7 +569,7 @@ impl<'a> Reader<'a> {
     fn finish(mut self) -> Result<Parsed, Vec<Diagnostic>> {
         if self.unlisted > 0 {
             let message = format!("{} more errors are not listed", self.unlisted);
-            let help = "correct the listed ones first";
+            let help = "correct the listed errors first";
             self.faults.push(Diagnostic::file(Code::TableFaults, self.file, message, help));
         }
         if !self.faults.is_empty() {
