@@ -165,7 +165,7 @@ mod tests {
             ("programs = []\n", "programs is empty"),
             ("programs = [\"a\"]\nlimt = \"1s\"\n", "limt"),
             ("programs = [\"a\"]\nlimit = \"10\"\n", "limit: give a unit"),
-            ("programs = [\"a\"]\nmargin = \"10\"\n", "margin: '10' is not a margin"),
+            ("programs = [\"a\"]\nmargin = \"10\"\n", "margin: '10' is not a percentage"),
             ("cpu = \"Q26UDV\"\n", "programs"),
         ] {
             let error = written(text).expect_err(text);

@@ -257,7 +257,7 @@ fn what_is_trusted_and_what_else_could_be_is_offered_with_what_it_is_worth() {
     );
     let text = offered(&["samples/filler", "--what-if=20"]);
     let (_, internal) = text.split_once("\n[internal]\n").expect("relays of the program's own");
-    let (_, bound) = internal.split_once("all of these, the bound is ").expect("a bound");
+    let (_, bound) = internal.split_once("all listed devices, the bound is ").expect("a bound");
     let bound = bound.lines().next().expect("a line");
     let stated = internal.lines().find_map(|line| line.strip_prefix("# devices")).expect("a list");
     let directory = tempfile::tempdir().expect("a directory");
@@ -304,7 +304,9 @@ fn what_is_written_by_an_index_reaches_as_far_as_is_stated() {
     assert_eq!(lower("[index]\nZ0 = [0, 49]"), Ok(0));
     let fault = |facts: &str| takes(facts).unwrap_err();
     assert!(fault("Z5 = [0, 9]").ends_with("no instruction writes through an index 'Z5'"));
-    assert!(fault("'a.il:2' = [0, 9]").ends_with("nothing is written by an index at a.il:2"));
+    assert!(
+        fault("'a.il:2' = [0, 9]").ends_with("no instruction writes through an index at a.il:2")
+    );
     assert!(fault("Z0 = [40000, 50000]").ends_with("the index 'Z0' is never 40000 to 50000"));
     let apart = fault("'a.il:4' = [0, 9]\nZ0 = [10, 20]");
     assert!(apart.contains("is never"), "{apart}");

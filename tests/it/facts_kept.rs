@@ -44,7 +44,8 @@ fn told(text: &str, facts: &str) -> Told {
 }
 
 fn warned(message: &str) -> Told {
-    Told::Warned(format!("{message} at the end of a scan: the known facts do not exclude this"))
+    let what = if message.ends_with("both on") { "that both are on" } else { "this value" };
+    Told::Warned(format!("{message} at the end of a scan: the known facts do not exclude {what}"))
 }
 
 fn broken(fact: &str, message: &str) -> Told {
@@ -85,10 +86,22 @@ fn a_range_is_broken_by_a_constant_or_by_any_run_from_power_up() {
             "when the scan ends, in scan {scan} after power-up, whatever values the inputs have"
         )
     };
-    of("LD SM400; INC D0", &format!("`INC D0` (a.il:2) leaves 11 in D0 {}", whatever(11)));
-    of("LD SM400; DEC D0", &format!("`DEC D0` (a.il:2) leaves -1 in D0 {}", whatever(1)));
-    of("LD SM400; WOR K16 D0", &format!("`WOR K16 D0` (a.il:2) leaves 16 in D0 {}", whatever(1)));
-    of("LD SM400; SET D0.4", &format!("`SET D0.4` (a.il:2) leaves 16 in D0 {}", whatever(1)));
+    of(
+        "LD SM400; INC D0",
+        &format!("`INC D0` (a.il:2) writes 11 to D0, and D0 has this value {}", whatever(11)),
+    );
+    of(
+        "LD SM400; DEC D0",
+        &format!("`DEC D0` (a.il:2) writes -1 to D0, and D0 has this value {}", whatever(1)),
+    );
+    of(
+        "LD SM400; WOR K16 D0",
+        &format!("`WOR K16 D0` (a.il:2) writes 16 to D0, and D0 has this value {}", whatever(1)),
+    );
+    of(
+        "LD SM400; SET D0.4",
+        &format!("`SET D0.4` (a.il:2) writes 16 to D0, and D0 has this value {}", whatever(1)),
+    );
 }
 
 #[test]
@@ -229,7 +242,7 @@ fn text_and_json_say_so() {
         }
     }
     for (text, word) in
-        [("LD SM400; SET M0; SET M1", "M0 and M1"), ("LD SM400; INC D0", "11 in D0")]
+        [("LD SM400; SET M0; SET M1", "M0 and M1"), ("LD SM400; INC D0", "11 to D0")]
     {
         for format in ["text", "json"] {
             let (code, _, told) = printed(text, pair, format);

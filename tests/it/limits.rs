@@ -168,7 +168,10 @@ fn what_multiplies_is_counted_before_it_is_followed() {
 fn values_that_take_too_much_are_given_up_where_they_are_read() {
     let sums: String = (0..1000).map(|n| format!("LD X{:X}\nINC D0\n", n % 64)).collect();
     let audit = list(sums + "LD= D0 K5\nOUT Y0\nEND\n", 0).audit(None, 2);
-    assert!(wider(&audit, "the computation of what this instruction reads is too complex"));
+    assert!(wider(
+        &audit,
+        "the computation of the value that this instruction reads is too complex"
+    ));
     assert!(audit.bound.upper > Picos::ZERO);
 }
 

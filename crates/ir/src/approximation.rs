@@ -154,7 +154,10 @@ mod tests {
         let count = |can_be_stated| {
             Approximated::UnknownCount { word: "D5".into(), most: 9, can_be_stated }.to_string()
         };
-        assert_eq!(count(false), "the count in D5 is unknown: 9 is assumed");
+        assert_eq!(
+            count(false),
+            "the number of iterations or units in D5 is unknown: 9 is assumed"
+        );
         assert_eq!(count(true), count(false) + "; state its range to lower the bound");
     }
 

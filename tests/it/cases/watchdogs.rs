@@ -590,5 +590,5 @@ fn interrupts_at_intervals_are_counted_as_often_as_they_are_due() {
         "audit fixed-scan-interrupt.il --cpu Q26UDV --interrupts I28=4ms --time BMOV=5ms";
     let run = scanbound("fixed-scan-interrupt", arguments);
     assert_eq!(run.code, Some(2), "{}", run.stdout);
-    assert!(run.stderr.contains("nothing bounds the scan"), "{}", run.stderr);
+    assert!(run.stderr.contains("the scan has no bound"), "{}", run.stderr);
 }
