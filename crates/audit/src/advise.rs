@@ -67,7 +67,7 @@ pub struct Statement {
     pub kind: AdviceKind,
     /// The table of the facts file to which the line belongs.
     pub table: &'static str,
-    /// The line for that table of the facts file.
+    /// The line that states it in the table of the facts file.
     pub line: String,
     /// Why the statement may matter: a sentence without a full stop.
     pub what: String,

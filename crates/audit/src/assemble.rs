@@ -90,7 +90,7 @@ pub struct Finished<'a> {
     /// How each group's maximum was found.
     pub searches: Vec<SearchUse>,
     pub loops: Loops,
-    /// A run from power-up to that scan, if one was found. Otherwise empty.
+    /// A run from power-up to the longest scan found, if one was found. Otherwise empty.
     pub run: Vec<RunScan>,
     /// The delays before and after the scan, if a response time was requested.
     pub delays: Option<Delays>,

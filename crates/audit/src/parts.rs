@@ -258,9 +258,9 @@ pub struct RungUse {
     pub block: u32,
     /// The place of the rung's instruction with the longest time.
     pub at: Location,
-    /// The text of the first of these instructions.
+    /// The text of the rung's instruction with the longest time.
     pub instruction: Arc<str>,
-    /// The comments of the devices in that text.
+    /// The comments of the devices in the text of that instruction.
     pub comments: Vec<String>,
     /// The number of the rung's other charges in the group.
     pub others: usize,

@@ -77,7 +77,7 @@ pub enum Reason {
         default: Picos,
         /// The time that the program sets.
         set: Picos,
-        /// The device that holds it.
+        /// The device that holds the watchdog time.
         device: &'static str,
     },
     /// More than the permitted share rests on assumed times.

@@ -33,7 +33,7 @@ pub struct Unknown {
     pub kind: UnknownKind,
     /// The key of the value in a facts file: a place, or the word if several places read a number from it.
     pub key: String,
-    /// The line for that table, with a number that the user replaces.
+    /// The line that states the value in a facts file, with a number that the user replaces.
     pub fact: String,
 }
 

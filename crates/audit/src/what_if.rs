@@ -115,7 +115,7 @@ pub(super) fn trusting_all(
     Ok(Some((found.bound.upper, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
-/// Whether the lower bound is so much below the upper one that reporting it is worthwhile.
+/// Whether the bound `lower` is so far below the bound `upper` that the difference is worth reporting.
 pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }

@@ -85,11 +85,12 @@ pub struct Facts {
 /// The order in which a chart's actions are executed within one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionOrder {
-    /// In the order in which the chart first names them.
+    /// Actions are executed in the order in which the chart first names them.
     Named,
-    /// Boolean variables first, then actions in the order of their declaration.
+    /// Boolean variables are written first, then actions are executed in the order of their declaration.
     Declared,
-    /// Alphabetically; actions that have ended, and are executed a last time, come before the others.
+    /// Actions are executed in the order of their names. Actions that have ended, and are executed a last time, come
+    /// first.
     Alphabetical,
 }
 

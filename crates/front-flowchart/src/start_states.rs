@@ -17,7 +17,7 @@ pub(super) struct RoutinePositions {
 pub(super) struct StartState {
     /// The position bit of each routine; `None`: the group is stopped, or the main routine is at its head.
     pub(super) places: Vec<Option<Cell>>,
-    /// The bits besides those of positions that are on.
+    /// The bits that are on, apart from those of positions.
     pub(super) on: BTreeSet<Cell>,
 }
 

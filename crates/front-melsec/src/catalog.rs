@@ -105,7 +105,7 @@ pub enum Operation {
     ClearRange,
     /// Sets the bit of the first operand whose number is the second operand (its low four bits).
     SetBit,
-    /// Clears this bit.
+    /// Clears the bit of the first operand whose number is the second operand (its low four bits).
     ResetBit,
     /// The bit takes the value of the bit with the next lower number, which is then cleared.
     ShiftOne,
@@ -140,7 +140,7 @@ pub enum NotFound {
     Unknown,
     /// The mnemonic exists, but takes a different number of operands.
     OperandCount {
-        /// The numbers that it takes, in ascending order.
+        /// The numbers of operands that the mnemonic takes, in ascending order.
         expected: Vec<usize>,
     },
 }

@@ -9,7 +9,7 @@ use scanbound_front::{Caret, WordPositions};
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawInstruction {
-    /// The line on which it begins, from 1.
+    /// The line on which the instruction begins, from 1.
     pub line: u32,
     /// The step number, if the source has one.
     pub step: Option<u32>,

@@ -109,7 +109,7 @@ pub(super) enum Connection {
 pub(super) struct CatalogMatch {
     /// The rows of the mnemonic, one for each number of operands.
     pub(super) rows: Vec<&'static Row>,
-    /// For comparisons and bit tests, how they are connected.
+    /// How the contact is connected, for comparisons and bit tests. `None` for other instructions.
     pub(super) lead: Option<Connection>,
 }
 

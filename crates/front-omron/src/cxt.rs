@@ -28,7 +28,7 @@ const LEVELS: [Level; 5] = [
     Level { name: "R", parent: "ProgramData", count: Some("RC") },
 ];
 
-/// Blocks inside these that contain no code.
+/// Blocks in which no other block contains code.
 const NO_CODE: [&str; 2] = ["LocalVariables", "AtchCmts"];
 
 /// Keys of texts that contain no code.

@@ -44,7 +44,7 @@ pub enum Edge {
 /// One instruction as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawInstruction {
-    /// The line on which it begins, from 1.
+    /// The line on which the instruction begins, from 1.
     pub line: u32,
     /// The program address of the instruction, if the source has one.
     pub step: Option<u32>,

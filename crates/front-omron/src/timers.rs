@@ -23,7 +23,7 @@ fn havoc_present(flag: Cell, choice: ChoiceId) -> Write {
     Write::Havoc(Region::Range { first: present(flag), count: 1 }, choice)
 }
 
-/// Whether the timer may time out between instructions: those with a time base of 10 ms or less.
+/// Whether the timer may time out between two instructions: its time base is 10 ms or less.
 pub(super) fn is_fast(raw: &RawInstruction) -> bool {
     let name = raw.mnemonic.to_ascii_uppercase();
     let named = ["TIMH", "TMHH", "TIMU", "TMUH"].iter().any(|kind| name.starts_with(kind));

@@ -379,7 +379,8 @@ impl Listing {
         .filter(|(files, _)| !files.is_empty())
         .map(|(files, what)| format!("{what}: {}", few(files)))
         .collect();
-        let (message, help) = (parts.join("; "), "give a file itself if it is part of the scan");
+        let (message, help) =
+            (parts.join("; "), "give the path of a file if the file is part of the scan");
         (self.plain.len() + self.ignored.len() > 0)
             .then(|| Diagnostic::file(Code::LeftOut, &name(directory), message, help).warning())
     }

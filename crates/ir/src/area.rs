@@ -14,11 +14,11 @@ pub enum AreaKind {
 /// The base in which the indices of an area's cells are written in device names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Radix {
-    /// Base 10.
+    /// Indices are written in base 10.
     Decimal,
-    /// Base 16, upper case.
+    /// Indices are written in base 16, upper case.
     Hexadecimal,
-    /// Base 8.
+    /// Indices are written in base 8.
     Octal,
 }
 

@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A rung.
+/// A rung of a ladder program, for drawing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rung {
     /// The number of the rung, counted from 1 through all files.
     pub number: u32,
-    /// The index of its file.
+    /// The index of the file that contains the rung.
     pub file: u32,
     /// The instructions of the rung in source order.
     pub elements: Vec<Element>,
@@ -53,7 +53,7 @@ pub enum Symbol {
     Negated,
     /// A condition that is not a contact: an edge, a comparison, or a change of the result.
     Condition,
-    /// A coil.
+    /// A coil, which writes the condition to its device.
     Coil,
     /// A set coil (latch).
     Set,

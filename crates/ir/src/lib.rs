@@ -106,7 +106,7 @@ pub enum When {
     Fired,
 }
 
-/// A write with its condition.
+/// A write of an instruction, and when it happens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Effect {
     /// When the write happens.
@@ -158,7 +158,7 @@ pub enum Step {
     Jump {
         /// When the jump is taken.
         fires: Logic,
-        /// The instruction to which it jumps.
+        /// The index of the instruction to which the step jumps.
         target: usize,
     },
     /// If it fires, calls the routine at `target`, which runs to a `Return`; then control continues here. The routine
@@ -199,7 +199,7 @@ pub enum Step {
         /// The index of the matching `ForEnd`.
         end: usize,
     },
-    /// Ends an iteration.
+    /// Ends an iteration of the loop that the matching `ForBegin` begins.
     ForEnd,
     /// A summary of a loop whose number of iterations is unknown or too large. Every instruction listed is charged the
     /// given number of times at the larger of its two times; then the regions are havocked (with `choice`); then the

@@ -141,9 +141,9 @@ pub struct Term {
 /// How words are interpreted as an integer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum IntegerFormat {
-    /// Two's complement.
+    /// A signed number in two's complement.
     Signed,
-    /// Unsigned binary.
+    /// An unsigned binary number.
     Unsigned,
     /// BCD, four digits a word; unknown if a digit is above 9.
     Bcd,

@@ -7,7 +7,7 @@ use scanbound_base::time::Picos;
 pub struct Interrupt {
     /// The label or task name of the routine, as facts files name it.
     pub name: String,
-    /// The index of its first instruction.
+    /// The index of the routine's first instruction.
     pub entry: usize,
     /// The number of runs of the routine that one scan is charged.
     pub times: u32,

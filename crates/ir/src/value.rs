@@ -9,7 +9,7 @@ pub struct AreaId(pub u16);
 /// A memory cell: a bit or a 16-bit word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell {
-    /// The area.
+    /// The area that contains the cell.
     pub area: AreaId,
     /// The index in the area.
     pub index: u32,

@@ -90,7 +90,7 @@ pub enum Node {
     And(Lit, Lit),
 }
 
-/// The circuit.
+/// The circuit of and-gates that guards and constraints are built from.
 #[derive(Debug, Clone)]
 pub struct Circuit {
     nodes: Shared<Node>,

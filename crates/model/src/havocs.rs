@@ -252,11 +252,11 @@ impl<'a> ExecutedHavocs<'a> {
 /// Which havocs of a block may write a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coverage {
-    /// None of them.
+    /// None of the havocs may write the cell.
     None,
-    /// Possibly some of them.
+    /// Some of the havocs may write the cell.
     Some,
-    /// All of them.
+    /// All of the havocs may write the cell.
     All,
 }
 

@@ -62,7 +62,7 @@ pub struct UnknownWrite {
     pub depends_on: BTreeSet<ChoiceId>,
 }
 
-/// A free variable.
+/// A free variable of the model: a bit or word whose value nothing in the model determines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variable {
     /// Whether the variable is a bit or a word.

@@ -30,7 +30,7 @@ const MAX_CHARGES: usize = 4_000_000;
 /// The number of executions of an instruction overflows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountOverflow {
-    /// The instruction.
+    /// The instruction whose number of executions overflows.
     pub instruction: usize,
 }
 
@@ -220,7 +220,7 @@ pub fn summarise_all(program: &mut Program, why: SummaryReason) -> Result<(), Co
     Ok(())
 }
 
-/// What to summarise.
+/// Which loops and routines are not followed.
 #[derive(Default)]
 struct Plan {
     loops: BTreeSet<usize>,

@@ -4,10 +4,10 @@ use scanbound_base::budget::Budget;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::{Cell, Program, Role};
 
-/// A pass.
+/// A pass: a step of the analysis that changes the program before its scan is followed.
 #[derive(Debug, Clone, Copy)]
 pub struct Pass {
-    /// What it does, for progress messages.
+    /// What the pass does, for progress messages.
     pub name: &'static str,
     /// Runs the pass. Errors mean that a scan of the program has no bound.
     pub run: fn(&mut Program, &Settings<'_>) -> Result<(), Vec<Diagnostic>>,

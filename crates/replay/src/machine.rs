@@ -44,7 +44,7 @@ struct Routine {
     /// regions.
     masters: Vec<(u32, Truth, Truth)>,
     loops: Vec<Loop>,
-    /// The return address in its caller.
+    /// The instruction of the caller at which control continues after the return.
     back: usize,
 }
 

@@ -4,7 +4,7 @@
 use super::term::Word;
 use scanbound_model::{Circuit, Lit};
 
-/// The operation.
+/// The operation of a derived word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Function {
     /// The product of two numbers.

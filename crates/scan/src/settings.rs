@@ -40,7 +40,7 @@ pub enum ScanError {
     /// not a rung.
     #[error("the rung's result depends on the path by which control came here")]
     NoResult {
-        /// The instruction.
+        /// The instruction that reads the result.
         instruction: usize,
     },
 }

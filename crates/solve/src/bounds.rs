@@ -78,7 +78,7 @@ impl<'a> Bounds<'a> {
         self.best.as_ref().is_some_and(|best| best.0 == self.upper)
     }
 
-    /// Records an assignment.
+    /// Records an assignment, if it costs more than the best one so far.
     pub fn found(&mut self, assignment: Assignment) {
         if let Some(cost) = self.problem.cost(&assignment)
             && self.best.as_ref().is_none_or(|best| best.0 < cost)
@@ -158,7 +158,7 @@ impl<'a> Bounds<'a> {
         self.limits
     }
 
-    /// The result.
+    /// The result of the search.
     pub fn finish(self) -> Maximum {
         let kept = self.best.is_some();
         let (lower, best) = self.best.unwrap_or_else(|| (0, self.problem.zeros()));

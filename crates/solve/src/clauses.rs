@@ -212,11 +212,11 @@ fn order(nodes: &[Node], late: usize) -> Vec<usize> {
 /// How a node is represented.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Use {
-    /// No item and no constraint depends on the node.
+    /// The node has no representation: no item and no constraint depends on it.
     None,
-    /// As part of the only gate that uses the node, which is not negated there.
+    /// The node is part of the only gate that uses it, and is not negated there.
     Inside,
-    /// By a variable.
+    /// The node is represented by a variable.
     Gate,
 }
 

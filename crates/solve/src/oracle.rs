@@ -23,9 +23,9 @@ pub enum Branching {
 /// The largest effort of a query.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Decisions; each assumption may cost one.
+    /// The largest number of decisions; each assumption may cost one.
     pub decisions: u64,
-    /// Conflicts.
+    /// The largest number of conflicts.
     pub conflicts: u64,
 }
 

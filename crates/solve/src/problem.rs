@@ -12,7 +12,7 @@ pub struct Item {
     pub guard: Lit,
     /// What a true guard adds to the cost, in picoseconds; never zero.
     pub weight: u64,
-    /// The charges that it represents, indices into `ScanModel::charges`, ascending.
+    /// The charges that the item represents, indices into `ScanModel::charges`, ascending.
     pub charges: Vec<usize>,
 }
 

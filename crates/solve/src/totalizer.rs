@@ -79,7 +79,7 @@ impl Totalizer {
         }
     }
 
-    /// Renumbers its outputs.
+    /// Gives the totalizer's outputs their new numbers.
     pub fn renumber(&mut self, renumber: &Renumbering) {
         for output in self.nodes.iter_mut().flat_map(|node| &mut node.outputs) {
             *output = renumber.of(*output);

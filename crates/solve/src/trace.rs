@@ -9,7 +9,7 @@ const MAX_STEPS: usize = 5_000;
 /// The steps of a search, in an order that does not depend on threads.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Trace {
-    /// The first steps.
+    /// The first steps of the search, up to a limit.
     pub steps: Vec<Step>,
     /// The number of further steps.
     pub left_out: usize,
@@ -24,9 +24,9 @@ pub enum Step {
         items: Vec<usize>,
         /// The cost of these items and of the constant part of the group.
         total: Picos,
-        /// The answer.
+        /// Whether the items can be true together.
         together: bool,
-        /// The time that it took.
+        /// The time that the query took.
         time: Duration,
         /// The cost of the best scan found so far: the paper's T_MAX.
         most: Picos,

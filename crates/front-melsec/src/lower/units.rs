@@ -15,7 +15,7 @@ const FX_SHORT: [&str; 20] = [
     "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
     "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
 ];
-/// The largest number of words in a block of these FX instructions.
+/// The largest number of words in a block of the instructions in `FX_SHORT`.
 const FX_MAX: i64 = 512;
 /// The largest number of devices of one type in any CPU. A larger number of units is an operation error, and nothing is
 /// executed.

@@ -29,7 +29,7 @@ pub struct Literal {
 }
 
 impl Literal {
-    /// The negation.
+    /// The negation of the literal.
     fn negated(self) -> Literal {
         Literal { on: !self.on, ..self }
     }
@@ -44,7 +44,7 @@ pub struct Condition {
     pub never: bool,
     /// What is known about words while the condition is true.
     known: Option<Rc<[WordFact]>>,
-    /// Literals that are true whenever it is true.
+    /// Literals that are true whenever the condition is true.
     literals: Option<Rc<[Literal]>>,
     /// Whether the condition is equivalent to the conjunction of `literals`.
     exact: bool,
@@ -76,12 +76,12 @@ fn chained<T: Clone + PartialEq>(a: Option<&Rc<[T]>>, b: Option<&Rc<[T]>>) -> Op
 }
 
 impl Condition {
-    /// Always true.
+    /// A condition that is always true.
     pub fn always() -> Condition {
         Condition { surely: true, exact: true, ..Condition::default() }
     }
 
-    /// A constant.
+    /// A condition that is always true, or always false.
     pub fn constant(value: bool) -> Condition {
         Condition { surely: value, never: !value, exact: value, ..Condition::default() }
     }
@@ -203,7 +203,7 @@ impl Condition {
         opposite
     }
 
-    /// The conjunction.
+    /// The conjunction of two conditions.
     pub fn and(&self, other: &Condition) -> Condition {
         let literals = chained(self.literals.as_ref(), other.literals.as_ref());
         let all = literals.as_ref().is_none_or(|all| all.len() <= MAX_LITERALS);
@@ -228,7 +228,7 @@ impl Condition {
         self.surely && self.literals().is_empty()
     }
 
-    /// The disjunction.
+    /// The disjunction of two conditions.
     pub fn or(&self, other: &Condition) -> Condition {
         match (self.never, other.never) {
             (true, _) => return other.clone(),

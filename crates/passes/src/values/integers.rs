@@ -159,7 +159,7 @@ impl Integers {
         (low <= high).then(|| Integers::progression(low, high, step))
     }
 
-    /// The union, over-approximated.
+    /// The union of two sets, over-approximated.
     #[must_use]
     pub fn join(&self, other: &Integers) -> Integers {
         if let (Some(a), Some(b)) = (&self.some, &other.some)
@@ -182,7 +182,7 @@ impl Integers {
         Integers::of(a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b))).map(|(a, b)| of(a, b)))
     }
 
-    /// The sums.
+    /// The sums of a number of each set. `None` if they overflow.
     pub fn add(&self, other: &Integers) -> Option<Integers> {
         let (low, high) = (self.low.checked_add(other.low)?, self.high.checked_add(other.high)?);
         let found = self.each_pair(other, |a, b| a + b);
@@ -190,14 +190,14 @@ impl Integers {
         found.or_else(|| Some(Integers::progression(low, high, i64::try_from(step).ok()?)))
     }
 
-    /// The negatives.
+    /// The negatives of all numbers. `None` if they overflow.
     pub fn negated(&self) -> Option<Integers> {
         let (low, high) = (self.high.checked_neg()?, self.low.checked_neg()?);
         let some = self.some.as_ref().map(|all| all.iter().rev().map(|one| -one).collect());
         Some(Integers { low, high, step: self.step, some })
     }
 
-    /// The products.
+    /// The products of a number of each set. `None` if they overflow.
     pub fn multiply(&self, other: &Integers) -> Option<Integers> {
         let (a, b) = (self, other);
         let ends = [

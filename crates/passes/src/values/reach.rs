@@ -31,7 +31,7 @@ impl Reach {
         Some(reach)
     }
 
-    /// The union, over-approximated.
+    /// The union of two sets of ranges, over-approximated.
     pub fn join(self, other: Reach) -> Reach {
         let cells =
             |one: Reach| Integers::progression(one.first.into(), one.last.into(), one.step.into());
@@ -44,12 +44,12 @@ impl Reach {
         }
     }
 
-    /// The last cell.
+    /// The last cell of the last range.
     fn end(self) -> u32 {
         self.last + (self.length - 1)
     }
 
-    /// The intersection, over-approximated.
+    /// The intersection of two sets of ranges, over-approximated.
     pub fn meet(self, other: Reach) -> Reach {
         let is_within = |one: Reach, of: Reach| of.first <= one.first && one.end() <= of.end();
         match (is_within(self, other), is_within(other, self)) {

@@ -108,7 +108,7 @@ struct PendingJump {
 pub struct Run<'p> {
     program: &'p Program,
     followed: &'p Tracked,
-    /// Whether to stop.
+    /// Returns true if the analysis must stop, because the time is over.
     is_over: &'p dyn Fn() -> bool,
     pub found: CountLimits,
     /// The join of all values written to each word during the scan.
@@ -133,7 +133,7 @@ fn join(stamp: u32, into: &mut Option<State>, state: State) {
 }
 
 impl<'p> Run<'p> {
-    /// Prepares a scan.
+    /// Prepares the execution of one scan.
     pub fn new(
         program: &'p Program,
         followed: &'p Tracked,

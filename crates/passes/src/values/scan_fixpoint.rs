@@ -27,7 +27,7 @@ pub struct Fixpoint {
     pub found: CountLimits,
     /// The values of words at the start of every scan.
     pub start: Vec<Value>,
-    /// The number of instructions executed to compute it.
+    /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
 }
 
@@ -46,7 +46,7 @@ pub struct ScanFixpoint<'a> {
     pub free: &'a [Value],
     /// The slots of the words that are written in every scan.
     pub always: Vec<usize>,
-    /// Whether to stop.
+    /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
 }
 

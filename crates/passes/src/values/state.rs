@@ -44,7 +44,7 @@ impl Tracked {
 /// The number of slots in a block. States share blocks that are equal.
 const BLOCK: usize = 32;
 
-/// The abstract state.
+/// The abstract state at a point of the scan: what is known of words and bits.
 #[derive(Debug, Clone)]
 pub struct State {
     words: Vec<Rc<Block>>,
@@ -87,7 +87,7 @@ struct Writes {
 /// What is known of a bit.
 #[derive(Debug, Clone, Default)]
 struct Bit {
-    /// The stamp of its last write.
+    /// The stamp of the bit's last write.
     stamp: u32,
     /// What is known if the bit is on, and what is known if it is off.
     truth: Option<Rc<[Condition; 2]>>,

@@ -53,11 +53,11 @@ fn gcd_of(all: &[u32]) -> u32 {
 }
 
 impl Value {
-    /// All values.
+    /// The set of all values.
     pub const TOP: Value =
         Value { ring: WordInterval::TOP, step: 1, count: 0, few: [0; MAX_EXACT] };
 
-    /// A single value.
+    /// The set that contains only this value.
     pub const fn constant(value: u16) -> Value {
         let mut few = [0; MAX_EXACT];
         few[0] = value;
@@ -215,7 +215,7 @@ impl Value {
         }
     }
 
-    /// The union, over-approximated.
+    /// The union of two sets, over-approximated.
     pub fn join(self, other: Value) -> Value {
         if self.contains(&other) {
             return self;
@@ -237,7 +237,7 @@ impl Value {
         Value::progression(ring.first(), ring.span().into(), step)
     }
 
-    /// The intersection, over-approximated; `None` if it is empty.
+    /// The intersection of two sets, over-approximated; `None` if it is empty.
     pub fn meet(self, other: Value) -> Option<Value> {
         if let Some(few) = self.few() {
             return Value::of_values(
@@ -253,7 +253,7 @@ impl Value {
         Some(if one.size() <= two.size() { one } else { two })
     }
 
-    /// The intersection, over-approximated; `self` if it is empty.
+    /// The intersection of two sets, over-approximated; `self` if it is empty.
     pub fn closer(self, other: Value) -> Value {
         self.meet(other).unwrap_or(self)
     }
@@ -363,7 +363,7 @@ impl Value {
         Value::of_values(pairs.map(|(a, b)| of(a, b)))
     }
 
-    /// Bitwise AND.
+    /// The results of a bitwise AND of a value of each set.
     #[must_use]
     pub fn and(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, |a, b| a & b) {
@@ -394,7 +394,7 @@ impl Value {
         gcd_of(&[self.step(), self.ring.first().into(), ALL])
     }
 
-    /// Bitwise OR, or exclusive OR if `is_exclusive`.
+    /// The results of a bitwise OR, or exclusive OR if `is_exclusive`, of a value of each set.
     #[must_use]
     pub fn or(self, other: Value, is_exclusive: bool) -> Value {
         let found = self.each_pair(other, |a, b| if is_exclusive { a ^ b } else { a | b });

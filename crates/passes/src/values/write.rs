@@ -24,7 +24,7 @@ pub enum To {
     Bits(Range<usize>),
 }
 
-/// Executes one effect.
+/// Executes one effect, and collects its writes.
 pub struct Writer<'a> {
     /// The state before the effect, in which expressions are evaluated; the effect's guard is true in it.
     pub evaluation: Evaluation<'a>,
