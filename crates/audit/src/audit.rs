@@ -205,7 +205,8 @@ impl Audit {
         self.bound.upper.max(self.cycle.longest().unwrap_or_default())
     }
 
-    /// The same upper bound with all points that the CPU can have, if the number of points is not stated.
+    /// An upper bound on the scan time, including the wait for the constant scan time. If the number of points is not
+    /// stated: with all points that the CPU can have.
     #[must_use]
     pub fn cycle_with_all_points(&self) -> Picos {
         self.upper_with_all_points().max(self.cycle.longest().unwrap_or_default())
@@ -217,7 +218,8 @@ impl Audit {
         self.possible().max(self.cycle.lower.unwrap_or_default())
     }
 
-    /// The same lower bound without the refresh time of points whose number is not stated.
+    /// A lower bound on the scan time, including the wait for the constant scan time, without the refresh time of
+    /// points whose number is not stated.
     #[must_use]
     pub fn cycle_without_points(&self) -> Picos {
         self.lower_without_points().max(self.cycle.lower.unwrap_or_default())

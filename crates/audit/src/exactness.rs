@@ -55,7 +55,7 @@ pub struct Construct {
 pub struct InexactUse {
     /// The place of the statement.
     pub at: Location,
-    /// The body that contains it.
+    /// The name of the body that contains the statement.
     pub body: String,
     /// The first line of the statement.
     pub text: Arc<str>,

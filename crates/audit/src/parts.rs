@@ -139,7 +139,7 @@ pub struct OverheadUse {
 pub struct NetworkUse {
     /// The name of the network device.
     pub what: String,
-    /// The first instruction that uses it.
+    /// The place of the first instruction that uses the device.
     pub first: Location,
 }
 
@@ -197,7 +197,7 @@ pub struct ChargeUse {
     /// The part of the bound that the instruction takes: its time in the longest scan that the model allows. If the
     /// bound is structural: the larger of its two times.
     pub share: Picos,
-    /// The called routine that contains it, if any.
+    /// The called routine that contains the instruction. `None` outside of routines.
     pub routine: Option<Arc<str>>,
     /// The row of the table that gives the times.
     pub row: Arc<str>,

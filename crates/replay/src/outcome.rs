@@ -56,7 +56,7 @@ pub struct Stopped {
     pub at: usize,
     /// The call context: the calls and loop iterations on the path to the instruction.
     pub frames: Arc<[Frame]>,
-    /// The reason.
+    /// The reason why the run stopped.
     pub reason: StopReason,
 }
 

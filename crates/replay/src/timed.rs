@@ -20,7 +20,7 @@ pub(super) struct TimerMemory {
 /// The values that the instruction of a timer or counter reads when it is executed.
 #[derive(Debug, Clone)]
 pub struct TimedInputs {
-    /// Time since power-up.
+    /// The time since power-up at which the instruction is executed.
     pub now: Picos,
     /// False inside a master control region that is off. For an instruction without inputs, also if its condition is
     /// false.

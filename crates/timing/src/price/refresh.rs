@@ -17,7 +17,7 @@ pub struct UnstatedPoints {
     pub side: &'static str,
     /// The number of points that is charged: the points that the program uses.
     pub taken: u32,
-    /// The refresh time charged for them.
+    /// The refresh time that was charged for these points.
     pub time: Picos,
     /// The largest additional time for sixteen more points.
     pub sixteen: Picos,
@@ -65,16 +65,16 @@ pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
 pub struct UnstatedBase {
     /// `input` or `output`.
     pub side: &'static str,
-    /// The fastest base.
+    /// The name of the fastest base unit.
     pub least: String,
-    /// How much less its refresh takes.
+    /// The time by which the refresh on the fastest base unit is shorter than the charged one.
     pub saves: Picos,
 }
 
 /// The overhead for refreshing inputs and outputs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Refresh {
-    /// The overhead terms.
+    /// The overhead terms of the refresh.
     pub terms: Vec<OverheadTerm>,
     /// Inputs or outputs for which the number of points is not stated.
     pub points: Vec<UnstatedPoints>,

@@ -25,7 +25,7 @@ pub struct Cells {
 /// The cells of one area that an instruction uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OfArea {
-    /// The area.
+    /// The area that contains the cells.
     pub area: AreaId,
     /// The number of cells. A cell that is mentioned twice counts twice.
     pub count: u64,

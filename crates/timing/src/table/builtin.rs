@@ -68,7 +68,7 @@ pub struct Summary {
     pub name: &'static str,
     /// The title, one line.
     pub title: String,
-    /// The CPUs that it is for.
+    /// The CPUs for which the table is.
     pub cpus: Vec<String>,
     /// The number of rows with each kind of evidence, in the order of [`Evidence::ALL`].
     pub rows: [(Evidence, usize); 4],

@@ -19,7 +19,7 @@ pub enum StatedClock {
     Period {
         /// The period of the clock, rounded up if the user gave a frequency.
         period: Picos,
-        /// As the user wrote it.
+        /// The period or frequency as the user wrote it.
         text: String,
     },
 }
@@ -73,7 +73,7 @@ impl fmt::Display for StatedClock {
             StatedClock::Fast => f.write_str("the clock is on FAST"),
             StatedClock::Slow => write!(f, "the clock is on SLOW: divided by {SLOW}"),
             StatedClock::Period { period, text } => {
-                write!(f, "the clock is {text}: a word takes {period}")
+                write!(f, "the clock is {text}: each program word takes {period}")
             }
         }
     }

@@ -64,7 +64,7 @@ pub const CLASSES: [&str; 39] = [
 pub enum Evidence {
     /// The table's author assumed it: nobody has published or measured it.
     Assumed,
-    /// The user gave it without a source.
+    /// The user gave the time without a source.
     Stated,
     /// The time was measured on the CPU.
     Measured,
@@ -124,9 +124,9 @@ pub struct Row {
 pub struct Factor {
     /// The factor in millionths.
     pub millionths: u64,
-    /// As written.
+    /// The factor as it is written in the table.
     pub text: String,
-    /// The evidence for it.
+    /// The evidence for the factor.
     pub evidence: Evidence,
     /// The source of the factor, or the reason for it.
     pub source: String,
@@ -159,7 +159,7 @@ pub fn taken_off(millionths: u64, time: Picos) -> Picos {
 pub struct MostPoints {
     /// The number of points.
     pub points: u32,
-    /// The evidence for it.
+    /// The evidence for the number of points.
     pub evidence: Evidence,
     /// The document and page of the number, or the reason for an assumption; may be empty.
     pub source: String,
@@ -174,13 +174,13 @@ pub struct Table {
     pub title: String,
     /// The date of the table's last change, such as `2026-11-21`.
     pub date: Option<String>,
-    /// The SHA-256 of its file's bytes.
+    /// The SHA-256 of the bytes of the table's file.
     pub sha256: String,
     /// The CPU family whose instruction set the table prices, such as `q` or `fx5`.
     pub family: Option<String>,
     /// The CPUs for which the table is, in upper case, without the word CPU.
     pub cpus: Vec<String>,
-    /// The built-in table that it amends.
+    /// The name of the built-in table that this table amends.
     pub base: Option<String>,
     /// What the table's times do not include, for the reader of a report.
     pub notes: Vec<String>,

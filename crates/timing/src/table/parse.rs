@@ -15,14 +15,14 @@ use scanbound_base::time::{Picos, TimeError};
 pub struct Parsed {
     /// The table. If it amends a built-in table, it contains that table's rows too.
     pub table: Table,
-    /// Findings that do not prevent its use.
+    /// Findings that do not prevent the use of the table.
     pub warnings: Vec<Diagnostic>,
 }
 
 /// A price given on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
-    /// The name of the row that it replaces.
+    /// The name of the table row that the price replaces.
     pub name: String,
     /// The on-time.
     pub on: Picos,
