@@ -28,8 +28,8 @@ pub struct Statement {
     pub place: Location,
     /// The first line of the statement.
     pub text: Arc<str>,
-    /// The number of source statements for which this statement stands: for the control of an action, the number of blocks that
-    /// name the action; otherwise 1.
+    /// The number of source statements for which this statement stands: for the control of an action, the number of
+    /// blocks that name the action; otherwise 1.
     pub count: u32,
 }
 

@@ -398,7 +398,7 @@ impl Reader<'_> {
                 None => self.fault(
                     Some(value.span()),
                     "latched in [io] must be true or false".to_owned(),
-                    "write latched = true if the flowchart PC copies its inputs to an image once at the start of each pass",
+                    "write latched = true if the PLC copies its inputs to an image once at the start of each pass",
                 ),
             },
             other => self.unknown(
