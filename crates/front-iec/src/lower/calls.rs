@@ -490,6 +490,7 @@ impl Lower<'_> {
             }
         }
         for (from, target, is_both) in wholes {
+            self.are_of_one_type(&from, &target, line)?;
             let key = match is_both {
                 // In and out an address is handed over.
                 true => Assembler::key(&["ST"], "move"),

@@ -126,7 +126,8 @@ impl<'t> Lower<'t> {
         let own = self.of_functions();
         self.assembler().settle(&own);
         if !self.faults.is_empty() {
-            let faults = std::mem::take(&mut self.assembler().faults);
+            let mut faults = std::mem::take(&mut self.assembler().faults);
+            resolve::list_unknown_types(tree, &mut faults);
             return Err(told(project, faults));
         }
         let (mut known, values) = self.power_up(charts.begins_with_more);

@@ -142,6 +142,25 @@ impl Lower<'_> {
         }
     }
 
+    /// Refuses a copy of an instance to one of another type, of a block that its own extends: its own methods and actions would
+    /// be called there.
+    pub(super) fn are_of_one_type(&self, from: &Found, to: &Found, line: u32) -> Result<(), Fault> {
+        let spot = |one: &'_ Found| match one {
+            Found::Spot(spot) => Some((spot.ty, spot.name.clone())),
+            Found::Element(element) => Some((element.spot.ty, element.spot.name.clone())),
+            Found::WordBit(..) => None,
+        };
+        let (Some((from, _)), Some((to, name))) = (spot(from), spot(to)) else { return Ok(()) };
+        if from == to || self.instances_of(to) == 0 {
+            return Ok(());
+        }
+        let told = format!(
+            "what {name} is given is not of its type: which methods are called through it is not followed"
+        );
+        let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
+        Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
+    }
+
     /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out alike, else
     /// what is written may be anything.
     pub(super) fn copy(&mut self, from: &Found, to: &Found, key: TimingKey) {

@@ -189,6 +189,7 @@ impl Lower<'_> {
             StatementKind::Copy(target, from) => {
                 let from = self.find(at, from, line)?;
                 let to = self.find(at, target, line)?;
+                self.are_of_one_type(&from, &to, line)?;
                 let key = self.store_key(&to, None, line)?;
                 self.copy(&from, &to, key);
                 Ok(())

@@ -12,6 +12,7 @@ mod stated;
 mod statements;
 mod tasks;
 mod types;
+mod unknown_types;
 
 pub use charts::orders;
 
@@ -31,6 +32,7 @@ use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as D
 pub use stated::Facts;
 use std::collections::{BTreeMap, BTreeSet};
 pub use tasks::gives_parts;
+pub use unknown_types::list_unknown_types;
 
 /// What the typed tree cannot represent yet.
 pub const NOT_YET: &str = "not in the typed tree";
