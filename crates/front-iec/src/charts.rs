@@ -1,6 +1,6 @@
 //! What is wrong with charts by themselves, whether or not a program runs them.
 
-use super::decode::{self, decode};
+use super::lower::{SourceTraits, decode};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
@@ -53,7 +53,7 @@ pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     let asked = scanbound_front::Options::new(facts);
-    let Err(all) = decode(&own, super::XML, decode::Options::default(), &asked) else {
+    let Err(all) = decode(&own, super::XML, SourceTraits::default(), &asked) else {
         return Vec::new();
     };
     let mut found: Vec<Diagnostic> = Vec::new();

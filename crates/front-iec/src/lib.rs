@@ -4,58 +4,9 @@
 //! What is read stands in [`scanbound_iec`]; this says what it means to the analysis. A unit's instance is a routine with
 //! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
 
-mod address;
-mod arithmetic;
 mod assembler;
-mod begin;
-mod block;
-mod by_reference;
-mod chart;
 pub mod charts;
-mod connected;
-mod control;
-mod convert;
-mod counted;
-pub mod decode;
-mod differs;
-mod emit;
-mod enable;
-mod expr;
-mod extent;
-mod first_values;
-mod foreign;
-mod forget;
-mod function;
-mod inputs;
-mod invariant;
-mod loops;
 mod lower;
-mod memory;
-mod method;
-mod mixed;
-mod numbered;
-mod open;
-mod operands;
-mod reach;
-mod refer;
-mod references;
-mod resolve;
-mod retained;
-mod roads;
-mod selected;
-mod stand_in;
-mod statement;
-mod step_time;
-mod tally;
-mod time_range;
-mod timer;
-mod turns;
-mod types;
-mod unknown_types;
-mod value;
-mod walk;
-mod whole;
-mod within;
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
@@ -63,6 +14,7 @@ use scanbound_front::encoding::candidates;
 use scanbound_front::{Dialect, Front, Input, Project, Sniff, SourceOptions, decoded};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{parse, xml};
+use scanbound_iec_tree::blocks::StandardBlock;
 use scanbound_ir::Program;
 use std::borrow::Cow;
 
@@ -95,7 +47,7 @@ pub const FRONT: Iec = Iec;
 pub struct Source {
     dialect: &'static str,
     project: scanbound_iec::Project,
-    options: decode::Options,
+    options: lower::SourceTraits,
     /// The drawings, to find the elements that faults are about.
     drawn: Vec<(String, String)>,
     /// What was noticed on reading.
@@ -130,7 +82,7 @@ fn source_text<'a>(
 /// A block of the standard that a text takes from a library by name, where the project has one of the same name.
 fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    let own = project.pous.iter().filter(|pou| types::is_standard(&pou.name));
+    let own = project.pous.iter().filter(|pou| StandardBlock::named(&pou.name).is_some());
     for pou in own {
         for (number, line) in text.lines().enumerate() {
             let upper = line.to_ascii_uppercase();
@@ -196,7 +148,7 @@ impl Front for Iec {
         reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let mut project = scanbound_iec::Project::default();
-        let mut options = decode::Options::default();
+        let mut options = lower::SourceTraits::default();
         let mut drawn = Vec::new();
         let (mut faults, mut warnings, mut texts) = (Vec::new(), Vec::new(), Vec::new());
         for input in programs {
@@ -250,7 +202,7 @@ impl Project for Source {
     }
 
     fn decode(&self, options: &scanbound_front::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        let decoded = roads::decode(&self.project, self.dialect, self.options, options);
+        let decoded = lower::decode(&self.project, self.dialect, self.options, options);
         decoded.map_err(|faults| self.placed(faults))
     }
 }

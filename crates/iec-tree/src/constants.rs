@@ -33,9 +33,6 @@ pub struct Constants<'p> {
     lists: BTreeSet<String>,
     types: BTreeSet<String>,
     others: BTreeSet<String>,
-    /// The names, in capitals, of the constants of units, and of properties.
-    own: BTreeSet<String>,
-    properties: BTreeSet<String>,
     known: RefCell<BTreeMap<usize, Option<i64>>>,
     lookups: Cell<u32>,
     endless: Cell<bool>,
@@ -51,8 +48,6 @@ impl<'p> Constants<'p> {
             lists: BTreeSet::new(),
             types: BTreeSet::new(),
             others: BTreeSet::new(),
-            own: BTreeSet::new(),
-            properties: BTreeSet::new(),
             known: RefCell::default(),
             lookups: Cell::new(0),
             endless: Cell::new(false),
@@ -65,9 +60,6 @@ impl<'p> Constants<'p> {
         for pou in project.pous.iter().chain(methods) {
             found.others.insert(pou.name.to_ascii_uppercase());
             pou.variables.iter().for_each(|one| found.add_values(None, &one.of));
-            let constants = pou.variables.iter().filter(|one| one.constant);
-            found.own.extend(constants.map(|one| one.name.to_ascii_uppercase()));
-            found.properties.extend(pou.property().map(str::to_ascii_uppercase));
         }
         for (list, all) in &project.globals {
             for (at, one) in all.iter().enumerate() {
@@ -154,18 +146,6 @@ impl<'p> Constants<'p> {
             }
             found => found,
         }
-    }
-
-    /// Whether any unit has a constant of this name.
-    #[must_use]
-    pub fn is_own(&self, name: &str) -> bool {
-        self.own.contains(&name.to_ascii_uppercase())
-    }
-
-    /// Whether any unit has a property of this name.
-    #[must_use]
-    pub fn is_property(&self, name: &str) -> bool {
-        self.properties.contains(&name.to_ascii_uppercase())
     }
 
     /// Whether a name is that of a list of global variables or of a type.

@@ -192,12 +192,6 @@ pub const RESULT: &str = "~result ";
 /// What the variables begin with that hold what is only loaded again: it is stored as part of something else.
 pub const LOADED: &str = "~loaded ";
 
-/// Whether reading what a drawing keeps under a name is charged.
-#[must_use]
-pub fn is_loaded(name: &str) -> bool {
-    [RESULT, LOADED].iter().any(|own| name.starts_with(own))
-}
-
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expr {
@@ -339,9 +333,8 @@ pub enum Kind {
     Either(&'static str, Vec<Statement>, Vec<Statement>),
     /// What is not understood, in words; it may have done anything.
     Unread(String),
-    /// A pragma that may hold code of another language, with its braces, and the name under which it is stated what it takes;
-    /// without a name it may have done anything.
-    Foreign(String, Option<String>),
+    /// A pragma that may hold code of another language, with its braces.
+    Foreign(String),
 }
 
 /// Shows every expression and every statement of some statements.
@@ -450,7 +443,7 @@ pub fn change(
                 change(other, expr, path);
             }
             Kind::Return(condition) | Kind::Jump(condition, _) => expr(condition),
-            Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(..) => {}
+            Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(_) => {}
         }
     }
 }

@@ -250,7 +250,7 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
             let value = if *value { "TRUE" } else { "FALSE" };
             under(text, condition, &format!("{} := {value};", path(target)));
         }
-        Kind::Foreign(code, _) => {
+        Kind::Foreign(code) => {
             let _ = writeln!(text, "{pad}{}", short(code));
         }
         Kind::Unread(what) => {

@@ -1,15 +1,15 @@
 //! What the actions of charts do: what stands in blocks themselves, actions that are called, Boolean variables.
 
-use super::super::assembler::{Assembler, OpenEnd};
-use super::super::control::{Before, Output};
-use super::super::memory::{all, set};
-use super::super::turns;
-use super::super::value::Value;
 use super::Lower;
 use super::charts::Own;
 use super::effects::add;
 use super::places::{Context, Found};
 use super::statements::{ENDS_CHART, JumpTargets, jump_key};
+use crate::assembler::control::{Before, Output};
+use crate::assembler::memory::{all, set};
+use crate::assembler::turns;
+use crate::assembler::value::Value;
+use crate::assembler::{Assembler, OpenEnd};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
 use scanbound_iec::chart::Target as BlockTarget;

@@ -1,7 +1,7 @@
 //! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
 
-use super::super::assembler::Assembler;
 use super::places::Spot;
+use crate::assembler::Assembler;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
@@ -157,7 +157,7 @@ pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize
 
 /// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
 pub(super) fn share(
-    emit: &mut Assembler,
+    assembler: &mut Assembler,
     all: &[Located],
     given_back: &[(std::ops::Range<usize>, usize, u32)],
 ) -> Vec<Region> {
@@ -169,10 +169,10 @@ pub(super) fn share(
         return Vec::new();
     }
     let index = Index::new(&pairs);
-    for at in 0..emit.builder.next() {
+    for at in 0..assembler.builder.next() {
         let mut more: Vec<Effect> = Vec::new();
         let mut told = Vec::new();
-        for effect in &emit.builder.program.instructions[at].effects.clone() {
+        for effect in &assembler.builder.program.instructions[at].effects.clone() {
             for (one, other) in index.written(&effect.write).into_iter().map(|pair| pairs[pair]) {
                 let writes = match one.passes_to(other) {
                     Passes::Same(writes) => writes,
@@ -181,7 +181,7 @@ pub(super) fn share(
                             "{} at {} may share memory with {} at {}: that may hold anything when this is written",
                             one.spot.name, one.address, other.spot.name, other.address
                         ));
-                        let choice = emit.builder.choice();
+                        let choice = assembler.builder.choice();
                         regions.into_iter().map(|region| Write::Havoc(region, choice)).collect()
                     }
                 };
@@ -189,13 +189,14 @@ pub(super) fn share(
                 more.extend(writes.into_iter().map(|write| Effect { when, ..always(write) }));
             }
         }
-        emit.builder.program.instructions[at].effects.extend(more);
+        assembler.builder.program.instructions[at].effects.extend(more);
         told.dedup();
-        told.into_iter().for_each(|what| emit.builder.program.approximate(at, what));
+        told.into_iter().for_each(|what| assembler.builder.program.approximate(at, what));
     }
     let mut faults = Vec::new();
     for (range, file, line) in given_back {
-        let effects = range.clone().flat_map(|at| &emit.builder.program.instructions[at].effects);
+        let effects =
+            range.clone().flat_map(|at| &assembler.builder.program.instructions[at].effects);
         let mut written = effects.flat_map(|effect| index.written(&effect.write));
         if let Some((one, other)) = written.next().map(|pair| pairs[pair]) {
             let told = format!(
@@ -207,7 +208,7 @@ pub(super) fn share(
             faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
         }
     }
-    emit.faults.extend(faults);
+    assembler.faults.extend(faults);
     pairs.iter().flat_map(|(one, _)| one.spot.tag.regions()).collect()
 }
 

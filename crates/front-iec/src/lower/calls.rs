@@ -1,14 +1,14 @@
 //! Calls: values are passed, what is called is executed, results are taken.
 
-use super::super::assembler::Assembler;
-use super::super::types::Ty;
-use super::super::value::{Value, constant};
 use super::effects::{Effects, add};
 use super::elements::unknown_number;
 use super::enable::Enabled;
 use super::places::{Context, Found, Spot};
 use super::values::shown;
 use super::{Entry, Lower};
+use crate::assembler::Assembler;
+use crate::assembler::types::Ty;
+use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;

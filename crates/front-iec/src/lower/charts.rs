@@ -1,15 +1,15 @@
 //! Charts as instructions: steps and stored actions are bits that nobody else knows.
 
-use super::super::assembler::Assembler;
-use super::super::control::Whole;
-use super::super::expr::read;
-use super::super::memory::{Memory, all, any, layout, memory, set};
-use super::super::types::{Kind, Ty};
-use super::super::value::Value;
-use super::super::{invariant, turns};
 use super::Lower;
 use super::places::Context;
 use super::statements::{JumpTargets, jump_key};
+use crate::assembler::Assembler;
+use crate::assembler::control::Whole;
+use crate::assembler::memory::{Memory, all, any, layout, memory, set};
+use crate::assembler::numbers::read;
+use crate::assembler::types::{Kind, Ty};
+use crate::assembler::value::Value;
+use crate::assembler::{invariant, turns};
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::Body;

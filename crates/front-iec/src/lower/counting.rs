@@ -1,8 +1,8 @@
 //! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
 
-use super::super::counted::Counted;
-use super::super::tally::Current;
 use super::Lower;
+use crate::assembler::counted::Counted;
+use crate::assembler::tally::Current;
 use scanbound_iec::Language;
 use scanbound_iec_tree::declarations::RoutineId;
 use scanbound_iec_tree::tree::{ExprKind, Root, Statement, StatementKind, Target};

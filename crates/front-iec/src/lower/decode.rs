@@ -1,12 +1,12 @@
 //! From a project to a program by the typed tree: tasks, instances of programs, routines.
 
-use super::super::assembler::Assembler;
-use super::super::decode::{LARGEST, Options as ChartOptions, changed_by_others, merged, told};
 use super::address::{self, Located};
 use super::calls::Callee;
 use super::first_values::FIRST_SCAN;
 use super::places::{Context, Found, Instance, Spot};
-use super::{Entry, Lower, Options};
+use super::start::merged;
+use super::{Entry, GivenBack, Lower, Options};
+use crate::assembler::Assembler;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::normalized;
@@ -19,24 +19,33 @@ use scanbound_iec_tree::declarations::{Owner, Routine, RoutineKind, Stated};
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
 use scanbound_ir::{MissingRoutine, Program, Region, SourceFile, Step, Write, flow};
+use std::collections::BTreeSet;
+
+/// What the text of a project shows of the tool that it is for.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SourceTraits {
+    /// Whether methods are carried out before the first scan that no block names (`call_after_init` of CODESYS).
+    pub(crate) begins_with_more: bool,
+    /// Whether actions come before transitions, as CODESYS and TwinCAT have it.
+    pub(crate) actions_first: bool,
+}
 
 /// What a project means.
 ///
 /// # Errors
 /// All faults.
-pub(in super::super) fn decode(
+pub(crate) fn decode(
     project: &Project,
     dialect: &str,
-    charts: ChartOptions,
+    traits: SourceTraits,
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
     }
-    let files: Vec<[&str; 2]> = (0..project.files.len())
-        .map(|at| super::super::foreign::names(&project.files, at))
-        .collect();
+    let files: Vec<[&str; 2]> =
+        (0..project.files.len()).map(|at| file_names(&project.files, at)).collect();
     let facts = resolve::Facts { calls: &asked.facts.calls, files: &files };
     let tree = resolve::tree(project, facts);
     if !tree.faults.is_empty() {
@@ -46,7 +55,7 @@ pub(in super::super) fn decode(
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
         charts: super::ChartOptions {
-            actions_first: charts.actions_first,
+            actions_first: traits.actions_first,
             all_clear: asked.facts.all_clear,
             action_order: asked.facts.action_order,
             drawn_last_scan: asked.facts.drawn_last_scan,
@@ -66,14 +75,14 @@ pub(in super::super) fn decode(
     if let Some(at) = asked.task.and_then(|name| tree.task(name)) {
         tasks[..=at].rotate_right(1);
     }
-    own.program_of(&tasks, charts, asked)
+    own.program_of(&tasks, traits, asked)
 }
 
 impl<'t> Lower<'t> {
     fn program_of(
         mut self,
         tasks: &[&Task],
-        charts: ChartOptions,
+        traits: SourceTraits,
         asked: &scanbound_front::Options<'_>,
     ) -> Result<Program, Vec<Diagnostic>> {
         let (project, tree) = (self.project, self.tree);
@@ -130,7 +139,7 @@ impl<'t> Lower<'t> {
             resolve::list_unknown_types(tree, &mut faults);
             return Err(told(project, faults));
         }
-        let (mut known, values) = self.power_up(charts.begins_with_more);
+        let (mut known, values) = self.power_up(traits.begins_with_more);
         // What shares memory begins with what either of them declares.
         known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));
         known.latched = merged(known.latched);
@@ -230,7 +239,7 @@ impl<'t> Lower<'t> {
     fn copied_to(
         &mut self,
         to: Found,
-        value: super::super::value::Value,
+        value: crate::assembler::value::Value,
         line: u32,
     ) -> Result<(), Fault> {
         let key = self.store_key(&to, None, line)?;
@@ -491,4 +500,53 @@ fn known_task(tree: &Tree, task: &Task) -> scanbound_ir::Task {
         priority: task.priority,
         programs: programs.map(|&at| tree.programs[at].name.clone()).collect(),
     }
+}
+
+/// More instructions than any program has.
+const LARGEST: usize = 4_000_000;
+
+/// Faults as findings, each once.
+fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
+    let name = |file: usize| project.files.get(file).map_or("", String::as_str);
+    let mut told: Vec<Diagnostic> = Vec::new();
+    for (file, fault) in faults {
+        let one = fault.in_file(name(file));
+        if !told.contains(&one) {
+            told.push(one);
+        }
+    }
+    told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+    told
+}
+
+/// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes it. Such
+/// calls are faults.
+fn changed_by_others(assembler: &mut Assembler, entries: &[usize], given_back: &[GivenBack]) {
+    let program = &assembler.builder.program;
+    let task_of = |at: usize| entries.partition_point(|&entry| entry <= at);
+    let mut written: BTreeSet<(usize, Region)> = BTreeSet::new();
+    for at in 0..program.instructions.len() {
+        let regions = flow::written(program, at).into_iter();
+        written.extend(regions.map(|region| (task_of(at), region)));
+    }
+    let mut faults = Vec::new();
+    for (range, file, line) in given_back {
+        let own: Vec<Region> = range.clone().flat_map(|at| flow::written(program, at)).collect();
+        let by_other = |(task, region): &(usize, Region)| {
+            *task != task_of(range.start) && own.iter().any(|one| flow::overlap(*one, *region))
+        };
+        if written.iter().any(by_other) {
+            let told = "what is handed over in and out is written by another task, too: it may change \
+                while the call runs, which is not followed";
+            let help = "copy it to a variable of the task before the call, and back behind it";
+            faults.push((*file, Fault::new(*line, told).code(FaultCode::NotModelled).help(help)));
+        }
+    }
+    assembler.faults.extend(faults);
+}
+
+/// What facts may call a file: its whole name, and the name without its directories where no other file has it.
+pub(super) fn file_names(files: &[String], file: usize) -> [&str; 2] {
+    let whole = files.get(file).map_or("", String::as_str);
+    [whole, scanbound_ir::location_text::short_file_name(whole, files.iter().map(String::as_str))]
 }

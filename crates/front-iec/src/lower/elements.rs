@@ -1,8 +1,8 @@
 //! Calls of instances that stand in arrays, by numbers that are worked out.
 
-use super::super::value::{Value, constant};
 use super::Lower;
 use super::places::Context;
+use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Step as PathStep};

@@ -1,10 +1,10 @@
 //! Calls with EN and ENO: what is called is executed only where EN is true, and ENO says so.
 
-use super::super::assembler::Assembler;
-use super::super::value::Value;
 use super::Lower;
 use super::effects::is_same;
 use super::places::Context;
+use crate::assembler::Assembler;
+use crate::assembler::value::Value;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Call, Enable, Passed, Place};
 use scanbound_ir::Logic;

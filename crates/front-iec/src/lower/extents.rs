@@ -1,12 +1,12 @@
 //! How large variables are as wholes, and what it is charged to copy or begin them: by their elements.
 
-use super::super::assembler::Assembler;
-use super::super::extent::{characters, counted};
-use super::super::memory::layout;
-use super::super::types::{Extent, TEXT};
-use super::super::whole::copy_cells;
 use super::Lower;
 use super::places::{Found, Spot};
+use crate::assembler::Assembler;
+use crate::assembler::charges::{characters, counted};
+use crate::assembler::memory::layout;
+use crate::assembler::types::{Extent, TEXT};
+use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;

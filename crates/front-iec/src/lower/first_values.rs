@@ -1,9 +1,9 @@
 //! What variables begin with before the first scan, and what constants hold in every scan.
 
-use super::super::assembler::Assembler;
-use super::super::value::within;
 use super::Lower;
 use super::places::Spot;
+use crate::assembler::Assembler;
+use crate::assembler::value::within;
 use scanbound_front::builder::always;
 use scanbound_iec_tree::declarations::Initial;
 use scanbound_iec_tree::types::Type as Typed;

@@ -1,9 +1,9 @@
 //! Instances that begin anew with every call: what their charts remember begins anew with them.
 
-use super::super::memory::set;
-use super::super::value::constant;
 use super::Lower;
 use super::places::Spot;
+use crate::assembler::memory::set;
+use crate::assembler::value::constant;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::{Code, RoutineId, UnitId};

@@ -1,10 +1,10 @@
 //! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan begins, whatever
 //! name it is read by. All but the largest of these variables are worked out from the others there.
 
-use super::super::whole::copy_cells;
 use super::Lower;
 use super::address::{Located, bits, meeting};
 use super::places::{Instance, Spot};
+use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
 use scanbound_iec::PouKind;

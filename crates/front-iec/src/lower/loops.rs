@@ -1,15 +1,16 @@
 //! Loops, and how often they go round.
 
-use super::super::assembler::Assembler;
-use super::super::expr::read;
-use super::super::loops::{MOST, Turns, whole_range};
-use super::super::mixed::{below_zero, mixed};
-use super::super::types::{DINT, Kind, Ty};
-use super::super::value::{Value, constant};
 use super::Lower;
+use super::decode::file_names;
 use super::effects::is_same;
 use super::places::{Context, Found};
 use super::statements::JumpTargets;
+use crate::assembler::Assembler;
+use crate::assembler::loops::{MOST, Turns, whole_range};
+use crate::assembler::mixed::{below_zero, mixed};
+use crate::assembler::numbers::read;
+use crate::assembler::types::{DINT, Kind, Ty};
+use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
@@ -263,8 +264,8 @@ impl Lower<'_> {
 
     /// The most turns that are stated of the loop in a line.
     fn stated_turns(&self, fewest: u32, line: u32) -> Result<Option<u16>, Fault> {
-        let names = super::super::foreign::names(&self.project.files, self.file);
-        super::super::loops::most_stated(&self.options.stated_turns, names, fewest, line)
+        let names = file_names(&self.project.files, self.file);
+        crate::assembler::loops::most_stated(&self.options.stated_turns, names, fewest, line)
     }
 
     /// How often a loop goes round that counts a variable, but at least so often.
@@ -476,7 +477,7 @@ impl Lower<'_> {
             return Ok(Counting { variable: place.clone(), end: end.clone(), far, by, only_there });
         }
         let file = self.project.files.get(self.file).map_or("", String::as_str);
-        Err(super::super::loops::not_known(file, u8::from(!while_true), line))
+        Err(crate::assembler::loops::not_known(file, u8::from(!while_true), line))
     }
 
     /// Whether a variable has so many values that no loop that is followed goes through all of them.
@@ -627,7 +628,7 @@ fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
 /// Variables, how they are to an end while a loop goes on, and the end.
 fn compared(one: &Expr, while_true: bool) -> Vec<(&Place, Operator, &Expr)> {
     let ExprKind::Binary(operator, left, right) = &one.kind else { return Vec::new() };
-    let Some((own, other)) = super::super::loops::goes_on(*operator, while_true) else {
+    let Some((own, other)) = crate::assembler::loops::goes_on(*operator, while_true) else {
         return Vec::new();
     };
     let (left, right) = (left.unconverted(), right.unconverted());

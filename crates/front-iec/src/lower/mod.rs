@@ -22,14 +22,13 @@ mod start;
 mod statements;
 mod values;
 
-pub(super) use decode::decode;
+pub(crate) use decode::{SourceTraits, decode};
 
-use super::assembler::{Assembler, VARIABLES};
-use super::decode::GivenBack;
-use super::memory::Memory as ChartMemory;
-use super::tally::{self, Tally};
-use super::types::Extent;
-use super::value::Value;
+use crate::assembler::memory::Memory as ChartMemory;
+use crate::assembler::tally::{self, Tally};
+use crate::assembler::types::Extent;
+use crate::assembler::value::Value;
+use crate::assembler::{Assembler, VARIABLES};
 use effects::Effects;
 use places::{Instance, Spot};
 use references::Targets;
@@ -41,6 +40,9 @@ use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, Role, Type};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
+
+/// Instructions that give back what was handed over in and out, with the file of the call and its line.
+type GivenBack = (std::ops::Range<usize>, usize, u32);
 
 /// What of an instance is executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,7 +1,7 @@
 //! Where variables lie: instances, frames of methods, global variables and parts of them.
 
-use super::super::assembler::Assembler;
 use super::{Lower, VARIABLES};
+use crate::assembler::Assembler;
 use scanbound_base::code::Code;
 use scanbound_iec::PouKind;
 use scanbound_iec::fault::Fault;

@@ -3,9 +3,9 @@
 //! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is done through
 //! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
-use super::super::value::{Value, constant};
 use super::places::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
+use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;

@@ -1,14 +1,14 @@
 //! The standard's functions.
 
-use super::super::assembler::Assembler;
-use super::super::expr::row;
-use super::super::function::crosses;
-use super::super::open::{beyond, complement, opened, parted};
-use super::super::types::{DINT, Extent, Kind, Ty};
-use super::super::value::{Value, constant, wrapped};
 use super::Lower;
 use super::places::Context;
 use super::values::{is_rounded, shown, works};
+use crate::assembler::Assembler;
+use crate::assembler::numbers::row;
+use crate::assembler::open::{beyond, complement, opened, parted};
+use crate::assembler::results::crosses;
+use crate::assembler::types::{DINT, Extent, Kind, Ty};
+use crate::assembler::value::{Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::standard::{Function, Shift, Simple};
@@ -19,7 +19,7 @@ use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
 fn ty(of: Simple) -> Ty {
     match of {
         Simple::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
-        Simple::Text => Ty::Text(1),
+        Simple::Text => Ty::Whole,
     }
 }
 

@@ -122,7 +122,7 @@ impl Lower<'_> {
             return tree.variables.iter().any(|one| one.retain)
                 || tree.units.iter().any(|one| one.retain);
         }
-        let kept = super::super::decode::merged(self.retained_regions());
+        let kept = merged(self.retained_regions());
         own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
     }
 
@@ -152,7 +152,7 @@ impl Lower<'_> {
 
     /// What stands in an instance, a structure or an array that survives a loss of power does so, too.
     fn latch_within(&self, known: &mut PowerUp) {
-        let regions = super::super::decode::merged(self.retained_regions());
+        let regions = merged(self.retained_regions());
         let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
         let own = own.filter(|own| regions.iter().any(|one| flow::overlap(**own, *one)));
         known.latched.extend(own.copied().collect::<Vec<_>>());
@@ -169,4 +169,29 @@ fn holds(kept: Region, own: Region) -> bool {
         }
         _ => false,
     }
+}
+
+/// The same cells in as few regions as there can be.
+pub(super) fn merged(all: Vec<Region>) -> Vec<Region> {
+    let mut ranges = Vec::new();
+    let mut found = Vec::new();
+    for one in all {
+        match one {
+            Region::Range { first, count } => ranges.push((first, count)),
+            whole if found.contains(&whole) => {}
+            whole => found.push(whole),
+        }
+    }
+    ranges.sort_unstable();
+    for (first, count) in ranges {
+        match found.last_mut() {
+            Some(Region::Range { first: own, count: known })
+                if own.area == first.area && first.index <= own.index.saturating_add(*known) =>
+            {
+                *known = (*known).max((first.index - own.index).saturating_add(count));
+            }
+            _ => found.push(Region::Range { first, count }),
+        }
+    }
+    found
 }

@@ -1,13 +1,13 @@
 //! Statements, and the routines that they stand in.
 
-use super::super::assembler::Assembler;
-use super::super::memory::set;
-use super::super::types::Kind;
-use super::super::value::Value;
 use super::calls::Callee;
 use super::effects::Effects;
 use super::places::{Context, Found, Instance};
 use super::{Entry, Lower};
+use crate::assembler::Assembler;
+use crate::assembler::memory::set;
+use crate::assembler::types::Kind;
+use crate::assembler::value::Value;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
 use scanbound_iec::Section;

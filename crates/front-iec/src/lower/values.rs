@@ -1,13 +1,13 @@
 //! Expressions, as what the analysis follows.
 
-use super::super::assembler::Assembler;
-use super::super::expr::{ROUNDED, read, row};
-use super::super::open::{complement, opened, parted};
-use super::super::types::{Extent, Kind, Ty, holding};
-use super::super::value::{Value, constant, is_real, real, within};
 use super::Lower;
 use super::effects::Effects;
 use super::places::{Context, Element, Found, Spot};
+use crate::assembler::Assembler;
+use crate::assembler::numbers::{ROUNDED, read, row};
+use crate::assembler::open::{complement, opened, parted};
+use crate::assembler::types::{Extent, Kind, Ty, holding};
+use crate::assembler::value::{Value, constant, is_real, real, within};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
@@ -340,7 +340,7 @@ impl<'t> Lower<'t> {
     pub(super) fn simple(&self, spot: &Spot) -> Ty {
         match self.tree.types.get(spot.ty) {
             Typed::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
-            _ => Ty::Text(1),
+            _ => Ty::Whole,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::paths::{Found, Property, property_here, start};
 use super::types::declare;
-use super::{NOT_YET, Resolver, Scope, unknown_name};
+use super::{Resolver, Scope, unknown_name};
 use crate::blocks::StandardBlock;
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::standard::Function;
@@ -515,7 +515,6 @@ impl Resolver<'_> {
         };
         let place = match self.one_path(scope, path, line) {
             Ok(Found::Place(place)) => place,
-            Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
             _ => return Ok(None),
         };
         let bound = |high: bool| match self.tree.types.get(place.ty) {
@@ -643,7 +642,6 @@ impl Resolver<'_> {
                 let what = "a property that stands alone is read";
                 return Ok(StatementKind::Either(what, vec![read], Vec::new()));
             }
-            Err(fault) if fault.message.starts_with(NOT_YET) => return Err(fault),
             _ => self.before.truncate(around),
         }
         if let Some((owner, name)) = target.split_last()

@@ -31,17 +31,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
 pub use stated::Facts;
 use std::collections::{BTreeMap, BTreeSet};
-pub use tasks::gives_parts;
 pub use unknown_types::list_unknown_types;
-
-/// What the typed tree cannot represent yet.
-pub const NOT_YET: &str = "not in the typed tree";
-
-/// The fault of what the typed tree cannot represent yet.
-#[must_use]
-pub fn not_yet(line: u32, what: &str) -> Fault {
-    Fault::new(line, format!("{NOT_YET}: {what}")).code(FaultCode::NotModelled)
-}
 
 /// The typed tree of a project whose declarations have no faults.
 #[must_use]

@@ -226,7 +226,7 @@ impl Resolver<'_> {
                 let one = self.statements(scope, one, labels);
                 StatementKind::Either(what, one, self.statements(scope, other, labels))
             }
-            Kind::Foreign(text, _) => self.foreign(scope, text, line)?,
+            Kind::Foreign(text) => self.foreign(scope, text, line)?,
         })
     }
 

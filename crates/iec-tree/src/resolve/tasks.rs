@@ -89,8 +89,7 @@ impl Resolver<'_> {
 }
 
 /// Whether a declaration gives values to the variables of an instance of the project's blocks.
-#[must_use]
-pub fn gives_parts(project: &Project) -> bool {
+pub(super) fn gives_parts(project: &Project) -> bool {
     let gives_to = |initial: &Option<ast::Expr>, of: &TypeRef| {
         !matches!(initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, of)
     };

@@ -163,7 +163,7 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
             // What it leaves as the result is not known.
             list.leave(line);
             list.result = None;
-            list.add(line, Kind::Foreign(text, None));
+            list.add(line, Kind::Foreign(text));
             continue;
         }
         let word = match cursor.take_sign("&") {

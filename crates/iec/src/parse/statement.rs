@@ -52,7 +52,7 @@ fn close(cursor: &mut Cursor, word: &str) -> Result<(), Fault> {
 
 fn single(cursor: &mut Cursor) -> Result<Kind, Fault> {
     if let Some(text) = cursor.take_pragma() {
-        return Ok(Kind::Foreign(text, None));
+        return Ok(Kind::Foreign(text));
     }
     let Token::Word(word) = cursor.peek().clone() else {
         if matches!(cursor.peek(), Token::Direct(_)) {

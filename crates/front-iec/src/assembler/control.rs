@@ -1,0 +1,305 @@
+//! The control of actions, as instructions: as the standard draws it, or as others do it (`docs/sfc.md`).
+
+use super::Assembler;
+use super::memory::{ActionMemory, InputMemory, Memory, all, any, set};
+use super::value::constant;
+use scanbound_front::builder::always;
+use scanbound_iec::chart::{Feed, Qualifier};
+use scanbound_ir::{BitSource, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, Write};
+
+/// What the controls of all actions of a chart do alike.
+pub(crate) struct Whole {
+    /// Whether R lets actions go on that are not stored.
+    pub(crate) reset_only_stored: Logic,
+    /// Whether the body of an action that ends is not carried out once more.
+    pub(crate) no_final_scan: Logic,
+}
+
+/// What comes of an action's control.
+#[derive(Clone)]
+pub(crate) struct Output {
+    /// Whether the action is on.
+    pub(crate) on: Logic,
+    /// Whether its body runs.
+    pub(crate) runs: Logic,
+    /// Whether a Boolean variable may stay as it is: nothing switches it on or off in this scan.
+    pub(crate) may_stay: Logic,
+}
+
+/// What a Boolean variable is before its action sets it.
+pub(crate) enum Before {
+    /// What lies there.
+    Cell(Cell),
+    /// A bit of a word.
+    Bit(Cell, u8),
+    /// It is not followed.
+    Any,
+}
+
+/// What an input of an action's control gives.
+struct Given {
+    /// Whether it lets the action be on.
+    on: Logic,
+    /// Whether that is stored, so that R ends it.
+    is_stored: bool,
+    /// Whether it may switch the action off that another block has switched on.
+    off: Logic,
+}
+
+fn now(cell: Cell) -> Logic {
+    Logic::cell(cell)
+}
+
+/// Whether one of some steps has just become active.
+fn entered(memory: &Memory, steps: &[usize]) -> Logic {
+    any(steps.iter().map(|&at| all([now(memory.steps[at]), now(memory.were[at]).not()])))
+}
+
+/// Whether one of some steps has just ended.
+fn left(memory: &Memory, steps: &[usize]) -> Logic {
+    any(steps.iter().map(|&at| all([now(memory.were[at]), now(memory.steps[at]).not()])))
+}
+
+impl Assembler {
+    /// The control of an action: whether it is on, and whether its body runs. `at_once`: of each input, whether its time is 0.
+    pub(crate) fn control(
+        &mut self,
+        memory: &Memory,
+        action: &ActionMemory,
+        whole: &Whole,
+        at_once: &[Logic],
+    ) -> Output {
+        let reset = self.keep_bit(action.active(memory, Qualifier::R));
+        let stores = action.active(memory, Qualifier::S);
+        let stored = all([any([now(action.stored), stores]), reset.clone().not()]);
+        let mut changes = vec![set(action.stored, stored)];
+        let (mut levels, mut stored, mut offs) = (Vec::new(), vec![now(action.stored)], Vec::new());
+        let mut pulses = Vec::new();
+        let mut keep = Vec::new();
+        let limits: Vec<(Cell, Logic)> = Self::shared_limits(action)
+            .map(|input| input.over)
+            .map(|over| (over, self.keep_bit(now(over))))
+            .collect();
+        let inputs = action.feeds.iter().zip(&action.inputs).zip(at_once);
+        for ((feed, input), at_once) in inputs {
+            keep.push(set(input.was, memory.active(&feed.steps)));
+            let resets = action.has_reset().then_some(&reset);
+            let given = self.input(memory, (feed, input), at_once, resets, &mut changes);
+            match feed.qualifier {
+                Qualifier::R | Qualifier::S => {}
+                Qualifier::P1 | Qualifier::P0 => pulses.push(given.on),
+                _ if given.is_stored => stored.push(given.on),
+                _ => levels.push(given.on),
+            }
+            offs.push(given.off);
+        }
+        self.write(changes);
+        if !limits.is_empty() {
+            self.limits_end_all(action, &limits);
+        }
+        // Where several blocks that do not store name the action, on some controllers the last one has its way.
+        let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
+        let overruled = match blocks {
+            2.. => {
+                let last = self.differs("of several blocks of an action the last has its way");
+                self.keep_bit(all([any(offs), last]))
+            }
+            _ => Logic::Const(false),
+        };
+        let held = match action.has_reset() {
+            true => all([reset.clone(), whole.reset_only_stored.clone().not()]),
+            false => Logic::Const(false),
+        };
+        let unstored = self.keep_bit(all([any(levels), held.not(), overruled.clone().not()]));
+        let was_on = self.keep_bit(now(action.on));
+        let stored = all([any(stored), reset.clone().not()]);
+        let on = self.keep_bit(any([unstored.clone(), stored]));
+        let pulse = self.keep_bit(all([any(pulses), overruled.not()]));
+        let ends = self.keep_bit(all([was_on.clone(), on.clone().not()]));
+        let last = all([ends.clone(), whole.no_final_scan.clone().not()]);
+        let runs = self.keep_bit(any([on.clone(), pulse.clone(), last]));
+        keep.push(set(action.on, on.clone()));
+        let effects = keep.into_iter().map(always).collect();
+        let key = Assembler::key(&["ACTION"], "nothing");
+        self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
+        let stays_off = all([on.clone().not(), ends.not(), reset.not()]);
+        let stays_on = all([on.clone(), was_on, unstored.not()]);
+        let may_stay = all([any([stays_off, stays_on]), pulse.clone().not()]);
+        Output { on: any([on, pulse]), runs, may_stay }
+    }
+
+    /// The inputs with SL of an action that others store as well.
+    fn shared_limits(action: &ActionMemory) -> impl Iterator<Item = &InputMemory> {
+        let stores = action.feeds.iter().filter(|feed| feed.qualifier.is_stored()).count();
+        let inputs = action.feeds.iter().zip(&action.inputs);
+        inputs
+            .filter(move |(feed, _)| stores > 1 && feed.qualifier == Qualifier::Sl)
+            .map(|(_, input)| input)
+    }
+
+    /// On some controllers an action has one store, which is empty when the time of SL is over, whoever filled it. `limits`:
+    /// whether each time is over, and whether it was in the scan before.
+    fn limits_end_all(&mut self, action: &ActionMemory, limits: &[(Cell, Logic)]) {
+        let one = self.differs("an action has one store, which ends with the time of SL");
+        let ends = limits.iter().map(|(over, was)| all([now(*over), was.clone().not()]));
+        let ends = self.keep_bit(all([one, any(ends)]));
+        let goes_on = |cell: Cell| set(cell, all([now(cell), ends.clone().not()]));
+        let mut changes = vec![goes_on(action.stored)];
+        for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+            match feed.qualifier {
+                // What is over is off, and does not come on again while its step is active.
+                Qualifier::Sl => {
+                    let over = any([now(input.over), all([now(input.stored), ends.clone()])]);
+                    changes.push(set(input.over, over));
+                }
+                Qualifier::Sd | Qualifier::Ds => {
+                    changes.extend([goes_on(input.stored), goes_on(input.over)]);
+                }
+                _ => {}
+            }
+        }
+        self.write(changes);
+    }
+
+    /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
+    fn input(
+        &mut self,
+        memory: &Memory,
+        (feed, input): (&Feed, &InputMemory),
+        at_once: &Logic,
+        reset: Option<&Logic>,
+        changes: &mut Vec<Write>,
+    ) -> Given {
+        let steps = &feed.steps;
+        let active = memory.active(steps);
+        // Steps of one input come in together by the standard, each by itself on others.
+        let apart = match steps.len() {
+            2.. => self.differs("each step of an action has pulses and times of its own"),
+            _ => Logic::Const(false),
+        };
+        let anew = all([now(input.was), active.clone(), entered(memory, steps), apart.clone()]);
+        let ran = self.keep_bit(all([now(input.was), anew.not()]));
+        let free = match feed.qualifier.is_timed() {
+            true => self.uncounted_bit(),
+            false => Logic::Const(false),
+        };
+        // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is 0.
+        let over = |runs: Logic, ran: Logic| {
+            all([runs, any([at_once.clone(), all([ran, any([now(input.over), free.clone()])])])])
+        };
+        let free_of =
+            |reset: Option<&Logic>| reset.map_or(Logic::Const(true), |on| on.clone().not());
+        let rises = all([active.clone(), ran.clone().not()]);
+        let given = |on, off| Given { on, is_stored: false, off };
+        let kept = |on| Given { on, is_stored: true, off: Logic::Const(false) };
+        match feed.qualifier {
+            Qualifier::N => given(active, left(memory, steps)),
+            Qualifier::R | Qualifier::S => given(Logic::Const(false), Logic::Const(false)),
+            Qualifier::L => {
+                changes.push(set(input.over, over(active.clone(), ran)));
+                let off = any([left(memory, steps), now(input.over)]);
+                given(all([active, now(input.over).not()]), off)
+            }
+            Qualifier::D => {
+                changes.push(set(input.over, over(active, ran)));
+                given(now(input.over), left(memory, steps))
+            }
+            Qualifier::P | Qualifier::P1 => {
+                let off = if steps.len() > 1 { Logic::Const(true) } else { rises.clone().not() };
+                given(rises, off)
+            }
+            Qualifier::P0 => {
+                let own = all([now(input.was), left(memory, steps), apart]);
+                let falls = any([all([now(input.was), active.not()]), own]);
+                let off = if steps.len() > 1 { Logic::Const(true) } else { falls.clone().not() };
+                given(falls, off)
+            }
+            Qualifier::Sd | Qualifier::Sl => {
+                let enters = entered(memory, steps);
+                let again =
+                    self.differs("a stored time begins anew when its step is entered again");
+                let again = self.keep_bit(all([enters.clone(), again]));
+                let goes_on = all([now(input.stored), again.not()]);
+                let mut holds = any([now(input.stored), active.clone()]);
+                if let Some(reset) = reset {
+                    let other =
+                        self.differs("what is stored with a time is when its step is entered");
+                    let active = all([active, other.not()]);
+                    holds = any([now(input.stored), enters.clone(), active]);
+                    let outlasts = match feed.qualifier {
+                        Qualifier::Sd => self.differs("a stored delay outlasts R"),
+                        _ => Logic::Const(false),
+                    };
+                    let pending = any([all([now(input.stored), now(input.over).not()]), enters]);
+                    let stays = all([reset.clone(), outlasts, pending]);
+                    holds = any([all([holds, reset.clone().not()]), stays]);
+                }
+                let holds = self.keep_bit(holds);
+                changes.push(set(input.over, over(holds.clone(), goes_on)));
+                changes.push(set(input.stored, holds));
+                if let Some(reset) = reset {
+                    // What comes while R is on is gone.
+                    let gone = all([reset.clone(), now(input.over)]);
+                    changes.push(set(input.stored, all([now(input.stored), gone.clone().not()])));
+                    changes.push(set(input.over, all([now(input.over), gone.not()])));
+                }
+                kept(match feed.qualifier {
+                    Qualifier::Sd => now(input.over),
+                    _ => all([now(input.stored), now(input.over).not()]),
+                })
+            }
+            Qualifier::Ds => {
+                let late = self.differs("a delay that is over when its step ends is stored");
+                let late = all([now(input.was), active.clone().not(), free.clone(), late]);
+                changes.push(set(input.over, over(active, ran)));
+                let holds = any([now(input.stored), now(input.over), late]);
+                changes.push(set(input.stored, all([holds, free_of(reset)])));
+                kept(now(input.stored))
+            }
+        }
+    }
+
+    /// Whether a time that is worked out is 0 or less, that is, a timed input is through at once.
+    pub(crate) fn is_no_time(&mut self, time: Number) -> Logic {
+        let words = self.words(time, 2);
+        let compare = Compare {
+            relation: Relation::LessOrEqual,
+            format: NumberFormat::Signed,
+            left: Number::Words(words),
+            right: constant(0, 2),
+        };
+        // A time that is 0 may be one below a millisecond.
+        let short = self.world_bit();
+        self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
+    }
+
+    /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it as it
+    /// is. Also the instruction that says so, and the variable, where that makes no difference if nothing else writes it.
+    pub(crate) fn held(
+        &mut self,
+        before: &Before,
+        on: Logic,
+        may_stay: Logic,
+    ) -> (Logic, Option<(usize, Cell)>) {
+        let other =
+            self.differs("a Boolean variable stays as it is where nothing switches its action");
+        let stays = all([may_stay, other]);
+        let value = |stays: Logic, before: Logic| {
+            any([all([on.clone(), stays.clone().not()]), all([stays, before])])
+        };
+        match *before {
+            Before::Cell(cell) => {
+                let (stays, at) = self.unless_settled(stays);
+                (value(stays, now(cell)), Some((at, cell)))
+            }
+            Before::Bit(cell, bit) => {
+                (value(stays, Logic::Bit(BitSource::WordBit(cell, bit))), None)
+            }
+            Before::Any => {
+                let before =
+                    self.any_bit("an element of an array that an action may leave as it is");
+                (value(stays, before), None)
+            }
+        }
+    }
+}

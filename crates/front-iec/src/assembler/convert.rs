@@ -1,0 +1,254 @@
+//! Conversions of numbers.
+
+use super::Assembler;
+use super::mixed::below_zero;
+use super::time_range::{is_edge, may_be_edge};
+use super::types::{DINT, Kind, Ty, holding};
+use super::value::{Value, constant, wrapped};
+use scanbound_iec::fault::Fault;
+use scanbound_ir::meaning::{Operation, OperationInput as Input};
+use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Relation, WordSource};
+
+/// What some controllers do, by the third edition of the standard.
+const LAST_BIT: &str = "a number becomes TRUE by its last bit alone";
+/// What some controllers do, by the third edition of the standard.
+const SAME_BITS: &str = "REAL and bit strings are converted bit by bit";
+/// What some controllers do, by the third edition of the standard.
+const NO_SIGN: &str = "bits above a number that becomes a longer bit string are 0";
+
+/// A type that a conversion names, and whether it is a string of bits.
+type Named = (bool, Ty);
+
+impl Assembler {
+    /// A number of one kind as one of another.
+    pub(crate) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
+        self.charge_conversion(from, to);
+        if from == to || !may_be_edge(from, &number) {
+            return self.converted_for_nothing(number, from, to);
+        }
+        let time = Number::Words(self.copied(number, from.words()));
+        let found = self.converted_for_nothing(time.clone(), from, to);
+        let found = self.copied(found, to.words());
+        self.open_where(is_edge(&time), &found);
+        Number::Words(found)
+    }
+
+    fn converted_for_nothing(&mut self, number: Number, from: Kind, to: Kind) -> Number {
+        if from == to {
+            return number;
+        }
+        let whole = |kind: Kind| matches!(kind, Kind::Whole { .. } | Kind::Time);
+        match (from, to) {
+            (from, to) if whole(from) && whole(to) => {
+                let (have, want) = (from.words(), to.words());
+                if want == have {
+                    return wrapped(to, number);
+                }
+                let mut words = self.words(number, have);
+                if want < have {
+                    words.truncate(usize::try_from(want).unwrap_or(0));
+                    return wrapped(to, Number::Words(words));
+                }
+                words.resize(usize::try_from(want).unwrap_or(0), WordSource::Const(0));
+                let wide = Number::Words(words);
+                if !from.is_signed() {
+                    return wide;
+                }
+                // The sign goes into the words above.
+                let sign = || Box::new(constant(1 << (16 * have - 1), want));
+                let flipped = Number::Xor(Box::new(wide), sign());
+                Number::Sub(Box::new(flipped), sign())
+            }
+            // As its operation takes all numbers to have a sign, others need a bit more.
+            (from @ Kind::Whole { bits: 16, signed: false }, Kind::Real) => {
+                let longer = self.converted_for_nothing(number, from, DINT);
+                self.converted_for_nothing(longer, DINT, to)
+            }
+            (from, Kind::Real) if whole(from) && from.words() <= 2 => {
+                let words = Number::Words(self.words(number, from.words()));
+                let same = vec![Input::Number(words.clone())];
+                let found = self.worked_out(2, Some((Operation::ToReal, same, 2)));
+                if let (false, Number::Words(found)) = (from.is_signed(), &found) {
+                    self.open_where(below_zero(from, &words), found);
+                }
+                found
+            }
+            (Kind::Real, to) if whole(to) && to.words() <= 2 => {
+                let words = to.words();
+                let size = u8::try_from(words).unwrap_or(1);
+                let operation = Operation::FromReal(size);
+                let found =
+                    self.worked_out(words, Some((operation, vec![Input::Number(number)], words)));
+                // Beyond what the type holds, the result hangs on the processor.
+                let found = self.copied(found, words);
+                let is = |relation, value| {
+                    let (left, right) = (Number::Words(found.clone()), constant(value, words));
+                    let format = NumberFormat::Signed;
+                    Logic::Compare(Box::new(Compare { relation, format, left, right }))
+                };
+                let beyond = match to {
+                    Kind::Whole { bits: 8, signed } => {
+                        let (least, most) = if signed { (-128, 127) } else { (0, 255) };
+                        vec![is(Relation::Less, least), is(Relation::Greater, most)]
+                    }
+                    Kind::Whole { signed: false, .. } => vec![is(Relation::Less, 0)],
+                    _ => Vec::new(),
+                };
+                if !beyond.is_empty() {
+                    self.open_where(Logic::Any(beyond), &found);
+                }
+                wrapped(to, Number::Words(found))
+            }
+            _ => self
+                .any_number(to, "a conversion that is not followed: the result may be any number"),
+        }
+    }
+
+    /// A value as one of a type, by a function that names it, and maybe the type from which it comes.
+    pub(crate) fn named_conversion(
+        &mut self,
+        value: Option<Value>,
+        from: Option<Named>,
+        (to_bits, to): Named,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
+        let value = self.as_named(value, from.as_ref().map(|(_, ty)| ty), &to, line)?;
+        let Value::Number(kind, number) = value else {
+            return self.conversion(Some(value), &to, line);
+        };
+        let words = self.copied(number, kind.words());
+        let own = || Value::Number(kind, Number::Words(words.clone()));
+        let plain = self.conversion(Some(own()), &to, line)?;
+        match (kind, &to, plain) {
+            (Kind::Whole { .. }, Ty::Bit, Value::Bit(any)) => {
+                let Some(WordSource::Cell(first)) = words.first() else { return Ok(own()) };
+                let last = Logic::Bit(BitSource::WordBit(*first, 0));
+                let either = Logic::All(vec![any, self.differs(LAST_BIT).not()]);
+                Ok(Value::Bit(Logic::Any(vec![last, either])))
+            }
+            // Of a fraction, some take the whole number or the last bit.
+            (_, Ty::Bit, Value::Bit(any)) => Ok(Value::Bit(self.open_bit(any.clone(), any))),
+            (
+                Kind::Whole { bits, signed: true },
+                Ty::Number(to @ Kind::Whole { bits: longer, .. }),
+                plain,
+            ) if to_bits && bits < *longer => {
+                let unsigned = Kind::Whole { bits, signed: false };
+                let low = wrapped(unsigned, Number::Words(words.clone()));
+                let other = Value::Number(*to, self.converted(low, unsigned, *to));
+                let below = below_zero(kind, &Number::Words(words.clone()));
+                let which = Logic::All(vec![below, self.differs(NO_SIGN)]);
+                self.chosen(which, other, plain, line)
+            }
+            (Kind::Whole { signed, .. }, Ty::Number(Kind::Real), plain)
+                if from.as_ref().map_or(!signed, |(of_bits, _)| *of_bits) =>
+            {
+                let mut bits = words.clone();
+                bits.resize(2, WordSource::Const(0));
+                let other = Value::Number(Kind::Real, Number::Words(bits));
+                let which = self.differs(SAME_BITS);
+                self.chosen(which, other, plain, line)
+            }
+            (Kind::Real, Ty::Number(to), plain) if to_bits => {
+                let unsigned = Kind::Whole { bits: 32, signed: false };
+                let other = self.converted(Number::Words(words.clone()), unsigned, *to);
+                let which = self.differs(SAME_BITS);
+                self.chosen(which, Value::Number(*to, other), plain, line)
+            }
+            (_, _, plain) => Ok(plain),
+        }
+    }
+
+    /// What a conversion is given, as one of the type from which it converts.
+    fn as_named(
+        &mut self,
+        value: Value,
+        from: Option<&Ty>,
+        to: &Ty,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        Ok(match (value, from, to) {
+            (value @ Value::Constant(_), Some(Ty::Number(kind)), _) => {
+                Value::Number(*kind, self.as_number(value, *kind, line)?)
+            }
+            // It is not told how many bits it has.
+            (Value::Constant(..0), None, Ty::Number(kind @ Kind::Whole { signed: false, .. })) => {
+                let why = "a negative number that becomes a bit string may have any number of bits";
+                Value::Number(*kind, self.any_number(*kind, why))
+            }
+            (Value::Constant(value), None, Ty::Bit) => {
+                let kind = holding(DINT, value);
+                Value::Number(kind, constant(value, kind.words()))
+            }
+            (Value::Constant(value @ 0..=0xFFFF_FFFF), None, Ty::Number(Kind::Real)) => {
+                Value::Number(Kind::Whole { bits: 32, signed: false }, constant(value, 2))
+            }
+            (Value::Number(own, number), Some(Ty::Number(kind)), _) => {
+                let is_shorter = matches!(
+                    (own, kind),
+                    (Kind::Whole { bits, .. }, Kind::Whole { bits: longer, .. }) if bits < *longer
+                );
+                let is_other = matches!(
+                    (own, kind),
+                    (Kind::Whole { bits, signed }, Kind::Whole { bits: same, signed: also })
+                        if bits == *same && signed != *also
+                );
+                match (is_shorter, is_other) {
+                    (true, _) => Value::Number(*kind, self.converted(number, own, *kind)),
+                    (_, true) => {
+                        let number = Number::Words(self.copied(number, own.words()));
+                        let signed = match own {
+                            Kind::Whole { bits, .. } => Kind::Whole { bits, signed: true },
+                            own => own,
+                        };
+                        let below = below_zero(signed, &number);
+                        match to {
+                            Ty::Number(to) => {
+                                let beyond = Some(below);
+                                let (number, _) = self.operand((own, number, beyond), *to, None);
+                                Value::Number(*to, number)
+                            }
+                            _ => Value::Number(own, number),
+                        }
+                    }
+                    _ => Value::Number(own, number),
+                }
+            }
+            (value, _, _) => value,
+        })
+    }
+
+    /// A value as one of a type, as it becomes one by itself.
+    pub(crate) fn conversion(
+        &mut self,
+        value: Option<Value>,
+        to: &Ty,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
+        Ok(match (to, value) {
+            (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),
+            (Ty::Bit, Value::Number(kind, number)) => {
+                let compare = Compare {
+                    relation: Relation::NotEqual,
+                    format: NumberFormat::Unsigned,
+                    left: number,
+                    right: constant(0, kind.words()),
+                };
+                Value::Bit(Logic::Compare(Box::new(compare)))
+            }
+            (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
+            (Ty::Number(kind), Value::Any) => {
+                self.charge_any_conversion(*kind);
+                let why = "a conversion that is not followed: the result may be any number";
+                Value::Number(*kind, self.any_number(*kind, why))
+            }
+            (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind, line)?),
+            (Ty::Bit, Value::Any) => Value::Bit(
+                self.any_bit("a conversion that is not followed: it may be true or false"),
+            ),
+            _ => Value::Any,
+        })
+    }
+}

@@ -1,0 +1,142 @@
+//! What controllers do differently: the upper bound takes either way at each place, a real run one way throughout.
+
+use super::{Assembler, OpenEnd};
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{
+    BitSource, BitTarget, Cell, Logic, Number, Region, Type, WordSource, WordTarget, Write,
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What writes a cell: an instruction, and the constant word that it writes there, if it is one.
+type Writer = (usize, Option<u16>);
+
+impl Assembler {
+    /// Whether the controller does something another way than the standard has it: it may, or not. `what` names it.
+    pub(crate) fn differs(&mut self, what: &'static str) -> Logic {
+        let known = self.readings.get(what).copied();
+        let name = format!("another reading of the standard: {what}");
+        let cell = known.or_else(|| self.hidden(&name, Type::Bit)?.cell());
+        let choice = self.builder.choice();
+        match cell {
+            Some(cell) => {
+                self.readings.insert(what, cell);
+                self.program().kinds.insert(choice, ChoiceKind::StableExternal(cell));
+            }
+            // Without room for more bits nothing is known of it.
+            None => _ = self.program().statements.undefined_by_language.insert(choice),
+        }
+        self.keep_bit(Logic::Bit(BitSource::Free(choice)))
+    }
+
+    /// A bit that is true unless [`Assembler::settle`] finds that what it is asked for makes no difference; the instruction that
+    /// writes it.
+    pub(crate) fn unless_settled(&mut self, value: Logic) -> (Logic, usize) {
+        let cell = self.bit_between();
+        let at = self.write(vec![Write::Bit(BitTarget::Cell(cell), value)]);
+        (Logic::cell(cell), at)
+    }
+
+    /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every call.
+    pub(crate) fn settle(&mut self, own: &[Region]) {
+        let open = std::mem::take(&mut self.open_ends);
+        let mut asked = BTreeSet::new();
+        for one in &open {
+            match one {
+                OpenEnd::Preset { preset, .. } => asked.extend([*preset, preset.plus(1)]),
+                OpenEnd::Variable { cell, .. } => _ = asked.insert(*cell),
+                OpenEnd::StepTime { .. } | OpenEnd::Turns(_) => {}
+            }
+        }
+        let writers = self.writers(&asked);
+        let none = Vec::new();
+        let of = |cell: Cell| writers.get(&cell).unwrap_or(&none);
+        // A time is not below 0.
+        let sign = |cell: &Cell| Logic::Bit(BitSource::WordBit(cell.plus(1), 15)).not();
+        let signs: Vec<Logic> = self.times_read.iter().map(sign).collect();
+        self.program().invariants.extend(signs);
+        for one in open {
+            match one {
+                OpenEnd::Turns(turns) => self.settle_turns(&turns, own),
+                OpenEnd::Preset { at, preset } => {
+                    let is_one = |cell: Cell| {
+                        let mut values = of(cell).iter().map(|writer| writer.1);
+                        let first = values.next().flatten();
+                        first.is_some() && values.all(|value| value == first)
+                    };
+                    let is_given = !self.presets_left.contains(&preset);
+                    if is_given && is_one(preset) && is_one(preset.plus(1)) {
+                        self.set_to(at, false);
+                    }
+                }
+                OpenEnd::Variable { at, cell, own } => {
+                    if of(cell).iter().all(|(writer, _)| own.contains(writer)) {
+                        self.set_to(at, false);
+                    }
+                }
+                OpenEnd::StepTime { cell, own } => {
+                    if self.times_read.contains(&cell) {
+                        continue;
+                    }
+                    for at in own {
+                        self.program().instructions[at].effects.clear();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lets the bit that an instruction writes be this one.
+    pub(crate) fn set_to(&mut self, at: usize, bit: bool) {
+        for effect in &mut self.program().instructions[at].effects {
+            if let Write::Bit(_, value) = &mut effect.write {
+                *value = Logic::Const(bit);
+            }
+        }
+    }
+
+    fn writers(&mut self, asked: &BTreeSet<Cell>) -> BTreeMap<Cell, Vec<Writer>> {
+        let mut found: BTreeMap<Cell, Vec<Writer>> = BTreeMap::new();
+        let mut add = |cell: Cell, writer: Writer| {
+            if asked.contains(&cell) {
+                found.entry(cell).or_default().push(writer);
+            }
+        };
+        for (at, instruction) in self.program().instructions.iter().enumerate() {
+            for effect in &instruction.effects {
+                match &effect.write {
+                    Write::Bit(target, _) => add(target.cell(), (at, None)),
+                    Write::Words(targets, number) => {
+                        for (place, target) in targets.iter().enumerate() {
+                            let value = match number {
+                                Number::Words(words) => words.get(place),
+                                _ => None,
+                            };
+                            let value = match value {
+                                Some(WordSource::Const(value)) => Some(*value),
+                                _ => None,
+                            };
+                            match *target {
+                                WordTarget::Cell(cell) => add(cell, (at, value)),
+                                WordTarget::Bits { first, count } => (0..count)
+                                    .for_each(|bit| add(first.plus(bit.into()), (at, None))),
+                                WordTarget::Discard => {}
+                            }
+                        }
+                    }
+                    Write::Havoc(region, _) => {
+                        let within: Vec<Cell> = match *region {
+                            Region::Range { first, count } => {
+                                asked.range(first..first.plus(count)).copied().collect()
+                            }
+                            whole => {
+                                asked.iter().copied().filter(|&cell| whole.contains(cell)).collect()
+                            }
+                        };
+                        within.into_iter().for_each(|cell| add(cell, (at, None)));
+                    }
+                }
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,130 @@
+//! The results of functions.
+
+use super::Assembler;
+use super::mixed::mixed;
+use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, holding};
+use super::value::Value;
+use scanbound_iec::ast::Operator;
+use scanbound_iec::fault::Fault;
+use scanbound_ir::{Logic, Step};
+
+/// Functions that give a real, or a long one, as they are given.
+const OF_REALS: &[&str] =
+    &["SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"];
+
+impl Assembler {
+    /// The result of a function that is not followed: any of the type that it gives for what it is given.
+    pub(crate) fn any_result(
+        &mut self,
+        name: &str,
+        given: Option<&Value>,
+        extent: Extent,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let why = format!("the result of {name} may be any value");
+        let kind = match (name, given) {
+            (name, Some(Value::Number(kind @ (Kind::Real | Kind::Opaque(_)), _)))
+                if name == "ABS" || OF_REALS.contains(&name) =>
+            {
+                Some(*kind)
+            }
+            ("LEN" | "FIND", _) if matches!(extent, Extent::Characters(..=0x7FFF)) => Some(INT),
+            ("TRUNC" | "LEN" | "FIND" | "SIZEOF", _) => Some(DINT),
+            ("TIME", _) => Some(Kind::Time),
+            ("LTIME", _) => Some(Kind::Opaque(4)),
+            (name, given) => {
+                // It is given what it works with: controllers differ in whether that is a real or a long real.
+                if OF_REALS.contains(&name) && matches!(given, Some(Value::Number(..))) {
+                    self.cost(&["CONVERT"], "conversion");
+                }
+                None
+            }
+        };
+        let Some(kind) = kind else {
+            let at = self.builder.add(None, Vec::new(), Step::Nothing);
+            self.program().approximate(at, why);
+            return Ok(Value::Any);
+        };
+        let any = Value::Number(kind, self.any_number(kind, &why));
+        match (name, extent) {
+            ("LEN" | "FIND", Extent::Characters(most)) => {
+                let most = Value::Constant(i64::try_from(most).unwrap_or(i64::MAX));
+                self.charged_already(|own| own.limited(Value::Constant(0), any, most, line))
+            }
+            _ => Ok(any),
+        }
+    }
+
+    pub(crate) fn folded(
+        &mut self,
+        operator: Operator,
+        values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let is_relation = operator.binding() == 4 || operator.binding() == 5;
+        if is_relation && values.len() > 2 {
+            // Each against the next.
+            let pairs: Vec<_> =
+                values.windows(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
+            let mut all = Vec::new();
+            for (one, two) in pairs {
+                if let Value::Bit(logic) = self.combined(operator, one, two, line)? {
+                    all.push(logic);
+                }
+            }
+            return Ok(Value::Bit(Logic::All(all)));
+        }
+        let mut rest = values.into_iter();
+        let Some(mut sum) = rest.next() else { return Ok(Value::Any) };
+        for next in rest {
+            sum = self.combined(operator, sum, next, line)?;
+        }
+        Ok(sum)
+    }
+
+    /// A time as another type, or the other way round.
+    pub(crate) fn of_any_unit(&mut self, to: &Ty) -> Value {
+        match to {
+            Ty::Bit => Value::Bit(self.any_bit(ANY_UNIT)),
+            Ty::Number(kind) => Value::Number(*kind, self.any_number(*kind, ANY_UNIT)),
+            _ => Value::Any,
+        }
+    }
+}
+
+/// Whether numbers with a sign and without stand together that are as long.
+pub(crate) fn crosses(values: &[Value]) -> bool {
+    let kinds: Vec<Kind> = values
+        .iter()
+        .filter_map(|value| match value {
+            Value::Number(kind, _) | Value::Open(kind, ..) => Some(*kind),
+            _ => None,
+        })
+        .collect();
+    let pairs = kinds.iter().flat_map(|one| kinds.iter().map(move |other| (*one, *other)));
+    { pairs }.any(|(one, other)| mixed(one, other).is_some())
+}
+
+impl Assembler {
+    /// The result of a call: any value, where it was not carried out.
+    pub(crate) fn result_if(
+        &mut self,
+        condition: Option<Logic>,
+        result: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let Some(condition) = condition else { return Ok(result) };
+        let result = self.settled(result);
+        let why = "the result of a call whose EN is false may be any value";
+        let other = match &result {
+            Value::Bit(_) => Value::Bit(self.any_bit(why)),
+            Value::Number(kind, _) => Value::Number(*kind, self.any_number(*kind, why)),
+            Value::Constant(value) => {
+                let kind = holding(INT, *value);
+                Value::Number(kind, self.any_number(kind, why))
+            }
+            Value::Any | Value::Open(..) | Value::Address(..) => return Ok(Value::Any),
+        };
+        self.chosen(condition, result, other, line)
+    }
+}

@@ -1,0 +1,280 @@
+//! Functions of the standard that move bits, choose among values, or read and write decimal digits.
+
+use super::Assembler;
+use super::mixed::{below_zero, mixed, typed};
+use super::numbers::{common, row};
+use super::open::opened;
+use super::types::{DINT, INT, Kind, holding};
+use super::value::{Value, constant, within, wrapped};
+use scanbound_iec::ast::Operator;
+use scanbound_iec::fault::Fault;
+use scanbound_ir::meaning::{Operation, OperationInput as Input, Unary};
+use scanbound_ir::{
+    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource,
+    WordTarget, Write,
+};
+
+impl Assembler {
+    /// SHL, SHR, ROL and ROR. Controllers differ where bits are moved by as many places as there are, or more.
+    pub(crate) fn moved(&mut self, name: &str, of: Value, places: Value) -> Value {
+        let rotates = name.starts_with('R');
+        let (kind, number) = match of {
+            Value::Number(kind, number) => (kind, number),
+            // Of a number without a type, compilers differ in how many bits it has.
+            _ => return Value::Any,
+        };
+        let by = match places {
+            Value::Constant(by) => Some(by),
+            _ => None,
+        };
+        let places = match places {
+            Value::Constant(value) if (0..=0xFFFF).contains(&value) => constant(value, 1),
+            Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() == 1 => number,
+            _ => return Value::Any,
+        };
+        let Kind::Whole { bits, signed } = kind else { return Value::Any };
+        let left = name.ends_with('L');
+        // What comes in at the top of a number with a sign, controllers do not say alike.
+        if bits > 32 || (rotates && bits == 8) || (signed && !left) {
+            return Value::Any;
+        }
+        let operation = match rotates {
+            true => Operation::Rotate { left, through: false },
+            false => Operation::Shift { left, signed: false },
+        };
+        let places = Number::Words(self.copied(places, 1));
+        let words = kind.words();
+        let moving = Number::Words(self.copied(number, words));
+        let inputs = vec![Input::Number(moving.clone()), Input::Number(places.clone())];
+        let moved = self.worked_out(words, Some((operation, inputs, words)));
+        let words = self.copied(moved, words);
+        let beyond = compared(Relation::GreaterOrEqual, places, constant(i64::from(bits), 1));
+        self.open_where(beyond, &words);
+        let found = Value::Number(kind, wrapped(kind, Number::Words(words)));
+        if rotates || !left {
+            return found;
+        }
+        // Some keep what is moved beyond the type, as its result becomes one of a longer type.
+        let lost = match by.filter(|by| !signed && (0..bits.into()).contains(by)) {
+            Some(by) => {
+                let most = ((1_i64 << bits) - 1) >> by;
+                compared(Relation::Greater, moving, constant(most, kind.words()))
+            }
+            None => Logic::Const(true),
+        };
+        opened(found, Some(lost))
+    }
+
+    /// MUX: the value of this number, from 0 on. Controllers differ beyond the last.
+    pub(crate) fn multiplexed(
+        &mut self,
+        mut values: Vec<Value>,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let which = values.remove(0);
+        if let Value::Constant(number) = which {
+            let own = usize::try_from(number).ok().filter(|&number| number < values.len());
+            return match own {
+                Some(number) => Ok(values.swap_remove(number)),
+                None => Err(Fault::new(line, format!("MUX has no input {number}"))),
+            };
+        }
+        let Value::Number(kind @ Kind::Whole { .. }, number) = which else {
+            return Ok(Value::Any);
+        };
+        let which = Number::Words(self.copied(number, kind.words()));
+        let mut fits = Vec::new();
+        for number in 0..values.len() {
+            let number = constant(i64::try_from(number).unwrap_or(i64::MAX), kind.words());
+            fits.push(self.keep_bit(compared(Relation::Equal, which.clone(), number)));
+        }
+        let none = Logic::Any(fits.clone()).not();
+        if values.iter().all(|value| matches!(value, Value::Bit(_))) {
+            let cell = self.bit_between();
+            let choice = self.builder.choice();
+            self.program().statements.undefined_by_language.insert(choice);
+            let any = Write::Havoc(Region::Range { first: cell, count: 1 }, choice);
+            self.write_if(none, vec![any], None);
+            for (fit, value) in fits.into_iter().zip(values) {
+                let Value::Bit(logic) = value else { continue };
+                self.write_if(fit, vec![Write::Bit(BitTarget::Cell(cell), logic)], None);
+            }
+            return Ok(Value::Bit(Logic::cell(cell)));
+        }
+        let Some(kind) = kind_of(&values) else { return Ok(Value::Any) };
+        let first = self.words_between(kind.words());
+        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
+        for (fit, value) in fits.into_iter().zip(values) {
+            let number = self.as_number(value, kind, line)?;
+            self.write_if(fit, vec![Write::Words(targets(), number)], None);
+        }
+        let words = cells(first, kind.words());
+        self.open_where(none, &words);
+        Ok(Value::Number(kind, wrapped(kind, Number::Words(words))))
+    }
+
+    /// The first value where a condition holds, else the second.
+    pub(crate) fn chosen(
+        &mut self,
+        which: Logic,
+        first: Value,
+        second: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let (first, second) = typed(self.settled(first), self.settled(second));
+        let mut crosses = None;
+        if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
+            let which = self.keep_bit(which);
+            let yes = Logic::All(vec![which.clone(), one.clone()]);
+            return Ok(Value::Bit(Logic::Any(vec![
+                yes,
+                Logic::All(vec![which.not(), two.clone()]),
+            ])));
+        }
+        let kind = match (&first, &second) {
+            (Value::Number(one, _), Value::Number(two, _)) => {
+                crosses = mixed(*one, *two);
+                crosses.unwrap_or_else(|| common(*one, *two))
+            }
+            (Value::Number(kind, _), Value::Constant(value))
+            | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
+            (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
+            (Value::Constant(one), Value::Constant(two)) => holding(holding(INT, *one), *two),
+            _ => return Ok(Value::Any),
+        };
+        let which = self.keep_bit(which);
+        let (first, second) =
+            (self.as_number(first, kind, line)?, self.as_number(second, kind, line)?);
+        let cell = self.words_between(kind.words());
+        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
+        self.write(vec![Write::Words(targets(), second)]);
+        self.write_if(which, vec![Write::Words(targets(), first)], None);
+        let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at))).collect();
+        let number = Number::Words(words);
+        // Of one with a sign and one without, the same bits may be two numbers.
+        let beyond = crosses.map(|kind| below_zero(kind, &number));
+        Ok(opened(Value::Number(kind, number), beyond))
+    }
+
+    /// A value between two others. Where these are crossed, controllers take one or the other.
+    pub(crate) fn limited(
+        &mut self,
+        low: Value,
+        value: Value,
+        high: Value,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        if let Some(found) = self.between_constants(&low, &value, &high) {
+            return Ok(found);
+        }
+        let [low, value, high] = [low, value, high].map(|value| self.frozen(value));
+        let least = self.better(low.clone(), value, true, line)?;
+        let found = self.better(least, high.clone(), false, line)?;
+        let is_right =
+            matches!((&low, &high), (Value::Constant(low), Value::Constant(high)) if low <= high);
+        if is_right || matches!(found, Value::Any) {
+            return Ok(found);
+        }
+        let found = self.frozen(found);
+        let crossed =
+            self.charged_already(|own| own.combined(Operator::Greater, low.clone(), high, line))?;
+        let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
+        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
+        self.chosen(Logic::All(vec![crossed, other]), low, found, line)
+    }
+
+    /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes know what
+    /// it gives.
+    fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
+        let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
+        let Value::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }, number) = value else {
+            return None;
+        };
+        // It is worked out with a sign.
+        let wide = match (bits, signed) {
+            (32, false) => return None,
+            (16, false) => DINT,
+            _ => *kind,
+        };
+        if low > high || [low, high].iter().any(|&end| holding(*kind, end) != *kind) {
+            return None;
+        }
+        for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
+            self.cost(&[row(operator, Some(*kind))], "compare");
+        }
+        let words = wide.words();
+        let number = self.converted(number.clone(), *kind, wide);
+        let ends = [low, high].map(|end| Input::Number(within(wide, end)));
+        let inputs = ends.into_iter().chain([Input::Number(number)]).collect();
+        let found = self.worked_out(words, Some((Operation::Limit, inputs, words)));
+        Some(Value::Number(*kind, self.converted(found, wide, *kind)))
+    }
+
+    /// The larger or the smaller of two values.
+    pub(crate) fn better(
+        &mut self,
+        one: Value,
+        two: Value,
+        larger: bool,
+        line: u32,
+    ) -> Result<Value, Fault> {
+        let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
+        match self.combined(operator, one.clone(), two.clone(), line)? {
+            Value::Bit(which) => self.chosen(which, one, two, line),
+            _ => Ok(Value::Any),
+        }
+    }
+
+    /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too many.
+    pub(crate) fn decimal(&mut self, value: Value, reads: bool) -> Value {
+        let (kind, number) = match value {
+            Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() <= 2 => (kind, number),
+            _ => return Value::Any,
+        };
+        let Kind::Whole { bits, .. } = kind else { return Value::Any };
+        if bits == 8 && !reads {
+            return Value::Any;
+        }
+        let unary = if reads { Unary::FromBcd } else { Unary::ToBcd };
+        let inputs = vec![Input::Number(number)];
+        let words = kind.words();
+        let found = self.worked_out(words, Some((Operation::Each(unary), inputs, words)));
+        Value::Number(Kind::Whole { bits, signed: false }, found)
+    }
+
+    /// Takes words as any value where a condition holds, since the language leaves open what they are there.
+    pub(crate) fn open_where(&mut self, condition: Logic, words: &[WordSource]) {
+        let Some(&WordSource::Cell(first)) = words.first() else { return };
+        let count = u32::try_from(words.len()).unwrap_or(1);
+        let choice = self.builder.choice();
+        self.program().statements.undefined_by_language.insert(choice);
+        let any = Write::Havoc(Region::Range { first, count }, choice);
+        self.write_if(condition, vec![any], None);
+    }
+}
+
+fn compared(relation: Relation, left: Number, right: Number) -> Logic {
+    let format = NumberFormat::Unsigned;
+    Logic::Compare(Box::new(Compare { relation, format, left, right }))
+}
+
+fn cells(first: Cell, words: u32) -> Vec<WordSource> {
+    (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+}
+
+/// The kind in which several values meet; `None` if one of them is none that is followed.
+fn kind_of(values: &[Value]) -> Option<Kind> {
+    let mut found: Option<Kind> = None;
+    for value in values {
+        found = Some(match (found, value) {
+            (None, Value::Number(kind, _)) => *kind,
+            (None, Value::Constant(value)) => holding(INT, *value),
+            // Which number the same bits are, compilers differ.
+            (Some(own), Value::Number(kind, _)) if mixed(own, *kind).is_some() => return None,
+            (Some(own), Value::Number(kind, _)) => common(own, *kind),
+            (Some(own), Value::Constant(value)) => holding(own, *value),
+            (_, Value::Bit(_) | Value::Open(..) | Value::Address(..) | Value::Any) => return None,
+        });
+    }
+    found
+}

@@ -1,0 +1,67 @@
+//! How long steps are active. While a step is, time goes on once a scan, so that all that ask for it in one scan see the same.
+//! What is left of it when the step has ended, controllers differ: its last time, as the standard has it, or 0.
+
+use super::memory::{Memory, all, any};
+use super::timer::{double, put};
+use super::value::constant;
+use super::{Assembler, OpenEnd};
+use scanbound_iec::chart::Chart;
+use scanbound_ir::{Cell, Logic};
+
+impl Assembler {
+    /// Lets the times of the steps that are active go on.
+    pub(crate) fn times_go_on(&mut self, memory: &Memory) {
+        for time in &memory.times {
+            let (later, [found, least]) = self.later_than(time.cell);
+            let active = memory.active(&time.steps);
+            let at = self.write_if(active, vec![put(time.cell, double(later))], None);
+            self.told(time.cell, vec![found, least, at]);
+        }
+    }
+
+    /// Lets times begin when the chart does.
+    pub(crate) fn times_begin(&mut self, memory: &Memory, begins: &Logic) {
+        let ends = self.differs("the time of a step that is not active is 0");
+        for time in &memory.times {
+            let initial = Logic::Const(time.initial);
+            let begins = all([begins.clone(), any([initial, ends.clone()])]);
+            self.zero(time.cell, begins);
+        }
+    }
+
+    /// Lets the times of steps that are entered begin, before their flags are set.
+    pub(crate) fn times_of_entered(&mut self, chart: &Chart, memory: &Memory) {
+        let again = self.differs("a step that is left and entered at once begins its time anew");
+        for time in &memory.times {
+            let enters =
+                |at: &usize| chart.transitions[*at].to.iter().any(|step| time.steps.contains(step));
+            let entered = (0..memory.clears.len()).filter(enters);
+            let entered = any(entered.map(|at| Logic::cell(memory.clears[at])));
+            let before = memory.active(&time.steps);
+            let new = match time.steps.len() {
+                1 => any([before.not(), again.clone()]),
+                // What goes on within a macro step does not enter it.
+                _ => before.not(),
+            };
+            self.zero(time.cell, all([entered, new]));
+        }
+    }
+
+    /// What is left of the times of steps that are not active.
+    pub(crate) fn times_end(&mut self, memory: &Memory) {
+        let ends = self.differs("the time of a step that is not active is 0");
+        for time in &memory.times {
+            let ended = all([memory.active(&time.steps).not(), ends.clone()]);
+            self.zero(time.cell, ended);
+        }
+    }
+
+    fn zero(&mut self, time: Cell, fires: Logic) {
+        let at = self.write_if(fires, vec![put(time, constant(0, 2))], None);
+        self.told(time, vec![at]);
+    }
+
+    fn told(&mut self, cell: Cell, own: Vec<usize>) {
+        self.open_ends.push(OpenEnd::StepTime { cell, own });
+    }
+}

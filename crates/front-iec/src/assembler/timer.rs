@@ -1,0 +1,166 @@
+//! TON, TOF and TP.
+
+use super::memory::{all, any, set};
+use super::time_range::is_edge;
+use super::value::constant;
+use super::{Assembler, OpenEnd};
+use scanbound_base::time::Picos;
+use scanbound_front::builder::always;
+use scanbound_iec_tree::blocks::{Pin, StandardBlock};
+use scanbound_ir::timers::Expiry;
+use scanbound_ir::{
+    BitSource, BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, Step,
+    WordSource, WordTarget, Write,
+};
+
+/// The unit of times.
+const MILLISECOND: Picos = Picos(1_000_000_000);
+
+/// A number of two words that lies here.
+pub(crate) fn double(first: Cell) -> Number {
+    Number::Words(vec![WordSource::Cell(first), WordSource::Cell(first.plus(1))])
+}
+
+/// Where a number of two words goes.
+pub(crate) fn put(first: Cell, number: Number) -> Write {
+    Write::Words(vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))], number)
+}
+
+pub(crate) fn compared(relation: Relation, left: Number, right: Number) -> Logic {
+    Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
+}
+
+impl Assembler {
+    /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which it
+    /// begins, unless its time may be 0.
+    pub(crate) fn timer(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
+        let (Some(input), Some(preset), Some(q), Some(elapsed), Some(was)) =
+            (cell(Pin::In), cell(Pin::Pt), cell(Pin::Q), cell(Pin::Et), cell(Pin::Was))
+        else {
+            return;
+        };
+        let input = Logic::cell(input);
+        // TON rests while its input is off, TOF while it is on, TP while its output is off.
+        let (memory, rest, running) = match block {
+            StandardBlock::Ton => (was, 0, false),
+            StandardBlock::Tof => (was, 1, true),
+            _ => (q, 0, true),
+        };
+        let runs_out = self.builder.external_choice();
+        let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
+        let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), MILLISECOND);
+        let expiry = Expiry { idle: rest, while_running: running, setting, ..on_delay };
+        self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
+        let runs_out = Logic::Bit(BitSource::Free(runs_out));
+        // A time that is 0 may be one below a millisecond.
+        let short = self.world_bit();
+        let zero = || compared(Relation::LessOrEqual, double(preset), constant(0, 2));
+        let q_before = self.keep_bit(Logic::cell(q));
+        let was_on = self.keep_bit(Logic::cell(was));
+        // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do not.
+        let (changes, at) = self.unless_settled(Logic::Const(true));
+        self.open_ends.push(OpenEnd::Preset { at, preset });
+        let anew = self.differs("timers that are over ask for a new time");
+        let anew = self.keep_bit(all([changes.clone(), anew]));
+        let on = Logic::cell(q);
+        let value = match block {
+            StandardBlock::Ton => {
+                let later = all([was_on.clone(), any([all([on, anew.clone().not()]), runs_out])]);
+                all([input.clone(), any([later, all([zero(), short])])])
+            }
+            StandardBlock::Tof => {
+                // It stays on for a while when the input has gone.
+                let first = all([was_on.clone(), any([zero().not(), runs_out.clone()])]);
+                let later = all([was_on.clone().not(), runs_out.clone()]);
+                let again = all([anew.clone(), later.clone()]);
+                any([input.clone(), all([on, any([first, later])]), again])
+            }
+            _ => {
+                let begins = all([input.clone(), was_on.clone().not(), any([zero().not(), short])]);
+                let again = all([anew.clone(), input.clone(), was_on.clone(), runs_out.clone()]);
+                any([all([on.clone(), runs_out]), all([on.not(), any([begins, again])])])
+            }
+        };
+        let effects = vec![always(set(q, value)), always(set(was, input.clone()))];
+        let key = Some(Assembler::key(&[block.name()], "timer"));
+        self.builder.add(key, effects, Step::Act { fires: Logic::cell(q) });
+        self.elapsed(
+            block,
+            [input, was_on, q_before, Logic::cell(q)],
+            changes,
+            anew,
+            preset,
+            elapsed,
+        );
+    }
+}
+
+impl Assembler {
+    /// A time that the outside gives, not below another one; the instructions that find it, and where it lies.
+    pub(crate) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
+        let time = self.words_between(2);
+        let choice = self.builder.external_choice();
+        // A run from power-up does not count it.
+        self.builder.program.timekeeping.untracked.insert(choice);
+        // A time is not below 0.
+        let sign = BitTarget::WordBit(time.plus(1), 15);
+        let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
+        let found = self.write(vec![any_time, Write::Bit(sign, Logic::Const(false))]);
+        let earlier = compared(Relation::Less, double(time), double(before));
+        let least = self.write_if(earlier, vec![put(time, double(before))], None);
+        (time, [found, least])
+    }
+
+    /// How long a timer has run: from 0 to its time, which it has when that is over.
+    fn elapsed(
+        &mut self,
+        block: StandardBlock,
+        [input, was_on, q_before, q]: [Logic; 4],
+        changes: Logic,
+        anew: Logic,
+        preset: Cell,
+        elapsed: Cell,
+    ) {
+        let (time, _) = self.later_than(elapsed);
+        // A preset at the edge of times may be any longer one.
+        let is_longer = is_edge(&double(preset)).not();
+        let over = compared(Relation::GreaterOrEqual, double(time), double(preset));
+        let over = all([over, is_longer]);
+        let below = Number::Sub(Box::new(double(preset)), Box::new(constant(1, 2)));
+        self.write_if(over, vec![put(time, below)], None);
+        let none = compared(Relation::LessOrEqual, double(preset), constant(0, 2));
+        self.write_if(none, vec![put(time, constant(0, 2))], None);
+        // What a time that changes leaves of a run that is over, controllers differ.
+        let stays = all([changes, anew.not()]);
+        let no = Logic::not;
+        // What is left of the time of a timer at rest, controllers differ.
+        let rest = self.differs("a timer at rest has another ET");
+        let (zero, running, ended) = match block {
+            StandardBlock::Ton => (
+                any([no(input.clone()), no(was_on.clone())]),
+                all([input, was_on, no(q.clone())]),
+                all([q, all([q_before, stays]).not()]),
+            ),
+            StandardBlock::Tof => (
+                any([
+                    input.clone(),
+                    all([was_on.clone(), q.clone()]),
+                    all([no(input.clone()), no(q.clone()), rest.clone()]),
+                ]),
+                all([no(input.clone()), no(was_on.clone()), q.clone()]),
+                all([no(input), no(q), any([q_before, was_on]), no(rest)]),
+            ),
+            _ => (
+                any([
+                    all([q.clone(), no(q_before.clone()), no(was_on.clone())]),
+                    all([no(q.clone()), no(input.clone()), no(rest.clone())]),
+                ]),
+                all([q.clone(), any([q_before.clone(), was_on])]),
+                all([no(q), q_before, any([input, rest])]),
+            ),
+        };
+        self.write_if(zero, vec![put(elapsed, constant(0, 2))], None);
+        self.write_if(running, vec![put(elapsed, double(time))], None);
+        self.write_if(ended, vec![put(elapsed, double(preset))], None);
+    }
+}

@@ -1,0 +1,233 @@
+use super::memory::all;
+use super::{Assembler, OpenEnd, Turn};
+use scanbound_base::facts::ActionOrder;
+use scanbound_iec::chart::Chart;
+use scanbound_iec_tree::charts::Orders;
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{Cell, Logic, Region, Step, Write, flow};
+use std::collections::BTreeSet;
+use std::ops::{DerefMut, Range};
+
+/// Once through all that has a turn.
+pub(crate) struct Round {
+    /// By their numbers.
+    order: Vec<usize>,
+    /// Those that have ended alone, or those that go on; else both.
+    ended: Option<bool>,
+    /// On which controllers.
+    of: Option<ActionOrder>,
+}
+
+/// What instructions read and write.
+#[derive(Default)]
+struct Footprint {
+    reads: Cells,
+    writes: Cells,
+    /// Whether they may end the chart.
+    ends: bool,
+}
+
+impl Footprint {
+    /// Whether it matters which of two comes first.
+    fn meets(&self, other: &Footprint) -> bool {
+        self.ends
+            || other.ends
+            || self.writes.meet(&other.writes)
+            || self.writes.meet(&other.reads)
+            || self.reads.meet(&other.writes)
+    }
+}
+
+/// Cells, as stretches of which each begins behind the last one.
+#[derive(Default)]
+struct Cells(Vec<(Cell, u32)>);
+
+impl Cells {
+    fn new(regions: BTreeSet<(Cell, u32)>) -> Cells {
+        let mut found: Vec<(Cell, u32)> = Vec::new();
+        for (first, count) in regions {
+            match found.last_mut() {
+                Some((own, so_far)) if own.area == first.area && own.plus(*so_far) >= first => {
+                    *so_far = (*so_far).max(first.index - own.index + count);
+                }
+                _ => found.push((first, count)),
+            }
+        }
+        Cells(found)
+    }
+
+    fn meet(&self, other: &Cells) -> bool {
+        let (mut ones, mut others) = (self.0.iter().peekable(), other.0.iter().peekable());
+        while let (Some(&&(one, count)), Some(&&(two, more))) = (ones.peek(), others.peek()) {
+            if one.plus(count) <= two {
+                ones.next();
+            } else if two.plus(more) <= one {
+                others.next();
+            } else {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// The orders in which so many actions of a chart may be carried out.
+pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
+    let Orders { declared, alphabetical } = orders;
+    let named: Vec<usize> = (0..declared.len()).collect();
+    let round = |order: &[usize], ended, of| Round { order: order.to_vec(), ended, of };
+    let all = ActionOrder::ALL.into_iter().filter(|&one| stated.is_none_or(|own| own == one));
+    let of = |one: ActionOrder| stated.is_none().then_some(one);
+    all.flat_map(|one| match one {
+        ActionOrder::Named => vec![round(&named, None, of(one))],
+        ActionOrder::Declared => vec![round(declared, None, of(one))],
+        ActionOrder::Alphabetical => vec![
+            round(alphabetical, Some(true), of(one)),
+            round(alphabetical, Some(false), of(one)),
+        ],
+    })
+    .collect()
+}
+
+/// What so many steps of a chart carry out: in its order, or any two the other way round where two may be active at once.
+/// `may_be_any`: whether the steps that are active may be any, whatever the chart says.
+pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Round> {
+    let round = |of| Round { order: (0..count).collect(), ended: None, of: Some(of) };
+    match is_sequence(chart) && !may_be_any {
+        true => vec![round(ActionOrder::Named)],
+        false => vec![round(ActionOrder::Named), round(ActionOrder::Declared)],
+    }
+}
+
+/// Whether exactly one step is active whatever happens: the chart begins with one, and each transition leads from one to one.
+fn is_sequence(chart: &Chart) -> bool {
+    chart.steps.iter().filter(|step| step.initial).count() == 1
+        && chart.transitions.iter().all(|one| one.from.len() == 1 && one.to.len() == 1)
+}
+
+/// Carries out what has turns, in one of the orders that these rounds say. `ended`: of each one, whether it has ended.
+pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
+    host: &mut H,
+    rounds: &[Round],
+    ended: &[Logic],
+    carry_out: &mut dyn FnMut(&mut H, usize),
+) {
+    if let ([_], _) | (_, [] | [_]) = (rounds, ended) {
+        for &at in rounds.first().map_or(&[][..], |round| &round.order) {
+            carry_out(host, at);
+        }
+        return;
+    }
+    let ways: Vec<[Logic; 2]> = ended
+        .iter()
+        .map(|_| {
+            let other = host.differs("actions are not carried out as the chart names them");
+            let declared = host.differs("actions are carried out as they are declared");
+            [host.keep_bit(other), host.keep_bit(declared)]
+        })
+        .collect();
+    let mut turns: Vec<Turn> =
+        ended.iter().map(|_| Turn { says: Vec::new(), copies: Vec::new() }).collect();
+    let mut blocks = vec![0; ended.len()];
+    for (number, round) in rounds.iter().enumerate() {
+        for &at in &round.order {
+            let [other, declared] = ways[at].clone();
+            let of = match round.of {
+                None => Logic::Const(true),
+                Some(ActionOrder::Named) => other.not(),
+                Some(ActionOrder::Declared) if rounds.len() == 2 => other,
+                Some(ActionOrder::Declared) => all([other, declared]),
+                Some(ActionOrder::Alphabetical) => all([other, declared.not()]),
+            };
+            let part = match round.ended {
+                None => Logic::Const(true),
+                Some(true) => ended[at].clone(),
+                Some(false) => ended[at].clone().not(),
+            };
+            let (here, says) = host.unless_settled(all([of, part]));
+            // A copy stands where the first one does.
+            let after = host.program().blocks;
+            if number > 0 {
+                host.program().blocks = blocks[at];
+            }
+            blocks[at] = host.program().blocks;
+            let from = host.builder.next();
+            let skip = host.jump(here.not(), None);
+            carry_out(host, at);
+            host.land(skip);
+            host.landing();
+            if number > 0 {
+                host.program().blocks = after;
+            }
+            turns[at].says.push(says);
+            turns[at].copies.push(from..host.builder.next());
+        }
+    }
+    host.open_ends.push(OpenEnd::Turns(turns));
+}
+
+impl Assembler {
+    /// What it makes no difference to is carried out in the first round alone.
+    pub(crate) fn settle_turns(&mut self, turns: &[Turn], own: &[Region]) {
+        let prints: Vec<Footprint> =
+            turns.iter().map(|turn| self.footprint(&turn.copies[0], own)).collect();
+        for (at, turn) in turns.iter().enumerate() {
+            let others = prints.iter().enumerate().filter(|(other, _)| *other != at);
+            if { others }.any(|(_, other)| prints[at].meets(other)) {
+                continue;
+            }
+            self.set_to(turn.says[0], true);
+            for copy in &turn.copies[1..] {
+                let program = self.program();
+                program.approximations.retain(|one| !copy.contains(&one.instruction));
+                for instruction in &mut program.instructions[copy.clone()] {
+                    instruction.timing = None;
+                    instruction.effects.clear();
+                    instruction.step = Step::Nothing;
+                }
+            }
+        }
+    }
+
+    /// What instructions, and those that they call, read and write of what outlasts them.
+    fn footprint(&self, range: &Range<usize>, own: &[Region]) -> Footprint {
+        let program = &self.builder.program;
+        let ends = program.instructions[range.clone()].iter().any(|one| one.step == Step::Return);
+        let (mut reads, mut writes) = (BTreeSet::new(), BTreeSet::new());
+        let mut seen: BTreeSet<usize> = BTreeSet::new();
+        let mut open = vec![range.clone()];
+        while let Some(part) = open.pop() {
+            for at in part {
+                let instruction = &program.instructions[at];
+                if let Step::Call { target, .. } = instruction.step
+                    && seen.insert(target)
+                    && let Some(end) = flow::routine_end(program, target)
+                {
+                    open.push(target..end + 1);
+                }
+                writes.extend(flow::written(program, at));
+                instruction.each_read(&mut |source| reads.extend(source.region()));
+                for effect in &instruction.effects {
+                    let Write::Havoc(_, choice) = &effect.write else { continue };
+                    if let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(choice) {
+                        meaning.each_read(&mut |region| _ = reads.insert(region));
+                    }
+                }
+            }
+        }
+        let lasting = |regions: BTreeSet<Region>| {
+            let stretch = |region: Region| match region {
+                Region::Range { first, count } => {
+                    let lasts = !Assembler::is_between(first)
+                        && !own.iter().any(|own| flow::overlap(*own, region));
+                    lasts.then_some((first, count))
+                }
+                Region::Area(_) | Region::Everything => None,
+            };
+            Cells::new(regions.into_iter().filter_map(stretch).collect())
+        };
+        let is_whole = |region: &Region| !matches!(region, Region::Range { .. });
+        let ends = ends || reads.iter().chain(&writes).any(is_whole);
+        Footprint { reads: lasting(reads), writes: lasting(writes), ends }
+    }
+}
