@@ -53,7 +53,7 @@ pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
         }
     }
     let asked = scanbound_front::Options::new(facts);
-    let Err(all) = decode(&own, super::XML, SourceTraits::default(), &asked) else {
+    let Err(all) = decode(&own, "", SourceTraits::default(), &asked) else {
         return Vec::new();
     };
     let mut found: Vec<Diagnostic> = Vec::new();

@@ -1,6 +1,6 @@
 //! The standard's function blocks and their pins.
 
-use crate::types::Elementary;
+use crate::elementary::Elementary;
 use scanbound_iec::same;
 
 /// A function block of the standard's.

@@ -1,8 +1,10 @@
 //! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have in the
 //! chart as it is written ([`scanbound_iec::chart::Chart`]), which says how they hang together.
 
-use crate::declarations::{Code, RoutineId, VarId};
-use crate::tree::{Expr, Place, Statement};
+pub use crate::code::StepFlag;
+use crate::code::{Expr, Place, Statement};
+use crate::ids::{RoutineId, VarId};
+use scanbound_iec::fault::Fault;
 
 /// A chart.
 #[derive(Debug, Clone)]
@@ -69,15 +71,21 @@ pub enum ActionBody {
     Computed(Statement, RoutineId),
 }
 
-/// A step or a macro step of a chart of an instance, and what is read of it.
+/// What is executed.
 #[derive(Debug, Clone)]
-pub struct StepFlag {
-    /// The instance.
-    pub owner: Place,
-    /// The routine that is the chart.
-    pub chart: RoutineId,
-    /// The number of the step; those of macro steps follow those of steps.
-    pub step: usize,
-    /// Whether it is asked for how long the step is active (`S.T`), or whether it is (`S.X`).
-    pub is_time: bool,
+pub enum Code {
+    /// Statements.
+    Statements(Vec<Statement>),
+    /// A chart.
+    Chart(Box<Chart>),
+    /// What could not be read, and why.
+    Unread(Fault),
+}
+
+impl Code {
+    /// Whether there is nothing to execute.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        matches!(self, Code::Statements(all) if all.is_empty())
+    }
 }

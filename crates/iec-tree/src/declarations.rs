@@ -1,47 +1,12 @@
 //! What a project declares, by ids: units, routines, variables.
 
-use crate::charts::Chart;
-use crate::tree::{Expr, Place, Statement};
+pub use crate::charts::Code;
+use crate::code::Expr;
+pub use crate::code::Stated;
+pub use crate::ids::{AddressId, RoutineId, TempId, UnitId, VarId};
 use crate::types::TypeId;
-use scanbound_base::time::Picos;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Language, PouKind, Section};
-
-/// An id of something that is declared: its number among all of its kind.
-macro_rules! ids {
-    ($($(#[$doc:meta])* $name:ident,)*) => {$(
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-        pub struct $name(pub u32);
-
-        impl $name {
-            /// The id of this number.
-            #[must_use]
-            pub fn at(number: usize) -> $name {
-                $name(u32::try_from(number).unwrap_or(u32::MAX))
-            }
-
-            /// Its number.
-            #[must_use]
-            pub fn index(self) -> usize {
-                self.0 as usize
-            }
-        }
-    )*};
-}
-
-ids! {
-    /// A variable.
-    VarId,
-    /// A program, a function block, a function or an interface.
-    UnitId,
-    /// A body, an action or a method.
-    RoutineId,
-    /// A direct address that code names (`%IX0.1`).
-    AddressId,
-    /// A value that a list or a drawing keeps from one statement to others of its body.
-    TempId,
-}
 
 /// Whose a variable is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -195,17 +160,6 @@ pub enum RoutineKind {
     Method,
 }
 
-/// What is executed.
-#[derive(Debug, Clone)]
-pub enum Code {
-    /// Statements.
-    Statements(Vec<Statement>),
-    /// A chart.
-    Chart(Box<Chart>),
-    /// What could not be read, and why.
-    Unread(Fault),
-}
-
 impl Variable {
     /// Whether it is a constant that has its value whenever a scan begins. Inputs may be constant, too, and are handed over.
     #[must_use]
@@ -213,25 +167,6 @@ impl Variable {
         let is_own = matches!(self.section, Section::Local | Section::Global);
         self.constant && self.at.is_none() && is_own
     }
-}
-
-impl Code {
-    /// Whether there is nothing to execute.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        matches!(self, Code::Statements(all) if all.is_empty())
-    }
-}
-
-/// What the user states of code that is not there, or that is of another language.
-#[derive(Debug, Clone)]
-pub struct Stated {
-    /// What it is called in the facts, for messages.
-    pub name: String,
-    /// How long it takes.
-    pub time: Picos,
-    /// What it may write besides the variables of its instance; or what is wrong with that.
-    pub writes: Vec<Result<Place, Fault>>,
 }
 
 /// A body, an action or a method.

@@ -6,8 +6,11 @@
 
 pub mod blocks;
 pub mod charts;
+pub mod code;
 pub mod constants;
 pub mod declarations;
+pub mod elementary;
+pub mod ids;
 pub mod resolve;
 pub mod standard;
 pub mod tree;
