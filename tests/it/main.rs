@@ -23,6 +23,7 @@ mod iec_conversions;
 mod iec_drawn;
 mod iec_exact;
 mod iec_objects;
+mod iec_objects_random;
 mod iec_orders;
 mod iec_program;
 mod iec_readings;

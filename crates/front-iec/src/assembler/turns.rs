@@ -1,3 +1,7 @@
+//! The order in which what a chart executes in one scan comes: the standard does not say it, and controllers differ.
+//! Actions of which one writes what another one reads or writes are lowered once for each order, of which one is taken in
+//! a run; all others are lowered once.
+
 use super::memory::all;
 use super::{Assembler, OpenEnd, Turn};
 use scanbound_base::facts::ActionOrder;

@@ -1,8 +1,9 @@
 //! Global names that may mean several things.
 
 use super::declared::kind;
+use super::index::ByName;
+use super::resolver::{Resolver, Scope};
 use super::types::is_elementary;
-use super::{ByName, Resolver, Scope};
 use scanbound_base::code::Code;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef};

@@ -1,8 +1,8 @@
 //! Calls: what is called, and what is passed for which parameter.
 
 use super::paths::{Found, Property, property_here, start};
+use super::resolver::{Resolver, Scope, unknown_name};
 use super::types::declare;
-use super::{Resolver, Scope, unknown_name};
 use crate::blocks::StandardBlock;
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::standard::Function;

@@ -1,8 +1,8 @@
 //! Charts with what they name.
 
 use super::paths::{Found, start};
+use super::resolver::{Resolver, Scope};
 use super::statements::Labels;
-use super::{Resolver, Scope};
 use crate::charts::{Action, ActionBody, Chart, Hooks, Orders, StepFlag};
 use crate::declarations::{Code, RoutineId, UnitId, VarId};
 use crate::tree::{Expr, ExprKind, Place, Root, Statement};

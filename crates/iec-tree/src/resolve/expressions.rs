@@ -1,7 +1,7 @@
 //! Expressions with their types.
 
 use super::paths::{Found, property_here};
-use super::{Resolver, Scope};
+use super::resolver::{Resolver, Scope};
 use crate::standard::{beside, operated};
 use crate::tree::{Expr, ExprKind, Place};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId};

@@ -1,10 +1,12 @@
 //! What names mean, by the scope that declares them.
 
-use super::ByName;
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::tree::Tree;
 use scanbound_iec::{PouKind, Project};
 use std::collections::BTreeMap;
+
+/// By names in capitals.
+pub(super) type ByName<T> = BTreeMap<String, T>;
 
 /// What the names of a project mean.
 #[derive(Default)]

@@ -1,10 +1,11 @@
 //! What variables begin with before the first scan, as they are declared.
 
-use super::{Declared, Resolver};
+use super::resolver::Resolver;
 use crate::blocks::{Pin, StandardBlock};
 use crate::constants::Scope;
 use crate::declarations::Initial;
 use crate::types::{Elementary, Kind, Type, TypeId, holding};
+use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{Argument, Expr, Literal};
 use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
 use scanbound_iec::{Section, TypeRef, same};

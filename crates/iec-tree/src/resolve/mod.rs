@@ -8,6 +8,7 @@ mod expressions;
 mod index;
 mod initial;
 mod paths;
+mod resolver;
 mod stated;
 mod statements;
 mod tasks;
@@ -18,19 +19,18 @@ pub use charts::orders;
 
 use crate::constants::Constants;
 use crate::declarations::{
-    Code, First, Initial, Owner, Routine, RoutineId, RoutineKind, TempId, Unit, UnitId, VarId,
-    Variable,
+    Code, First, Initial, Owner, Routine, RoutineId, RoutineKind, Unit, UnitId, VarId, Variable,
 };
-use crate::tree::{Call, Connected, Expr, ExprKind, Pair, Tree};
+use crate::tree::{Connected, Expr, ExprKind, Pair, Tree};
 use crate::types::{Type, TypeId};
 pub use declared::faults;
-use index::Index;
+use index::{ByName, Index};
+pub use resolver::Facts;
+use resolver::{Resolver, Scope, kept};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{Body, Pou, PouKind, Project, Section, TypeRef, Variable as Declared, same};
-pub use stated::Facts;
-use std::collections::{BTreeMap, BTreeSet};
+use scanbound_iec::{Body, Pou, PouKind, Project, Section, Variable as Declared, same};
 pub use unknown_types::list_unknown_types;
 
 /// The typed tree of a project whose declarations have no faults.
@@ -54,34 +54,6 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
     own.state_routines();
     own.connections();
     own.tree
-}
-
-/// A project while it is resolved.
-struct Resolver<'p> {
-    project: &'p Project,
-    facts: Facts<'p>,
-    constants: Constants<'p>,
-    tree: Tree,
-    index: Index,
-    /// The values that the body keeps, by the names that its reader gave them.
-    kept: ByName<TempId>,
-    /// Calls of properties of which a part is named: they come before what names it.
-    before: Vec<Call>,
-    /// Whether code is resolved, not declarations.
-    is_code: bool,
-    /// The global names that may mean several things, and which.
-    meanings: ByName<BTreeSet<String>>,
-}
-
-/// Where names are looked for.
-#[derive(Clone, Copy)]
-struct Scope {
-    /// The unit whose code it is; none for lists of global variables.
-    unit: Option<UnitId>,
-    /// Its method.
-    method: Option<RoutineId>,
-    /// The list whose own variables come first.
-    list: Option<usize>,
 }
 
 impl<'p> Resolver<'p> {
@@ -482,28 +454,4 @@ impl<'p> Resolver<'p> {
 /// Whether a method is executed when instances begin.
 fn begins(method: &Pou) -> bool {
     ["FB_Init", "FB_Reinit", "FB_Exit"].iter().any(|own| same(own, &method.name))
-}
-
-/// The variables that take memory of their own; globals that a unit only names do not.
-fn kept(all: &[Declared]) -> impl Iterator<Item = &Declared> {
-    all.iter().filter(|one| one.section != Section::External && !one.name.is_empty())
-}
-
-/// By names in capitals.
-type ByName<T> = BTreeMap<String, T>;
-
-/// The fault of a name that nothing declares.
-fn unknown_name(line: u32, name: &str) -> Fault {
-    Fault::new(line, format!("there is no {name}"))
-        .code(FaultCode::UnknownName)
-        .text(name)
-        .help("give all files of the project, or declare it")
-}
-
-/// The name of a type as it is written.
-fn named(of: &TypeRef) -> Option<&str> {
-    match of {
-        TypeRef::Named(name) => Some(name),
-        _ => None,
-    }
 }

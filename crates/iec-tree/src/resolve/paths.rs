@@ -1,10 +1,11 @@
 //! What paths mean: variables and parts of them, or constants.
 
-use super::{Declared, Resolver, Scope, unknown_name};
+use super::resolver::{Resolver, Scope, unknown_name};
 use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
 use crate::tree::{Expr, ExprKind, Place, Root, Statement, StatementKind, Step, Target};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId, holding};
 use scanbound_base::code::Code;
+use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Section, same, show};

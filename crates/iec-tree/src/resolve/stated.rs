@@ -1,23 +1,13 @@
 //! What the user states of code that is not there, or that is of another language.
 
 use super::paths::{Found, start};
-use super::{Resolver, Scope};
+use super::resolver::{Resolver, Scope};
 use crate::declarations::{RoutineKind, Stated};
 use crate::tree::{Place, Root, StatementKind};
 use scanbound_base::code::Code;
 use scanbound_base::facts::{StatedCall, key, normalized};
 use scanbound_iec::fault::{Fault, short};
 use scanbound_iec::{PouKind, ast, parse, show};
-use std::collections::BTreeMap;
-
-/// What the user states.
-#[derive(Clone, Copy)]
-pub struct Facts<'f> {
-    /// Of calls and of code, by normalised names.
-    pub calls: &'f BTreeMap<String, StatedCall>,
-    /// For each file of the project the names that facts may call it by.
-    pub files: &'f [[&'f str; 2]],
-}
 
 impl Resolver<'_> {
     /// Code of another language.

@@ -1,7 +1,7 @@
 //! Statements with what they name.
 
 use super::paths::{Found, property_here};
-use super::{Resolver, Scope};
+use super::resolver::{Resolver, Scope};
 use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
 use crate::types::{Refers, Type};
 use scanbound_base::code::Code;

@@ -1,9 +1,10 @@
 //! Tasks, the instances of programs that they run, and what is executed before the first scan.
 
-use super::{Declared, Resolver};
+use super::resolver::Resolver;
 use crate::declarations::Owner;
 use crate::tree::{ExprKind, ProgramInstance, Task};
 use scanbound_base::code::Code;
+use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, ast, same};
 

@@ -1,11 +1,12 @@
 //! Types as they are written, by ids.
 
-use super::{Declared, Resolver, named};
+use super::resolver::{Resolver, named};
 use crate::blocks::StandardBlock;
 use crate::declarations::UnitId;
 use crate::types::{Elementary, Refers, TEXT, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_base::facts::key;
+use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, TypeRef, ast};
 
