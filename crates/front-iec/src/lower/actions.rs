@@ -1,9 +1,9 @@
 //! What the actions of charts do: what stands in blocks themselves, actions that are called, Boolean variables.
 
 use super::Lower;
+use super::cells::add;
 use super::charts::Own;
-use super::effects::add;
-use super::places::{Context, Found};
+use super::spots::{Context, Found};
 use super::statements::{ENDS_CHART, JumpTargets, jump_key};
 use crate::assembler::control::{Before, Output};
 use crate::assembler::memory::{all, set};
@@ -212,7 +212,7 @@ impl Lower<'_> {
     }
 
     /// What others read of what a block of a drawn condition writes.
-    fn given_by(&mut self, spot: &super::places::Spot, line: u32) -> Vec<Region> {
+    fn given_by(&mut self, spot: &super::spots::Spot, line: u32) -> Vec<Region> {
         match self.tree.types.get(spot.ty) {
             Typed::Block(_) => {
                 let what = format!(
@@ -242,7 +242,7 @@ impl Lower<'_> {
         at: &Context,
         id: RoutineId,
         chart: &scanbound_iec_tree::charts::Chart,
-        found: &mut super::effects::Effects,
+        found: &mut super::cells::Effects,
     ) {
         let own = self.chart_cell(at.instance, id);
         found.reads.insert(own);

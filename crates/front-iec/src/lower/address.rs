@@ -1,6 +1,6 @@
 //! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
 
-use super::places::Spot;
+use super::spots::Spot;
 use crate::assembler::Assembler;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;

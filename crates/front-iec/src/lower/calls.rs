@@ -1,9 +1,9 @@
 //! Calls: values are passed, what is called is executed, results are taken.
 
-use super::effects::{Effects, add};
+use super::cells::{Effects, add};
 use super::elements::unknown_number;
 use super::enable::Enabled;
-use super::places::{Context, Found, Spot};
+use super::spots::{Context, Found, Spot};
 use super::values::shown;
 use super::{Entry, Lower};
 use crate::assembler::Assembler;

@@ -1,7 +1,7 @@
 //! Charts as instructions: steps and stored actions are bits that nobody else knows.
 
 use super::Lower;
-use super::places::Context;
+use super::spots::Context;
 use super::statements::{JumpTargets, jump_key};
 use crate::assembler::Assembler;
 use crate::assembler::control::Whole;

@@ -3,7 +3,7 @@
 use super::address::{self, Located};
 use super::calls::Callee;
 use super::first_values::FIRST_SCAN;
-use super::places::{Context, Found, Instance, Spot};
+use super::spots::{Context, Found, Instance, Spot};
 use super::start::merged;
 use super::{Entry, GivenBack, Lower, Options};
 use crate::assembler::Assembler;

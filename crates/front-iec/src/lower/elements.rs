@@ -1,7 +1,7 @@
 //! Calls of instances that stand in arrays, by numbers that are worked out.
 
 use super::Lower;
-use super::places::Context;
+use super::spots::Context;
 use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;

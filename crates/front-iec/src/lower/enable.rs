@@ -2,7 +2,7 @@
 
 use super::Lower;
 use super::effects::is_same;
-use super::places::Context;
+use super::spots::Context;
 use crate::assembler::Assembler;
 use crate::assembler::value::Value;
 use scanbound_iec::fault::Fault;

@@ -1,7 +1,7 @@
 //! How large variables are as wholes, and what it is charged to copy or begin them: by their elements.
 
 use super::Lower;
-use super::places::{Found, Spot};
+use super::spots::{Found, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::charges::{characters, counted};
 use crate::assembler::memory::layout;

@@ -1,7 +1,7 @@
 //! What variables begin with before the first scan, and what constants hold in every scan.
 
 use super::Lower;
-use super::places::Spot;
+use super::spots::Spot;
 use crate::assembler::Assembler;
 use crate::assembler::value::within;
 use scanbound_front::builder::always;

@@ -1,7 +1,7 @@
 //! Instances that begin anew with every call: what their charts remember begins anew with them.
 
 use super::Lower;
-use super::places::Spot;
+use super::spots::Spot;
 use crate::assembler::memory::set;
 use crate::assembler::value::constant;
 use scanbound_base::code::Code as FaultCode;

@@ -3,7 +3,7 @@
 
 use super::Lower;
 use super::address::{Located, bits, meeting};
-use super::places::{Instance, Spot};
+use super::spots::{Instance, Spot};
 use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;

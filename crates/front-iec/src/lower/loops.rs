@@ -3,7 +3,7 @@
 use super::Lower;
 use super::decode::file_names;
 use super::effects::is_same;
-use super::places::{Context, Found};
+use super::spots::{Context, Found};
 use super::statements::JumpTargets;
 use crate::assembler::Assembler;
 use crate::assembler::loops::{MOST, Turns, whole_range};

@@ -1,5 +1,6 @@
 //! Where variables lie: instances, frames of methods, global variables and parts of them.
 
+use super::spots::{Context, Element, Found, Instance, Spot};
 use super::{Lower, VARIABLES};
 use crate::assembler::Assembler;
 use scanbound_base::code::Code;
@@ -10,81 +11,11 @@ use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, Unit
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::meaning::{Address, IntegerFormat, Term};
-use scanbound_ir::{Cell, Number, Region, Tag, Type, WordSource};
+use scanbound_ir::{Number, Type};
 use std::sync::Arc;
 
 /// The most instances of function blocks in one variable.
 const MAX_INSTANCES: u64 = 100_000;
-
-/// A variable, or a part of one, where it lies.
-#[derive(Debug, Clone)]
-pub(super) struct Spot {
-    pub(super) name: String,
-    pub(super) tag: Tag,
-    pub(super) ty: TypeId,
-}
-
-/// An instance of a unit.
-#[derive(Debug, Clone)]
-pub(super) struct Instance {
-    pub(super) unit: UnitId,
-    pub(super) spot: Spot,
-}
-
-/// Where a statement stands.
-#[derive(Debug, Clone)]
-pub(super) struct Context {
-    pub(super) instance: usize,
-    /// The variables of the method that is executed.
-    pub(super) frame: Option<Spot>,
-}
-
-/// An element of an array whose number is worked out.
-#[derive(Debug, Clone)]
-pub(super) struct Element {
-    /// The part that is meant, in the array's first element.
-    pub(super) spot: Spot,
-    /// Indices, and how many bits and words they count in.
-    pub(super) terms: Vec<(Vec<WordSource>, [i64; 2])>,
-    /// What the least indices take off, in bits and in words.
-    base: [i64; 2],
-    /// The array that bounds it all.
-    pub(super) whole: Spot,
-}
-
-/// What a place is.
-#[derive(Debug, Clone)]
-pub(super) enum Found {
-    Spot(Spot),
-    Element(Element),
-    /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
-    WordBit(Cell, u8, u8),
-}
-
-impl Element {
-    /// All cells of the array of the kind that is meant.
-    pub(super) fn region(&self) -> Option<(Cell, u32)> {
-        let own = self.spot.tag.cell()?;
-        self.whole.tag.regions().into_iter().find_map(|region| match region {
-            Region::Range { first, count } if first.area == own.area => Some((first, count)),
-            _ => None,
-        })
-    }
-
-    pub(super) fn address(&self, is_bit: bool) -> Option<Address> {
-        let (first, count) = self.region()?;
-        let offset = i64::from(self.spot.tag.cell()?.index - first.index);
-        let side = usize::from(!is_bit);
-        let term = |(words, sizes): &(Vec<WordSource>, [i64; 2])| Term {
-            words: words.clone(),
-            format: IntegerFormat::Signed,
-            factor: sizes[side],
-        };
-        let terms = self.terms.iter().map(term).collect();
-        Some(Address::within(first, count, self.base[side] + offset, terms))
-    }
-}
 
 fn too_large(line: u32, name: &str) -> Fault {
     Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)

@@ -3,7 +3,7 @@
 //! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is done through
 //! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
-use super::places::{Context, Found, Instance, Spot};
+use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
@@ -13,7 +13,6 @@ use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
 use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource, flow};
-use std::collections::BTreeMap;
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
@@ -23,13 +22,6 @@ const MAX_ELEMENTS: i64 = 4096;
 
 /// How often all code is gone through until it is known which variables references can mean.
 const MAX_ROUNDS: u32 = 50;
-
-/// The variables whose addresses are taken; the word for each is its number here, from 1.
-#[derive(Default)]
-pub(super) struct Targets {
-    pub(super) spots: Vec<Spot>,
-    numbers: BTreeMap<String, usize>,
-}
 
 /// The word of the target of this index.
 fn word(index: usize) -> i64 {
@@ -187,7 +179,7 @@ impl<'t> Lower<'t> {
             if let Some(fault) = fault {
                 return Err(fault);
             }
-            self.of_expr(at, initial, &mut super::effects::Effects::default());
+            self.of_expr(at, initial, &mut super::cells::Effects::default());
         }
         match tree.types.get(spot.ty) {
             Typed::Block(unit) => {

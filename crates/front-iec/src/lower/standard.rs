@@ -1,7 +1,7 @@
 //! The standard's functions.
 
 use super::Lower;
-use super::places::Context;
+use super::spots::Context;
 use super::values::{is_rounded, shown, works};
 use crate::assembler::Assembler;
 use crate::assembler::numbers::row;

@@ -2,7 +2,7 @@
 
 use super::Lower;
 use super::first_values::{First, FirstValue};
-use super::places::{Instance, Spot};
+use super::spots::{Instance, Spot};
 use scanbound_iec::PouKind;
 use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, flow};

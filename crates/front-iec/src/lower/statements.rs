@@ -1,8 +1,8 @@
 //! Statements, and the routines that they stand in.
 
 use super::calls::Callee;
-use super::effects::Effects;
-use super::places::{Context, Found, Instance};
+use super::cells::Effects;
+use super::spots::{Context, Found, Instance};
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
 use crate::assembler::memory::set;
@@ -451,7 +451,7 @@ impl Lower<'_> {
         at: &Context,
         place: &Place,
         line: u32,
-    ) -> Result<Option<super::places::Spot>, Fault> {
+    ) -> Result<Option<super::spots::Spot>, Fault> {
         Ok(match self.find(at, place, line)? {
             Found::Spot(spot) => Some(spot),
             _ => None,

@@ -1,8 +1,8 @@
 //! Expressions, as what the analysis follows.
 
 use super::Lower;
-use super::effects::Effects;
-use super::places::{Context, Element, Found, Spot};
+use super::cells::Effects;
+use super::spots::{Context, Element, Found, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::numbers::{ROUNDED, read, row};
 use crate::assembler::open::{complement, opened, parted};

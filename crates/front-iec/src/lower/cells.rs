@@ -1,0 +1,73 @@
+//! Sets of cells: what code reads and writes.
+
+use scanbound_ir::{Cell, Region};
+use std::collections::BTreeSet;
+
+/// Cells, as stretches.
+pub(super) type Cells = BTreeSet<(Cell, u32)>;
+
+/// What code reads and writes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Effects {
+    pub(super) reads: Cells,
+    pub(super) writes: Cells,
+    /// Whether it may do anything.
+    pub(super) anything: bool,
+}
+
+impl Effects {
+    /// Whether this writes what the other one reads or writes.
+    pub(super) fn changes(&self, other: &Effects) -> bool {
+        let meets = |one: &Cells, two: &Cells| one.iter().any(|own| meet(own, two));
+        let is_idle =
+            |one: &Effects| !one.anything && one.reads.is_empty() && one.writes.is_empty();
+        (self.anything && !is_idle(other))
+            || (other.anything && !self.writes.is_empty())
+            || meets(&self.writes, &other.reads)
+            || meets(&self.writes, &other.writes)
+    }
+
+    /// Whether either reads or writes what the other one does.
+    pub(super) fn meets(&self, other: &Effects) -> bool {
+        self.changes(other)
+            || other.changes(self)
+            || self.reads.iter().any(|own| meet(own, &other.reads))
+    }
+
+    pub(super) fn join(&mut self, other: &Effects) {
+        self.reads.extend(&other.reads);
+        self.writes.extend(&other.writes);
+        self.anything |= other.anything;
+    }
+
+    /// Without what begins anew with every call.
+    pub(super) fn lasting(mut self, own: &[Region]) -> Effects {
+        let lasts = |&(first, count): &(Cell, u32)| {
+            let region = Region::Range { first, count };
+            !own.iter().any(|own| scanbound_ir::flow::overlap(*own, region))
+        };
+        self.reads.retain(lasts);
+        self.writes.retain(lasts);
+        self
+    }
+}
+
+/// Whether a stretch has a cell of others.
+fn meet(one: &(Cell, u32), others: &Cells) -> bool {
+    let (first, count) = *one;
+    let end = (first.plus(count), 0);
+    // Stretches may lie in each other, so that more than the last one before may reach here.
+    others
+        .range(..end)
+        .rev()
+        .take_while(|(own, _)| own.area == first.area)
+        .any(|(own, many)| own.index < first.index + count && first.index < own.index + many)
+}
+
+pub(super) fn add(found: &mut Cells, regions: Vec<Region>) {
+    for region in regions {
+        if let Region::Range { first, count } = region {
+            found.insert((first, count));
+        }
+    }
+}
