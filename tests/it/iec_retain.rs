@@ -87,6 +87,11 @@ fn a_chart_that_is_kept_goes_on_where_the_power_failed() {
         )
     };
     assert_eq!((bound(&text("")), bound(&text("RETAIN"))), (0, PROBE));
+    // Also an instance that has no variables.
+    let bare = |kept: &str| {
+        text(kept).replace("VAR i AT %IX0.0 : BOOL; END_VAR", "").replace(":= i;", ":= TRUE;")
+    };
+    assert_eq!((bound(&bare("")), bound(&bare("RETAIN"))), (0, PROBE));
     // Also where some block begins with a method.
     let begins = |kept: &str| {
         "FUNCTION_BLOCK B VAR n : INT; END_VAR METHOD FB_Init : BOOL n := 1; END_METHOD END_FUNCTION_BLOCK "

@@ -308,3 +308,32 @@ fn an_instance_with_a_chart_is_not_copied() {
         );
     }
 }
+
+#[test]
+fn a_steps_flag_is_loaded_like_a_variable() {
+    let loads = |value: &str| {
+        let text = format!(
+            "{CHART} PROGRAM main VAR k : Chart; x, y : BOOL; END_VAR x := {value}; END_PROGRAM"
+        );
+        bound("LD,1,1,", &text).unwrap_or_else(|codes| panic!("{codes:?}\n{text}"))
+    };
+    assert_eq!(
+        [loads("TRUE"), loads("y"), loads("k.S0.X"), loads("k.S0.X AND k.S1.X")],
+        [0, 1, 1, 2]
+    );
+}
+
+#[test]
+fn a_step_of_a_base_is_not_asked_for_where_another_chart_takes_its_place() {
+    let text = |own: &str| {
+        format!(
+            "{} METHOD asks : BOOL asks := S0.X; END_METHOD END_FUNCTION_BLOCK
+            FUNCTION_BLOCK Derived EXTENDS Chart {own} END_FUNCTION_BLOCK
+            PROGRAM main VAR d : Derived; x : BOOL; END_VAR d(); x := d.asks(); END_PROGRAM",
+            CHART.replace("END_FUNCTION_BLOCK", "")
+        )
+    };
+    assert_eq!(bound("LD,0,0,", &text("")), Ok(0));
+    let own = "INITIAL_STEP S0: END_STEP STEP S2: END_STEP TRANSITION FROM S0 TO S2 := TRUE; END_TRANSITION";
+    assert_eq!(bound("LD,0,0,", &text(own)), Err(vec![Code::NotModelled]));
+}

@@ -10,7 +10,7 @@ use scanbound_iec::chart::{Chart, told};
 use scanbound_iec::{Body, Language, Pou, PouKind, Project, Section, TypeRef, Variable};
 
 /// What begins the names of programs that are made up here.
-const MADE_UP: &str = "~";
+const MADE_UP: &str = "chart of ";
 /// The instance in such a program.
 const INSTANCE: &str = "of";
 

@@ -10,6 +10,7 @@ use crate::assembler::numbers::read;
 use crate::assembler::types::{Kind, Ty};
 use crate::assembler::value::Value;
 use crate::assembler::{invariant, turns};
+use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::Body;
@@ -105,17 +106,38 @@ impl<'t> Lower<'t> {
         line: u32,
     ) -> Result<Value, Fault> {
         let instance = self.instance_of(at, &flag.owner, line)?;
+        self.is_one_chart(instance, flag.chart, line)?;
         let memory = self.chart_memory(instance, flag.chart).ok_or_else(|| no_room(line))?;
         let time = &memory.times[flag.step];
+        self.cost(&["LD"], "contact");
         if flag.is_time {
             self.times_read.insert(time.cell);
-            self.cost(&["LD"], "contact");
             return Ok(read(time.cell, &Ty::Number(Kind::Time)));
         }
         Ok(Value::Bit(match time.steps[..] {
             [step] => Logic::cell(memory.steps[step]),
             _ => memory.active(&time.steps),
         }))
+    }
+
+    /// Refuses what is asked of a chart in whose place an instance executes another one: the other one may have a step of the
+    /// same name.
+    fn is_one_chart(&self, instance: usize, chart: RoutineId, line: u32) -> Result<(), Fault> {
+        let tree = self.tree;
+        let unit = self.instances[instance].unit;
+        let nearest = match tree.routine(chart).kind {
+            RoutineKind::Body => self.body_in(unit).unwrap_or(chart),
+            _ => tree.dispatched(unit, chart),
+        };
+        if nearest == chart || !matches!(tree.routine(nearest).code, Code::Chart(_)) {
+            return Ok(());
+        }
+        let what = format!(
+            "{} has a chart in the place of that of its base: which of the two has the step is not followed",
+            self.instances[instance].spot.name
+        );
+        let help = "ask for the step in its own chart, and take the answer into a variable";
+        Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
     /// Lowers the chart that a routine is.
