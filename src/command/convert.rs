@@ -30,14 +30,14 @@ pub struct Arguments {
     dialect: Option<String>,
     /// What to write [default: by the suffix of the output, otherwise assembly]
     #[arg(long, value_enum)]
-    to: Option<Form>,
+    to: Option<CodeFormat>,
     /// Write to a file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Form {
+enum CodeFormat {
     /// Assembly, up to the last word that is not empty
     Asm,
     /// A listing: addresses, and the switch settings for each word
@@ -48,13 +48,13 @@ enum Form {
     Bin,
 }
 
-impl Form {
-    fn of_name(file: &Path) -> Option<Form> {
+impl CodeFormat {
+    fn of_name(file: &Path) -> Option<CodeFormat> {
         match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "asm" | "txt" | "s" => Some(Form::Asm),
-            "lst" => Some(Form::List),
-            "hex" | "ihx" | "ihex" => Some(Form::Hex),
-            "bin" => Some(Form::Bin),
+            "asm" | "txt" | "s" => Some(CodeFormat::Asm),
+            "lst" => Some(CodeFormat::List),
+            "hex" | "ihx" | "ihex" => Some(CodeFormat::Hex),
+            "bin" => Some(CodeFormat::Bin),
             _ => None,
         }
     }
@@ -77,10 +77,10 @@ pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
 
 /// Converts.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let named = arguments.output.as_deref().map(Form::of_name);
+    let named = arguments.output.as_deref().map(CodeFormat::of_name);
     let form = match (arguments.to, named) {
         (Some(form), _) | (None, Some(Some(form))) => form,
-        (None, None) => Form::Asm,
+        (None, None) => CodeFormat::Asm,
         (None, Some(None)) => {
             let help =
                 "give the output the suffix .asm, .lst, .hex or .bin, or choose the form with --to";
@@ -91,10 +91,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let source = source(&arguments.program, arguments.dialect.as_deref())?;
     let mut sink = Sink::open(Target::new(arguments.output.as_deref())?)?;
     let written = match form {
-        Form::Asm => sink.write_all(assembly::write(&source.words).as_bytes()),
-        Form::List => sink.write_all(assembly::write_listing(&source.words).as_bytes()),
-        Form::Hex => sink.write_all(machine_code::write_hex(&source.words).as_bytes()),
-        Form::Bin => sink.write_all(&source.bytes()),
+        CodeFormat::Asm => sink.write_all(assembly::write(&source.words).as_bytes()),
+        CodeFormat::List => sink.write_all(assembly::write_listing(&source.words).as_bytes()),
+        CodeFormat::Hex => sink.write_all(machine_code::write_hex(&source.words).as_bytes()),
+        CodeFormat::Bin => sink.write_all(&source.bytes()),
     };
     sink.finish(written)?;
     Ok(Outcome::Done)

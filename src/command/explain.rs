@@ -33,7 +33,7 @@ const ALIKE: f64 = 0.7;
 
 /// The output format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Form {
+enum PageFormat {
     /// For people
     Text,
     /// For programs (docs/json.md)
@@ -55,7 +55,7 @@ pub struct Arguments {
     table: Option<String>,
     /// The output format; finding codes are always shown as text
     #[arg(long, value_enum, default_value = "text")]
-    format: Form,
+    format: PageFormat,
     /// Write to this file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -82,9 +82,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(unknown(name, arguments).into());
     }
     target.fill(|out| match (arguments.format, found.as_slice()) {
-        (Form::Json, found) => json::write(found, out),
-        (Form::Text, [one]) => out.write_all(text::one(one, extent).as_bytes()),
-        (Form::Text, found) => out.write_all(text::several(found, extent).as_bytes()),
+        (PageFormat::Json, found) => json::write(found, out),
+        (PageFormat::Text, [one]) => out.write_all(text::one(one, extent).as_bytes()),
+        (PageFormat::Text, found) => out.write_all(text::several(found, extent).as_bytes()),
     })?;
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use super::output::{Target, apart};
 use super::{Failure, Outcome, values};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use scanbound::audit::{self, Form};
+use scanbound::audit::{self, QuestionFormat};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -42,8 +42,8 @@ enum Format {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
     let form = match arguments.format {
-        Format::Wcnf => Form::Wcnf,
-        Format::Smt2 => Form::Smt2,
+        Format::Wcnf => QuestionFormat::Wcnf,
+        Format::Smt2 => QuestionFormat::Smt2,
     };
     apart(&project.reads(), &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub struct SheetOptions {
     /// The report's format [default: by the suffix of --output, otherwise text]
     #[arg(long, value_enum)]
-    format: Option<Form>,
+    format: Option<SheetFormat>,
     /// Write the report to a file, which appears only when it is complete
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -29,7 +29,7 @@ pub struct SheetOptions {
 
 /// A form of lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Form {
+pub enum SheetFormat {
     /// For people
     Text,
     /// For programs (docs/json.md)
@@ -55,7 +55,7 @@ pub struct Place {
     /// `None` if nothing is to be shown.
     target: Option<Target>,
     quiet: bool,
-    form: Form,
+    form: SheetFormat,
     extent: Extent,
 }
 
@@ -69,9 +69,9 @@ impl SheetOptions {
         let form = match self.format {
             Some(form) => form,
             None => match format_of(self.output.as_deref(), &["text", "json", "csv"])?.name {
-                "json" => Form::Json,
-                "csv" => Form::Csv,
-                _ => Form::Text,
+                "json" => SheetFormat::Json,
+                "csv" => SheetFormat::Csv,
+                _ => SheetFormat::Text,
             },
         };
         let target = match (&self.output, self.quiet) {
@@ -94,9 +94,9 @@ impl Place {
         let Some(target) = target else { return Ok(()) };
         let is_shown = quiet || matches!(target, Target::Stdout);
         target.fill(|out| match form {
-            Form::Text => out.write_all((sheet.text)(extent).as_bytes()),
-            Form::Json => (sheet.json)(out),
-            Form::Csv => (sheet.csv)(out),
+            SheetFormat::Text => out.write_all((sheet.text)(extent).as_bytes()),
+            SheetFormat::Json => (sheet.json)(out),
+            SheetFormat::Csv => (sheet.csv)(out),
         })?;
         if !is_shown {
             let lines = scanbound::report::wrapped(&sheet.answer, output::width_of_stderr());

@@ -3,7 +3,7 @@
 use scanbound::audit::{Ready, Request, audit, read, ready};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
-use scanbound::calibrate::fit::{Fit, Found, Unfit, fit};
+use scanbound::calibrate::fit::{Fit, RowTimes, Unfit, fit};
 use scanbound::calibrate::language::{RESULTS, STEP};
 use scanbound::calibrate::result::Words;
 use scanbound::calibrate::table::Origin;
@@ -178,7 +178,7 @@ fn results(written: &Written, table: &Table, cpu: &str, noise: Disturbance) -> (
     (all.into_iter().map(|(words, _)| words).collect(), took)
 }
 
-fn found<'f>(fit: &'f Fit, row: &str) -> &'f Found {
+fn found<'f>(fit: &'f Fit, row: &str) -> &'f RowTimes {
     fit.rows.iter().find(|found| found.row == row).expect("the row")
 }
 

@@ -62,7 +62,7 @@ pub struct Candidate {
     /// The CPU that the program or the user names, if this table is for that CPU.
     pub cpu: Option<String>,
     /// The scan time, or the errors: instructions for which the table has no time.
-    pub outcome: Result<Found, Vec<Diagnostic>>,
+    pub outcome: Result<CpuScanTime, Vec<Diagnostic>>,
 }
 
 impl Candidate {
@@ -76,7 +76,7 @@ impl Candidate {
 
 /// The scan time according to one table.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct CpuScanTime {
     /// The upper bound. `None` if a scan may never end.
     pub upper: Option<Picos>,
     /// The upper bound with all points that the CPU can have, if their number is not stated. It is this bound that is
@@ -128,7 +128,7 @@ pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Fai
     Ok(choice)
 }
 
-fn found(audit: &Audit, condition: Condition) -> Found {
+fn found(audit: &Audit, condition: Condition) -> CpuScanTime {
     let check = match condition.limit {
         None => None,
         Some(Limit::Time(limit)) => Some(Check::new(audit, limit, condition.margin)),
@@ -138,7 +138,7 @@ fn found(audit: &Audit, condition: Condition) -> Found {
         Some(most) => check.if_assumed_at_most(audit, most),
         None => check,
     });
-    Found {
+    CpuScanTime {
         upper: audit.unbounded.is_empty().then_some(audit.bound.upper),
         all_points: audit.unbounded.is_empty().then_some(audit.upper_with_all_points()),
         lower: audit.bound.lower,

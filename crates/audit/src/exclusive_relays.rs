@@ -185,19 +185,12 @@ fn range(target: &WordTarget) -> Option<Region> {
 
 /// Whether a number contains words that may have any value. Results of the same instruction do not count.
 fn takes_any_value(program: &Program, number: &Number) -> bool {
-    match number {
-        Number::Words(words) => words.iter().any(|word| match word {
-            WordSource::Free(choice) => {
-                !matches!(program.kinds.get(choice), Some(ChoiceKind::Exact(_)))
-            }
-            _ => false,
-        }),
-        Number::Add(a, b)
-        | Number::Sub(a, b)
-        | Number::And(a, b)
-        | Number::Or(a, b)
-        | Number::Xor(a, b) => takes_any_value(program, a) || takes_any_value(program, b),
-    }
+    number.words().any(|word| match word {
+        WordSource::Free(choice) => {
+            !matches!(program.kinds.get(&choice), Some(ChoiceKind::Exact(_)))
+        }
+        _ => false,
+    })
 }
 
 fn mentions_choice(logic: &Logic) -> bool {

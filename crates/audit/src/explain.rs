@@ -2,7 +2,7 @@
 //! lines that the front writes, which are then decoded like any program.
 
 use scanbound_base::facts::Facts;
-use scanbound_front::{Examples, Form, Front, Fronts, Input, Options, SourceOptions};
+use scanbound_front::{ExampleForm, Examples, Front, Fronts, Input, Options, SourceOptions};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, ChoiceId, ChoiceKind, Effect, Instruction, Program, Region, Source,
     Step, WordSource, WordTarget, Write,
@@ -116,7 +116,7 @@ fn shown(
     front: &dyn Front,
     dialect: &str,
     family: &str,
-    form: &Form,
+    form: &ExampleForm,
     table: &Table,
 ) -> Option<FormUse> {
     let dialect = front.dialects().iter().find(|one| one.name == dialect)?;

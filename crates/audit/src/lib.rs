@@ -93,7 +93,7 @@ pub use parts::{
 pub use pipeline::{
     Concluded, Followed, Prepared, Ready, audit, conclude, concluded, follow, read, ready,
 };
-pub use questions::{File, Form, certificates, question};
+pub use questions::{File, QuestionFormat, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};
 pub use requested::{Coactivity, Minor, NetBound, Own, Step, TaskUse, WhatIf};

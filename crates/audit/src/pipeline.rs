@@ -207,7 +207,7 @@ impl Prepared {
         let executed = fit(&mut program)?;
         // Instructions that the summaries added have no price.
         prices.instructions.resize(program.instructions.len(), None);
-        timers::settle_by_sum(&mut program, &prices);
+        timers::resolve_by_sum(&mut program, &prices);
         Ok(SizeLimited { start, program, table, prices, executed, machine, warnings, cuts })
     }
 }
@@ -241,7 +241,7 @@ impl SizeLimited {
         (request.progress)(Progress::Stage("following the scan"));
         let (mut model, mut structural_only) =
             model_of(&mut program, &mut prices, executed, &budget)?;
-        if !structural_only && timers::settle(&mut program, &prices, &model) {
+        if !structural_only && timers::resolve(&mut program, &prices, &model) {
             (model, structural_only) = model_of(&mut program, &mut prices, executed, &budget)?;
         }
         if !structural_only {

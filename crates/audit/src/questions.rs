@@ -6,7 +6,7 @@ use scanbound_solve::{Maximum, export};
 
 /// The file format of a problem for other solvers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum QuestionFormat {
     /// Weighted partial MaxSAT.
     Wcnf,
     /// SMT-LIB 2 with `assert-soft`.
@@ -32,12 +32,12 @@ fn describe(followed: &Followed, charge: usize) -> String {
 
 /// The problem of a group, numbered from 1 as in reports. `None` if there is no such group.
 #[must_use]
-pub fn question(followed: &Followed, group: usize, form: Form) -> Option<String> {
+pub fn question(followed: &Followed, group: usize, form: QuestionFormat) -> Option<String> {
     let group = followed.groups.get(group.checked_sub(1)?)?;
     let charge = |charge| describe(followed, charge);
     Some(match form {
-        Form::Wcnf => export::wcnf(&followed.model, group, &charge),
-        Form::Smt2 => export::smt2(&followed.model, group, &charge),
+        QuestionFormat::Wcnf => export::wcnf(&followed.model, group, &charge),
+        QuestionFormat::Smt2 => export::smt2(&followed.model, group, &charge),
     })
 }
 

@@ -28,9 +28,9 @@ impl TableParts<'_> {
         assumed.extend(self.assumed_overhead());
         let factor = self.prices.factor.as_ref();
         let assumed_factor = factor.filter(|factor| factor.evidence == Evidence::Assumed);
-        let settled: Picos = shares.iter().map(|(_, share)| *share).sum();
-        let settled = settled + self.bound.overhead;
-        let open = self.bound.upper.checked_sub(settled).unwrap_or_default();
+        let certain: Picos = shares.iter().map(|(_, share)| *share).sum();
+        let certain = certain + self.bound.overhead;
+        let open = self.bound.upper.checked_sub(certain).unwrap_or_default();
         assumed.extend(assumed_factor.map(|factor| self.assumed_factor(factor, &assumed, open)));
         let rank = |one: &AssumedUse| (Reverse(one.part), Reverse(one.time), one.name.clone());
         assumed.sort_by_cached_key(rank);

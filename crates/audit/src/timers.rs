@@ -18,7 +18,7 @@ const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 
 /// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
 /// from the sum of all instructions that can run.
-pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
+pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
     if !has_open(program) {
         return;
     }
@@ -29,18 +29,18 @@ pub fn settle_by_sum(program: &mut Program, prices: &Prices) {
     let mut priced = prices.clone();
     priced.instructions.resize(sum.instructions.len(), None);
     if let Ok(model) = scan_model(&sum, &priced.times()) {
-        settle(program, prices, &model);
+        resolve(program, prices, &model);
     }
 }
 
-/// As [`settle_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
-pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
+/// As [`resolve_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
+pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
     if !has_open(program) {
         return false;
     }
     let Some(longest) = longest(program, prices, model) else { return false };
     let others = Others::of(program);
-    let mut settled: BTreeMap<ChoiceId, u16> = BTreeMap::new();
+    let mut resolved: BTreeMap<ChoiceId, u16> = BTreeMap::new();
     for (&at, timed) in &program.timekeeping.instructions {
         if others.write(timed.present) {
             continue;
@@ -53,7 +53,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
                 let ticks = longest.0 / unit.0.max(1) + 1;
                 if ticks <= MAX_SET_VALUE[usize::from(is_decimal)] {
                     let ticks = u16::try_from(ticks).unwrap_or(u16::MAX);
-                    settled.insert(choice, if is_decimal { digits(ticks) } else { ticks });
+                    resolved.insert(choice, if is_decimal { digits(ticks) } else { ticks });
                 }
             }
         });
@@ -64,7 +64,7 @@ pub fn settle(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool
         program.instructions[at].each_read_mut(&mut |source| {
             if let SourceMut::Word(word) = source
                 && let WordSource::Free(choice) = *word
-                && let Some(&ticks) = settled.get(&choice)
+                && let Some(&ticks) = resolved.get(&choice)
             {
                 *word = WordSource::Const(ticks);
                 changed = true;

@@ -121,7 +121,7 @@ impl Unknown {
 }
 
 /// A number of iterations or units at one place, before those of the same word are combined.
-struct Found {
+struct CountAtPlace {
     word: Arc<str>,
     places: Vec<(Location, Arc<str>)>,
     counts: Counts,
@@ -155,12 +155,12 @@ impl Unknown {
             }
             let each = Picos(cost.0 / most.max(1).unsigned_abs());
             let places = vec![(instruction.place, instruction.text.clone())];
-            Some(Found { word, places, counts: Counts { most, each, cost } })
+            Some(CountAtPlace { word, places, counts: Counts { most, each, cost } })
         });
-        let mut found: Vec<Found> = found.collect();
+        let mut found: Vec<CountAtPlace> = found.collect();
         found.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
         found.dedup_by_key(|one| one.places[0].0);
-        let mut words: Vec<Found> = Vec::new();
+        let mut words: Vec<CountAtPlace> = Vec::new();
         let mut known: BTreeMap<Arc<str>, usize> = BTreeMap::new();
         for one in found {
             let at = *known.entry(one.word.clone()).or_insert(words.len());
@@ -178,7 +178,7 @@ impl Unknown {
         }
         words.retain(|one| one.counts.cost.0 >= upper.0.div_ceil(SMALLEST).max(1));
         words.sort_by_key(|one| (std::cmp::Reverse(one.counts.cost), one.places[0].0));
-        let unknown = |Found { word, places, counts }: Found| {
+        let unknown = |CountAtPlace { word, places, counts }: CountAtPlace| {
             let key = match places[..] {
                 [(at, _)] => key(program, at),
                 _ => word.to_string(),

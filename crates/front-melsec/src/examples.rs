@@ -4,7 +4,7 @@ use super::catalog::{self, names, rows, unpulsed};
 use super::list;
 use super::memory::Family;
 use super::mnemonic::{OperandType, compared, contact};
-use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
+use scanbound_front::example::{ExampleForm, Examples, Sample, form, samples, variants_of};
 
 /// Programs into which an example line is inserted: rungs, then structures with branches, jumps, loops, calls and
 /// master control.
@@ -129,7 +129,7 @@ pub fn examples(name: &str, family: Family) -> Option<Examples> {
     Some(Examples { dialect: list::DIALECT, variants, forms })
 }
 
-fn forms(name: &str, family: Family) -> Option<Vec<Form>> {
+fn forms(name: &str, family: Family) -> Option<Vec<ExampleForm>> {
     let written = |operands: &str| [format!("{name} {operands}").trim_end().to_owned()];
     if let Some((_, operands)) = OWN.iter().find(|(own, _)| *own == name) {
         return Some(operands.iter().map(|one| form(&written(one), &FRAMES)).collect());

@@ -338,13 +338,12 @@ impl<'r> Checker<'r, '_> {
         if label == END_OF_FX && self.options.family == Family::Fx {
             return self.jump_to_end(at);
         }
-        self.wanted.push(UnresolvedJump {
-            item: at,
-            label,
-            file: self.file,
-            only: true,
-            is_call: false,
-        });
+        self.jump_to(at, label)
+    }
+
+    fn jump_to(&mut self, item: usize, label: u32) -> Option<Part> {
+        let jump = UnresolvedJump { item, label, file: self.file, only: true, is_call: false };
+        self.wanted.push(jump);
         None
     }
 
@@ -451,14 +450,7 @@ impl<'r> Checker<'r, '_> {
             return None;
         }
         let label = self.pointer(at, 1)?;
-        self.wanted.push(UnresolvedJump {
-            item: at,
-            label,
-            file: self.file,
-            only: true,
-            is_call: false,
-        });
-        None
+        self.jump_to(at, label)
     }
 
     fn master_begins(&mut self, at: usize) -> Option<Part> {

@@ -2,7 +2,7 @@
 
 use super::catalog::{self, Row};
 use super::source::{C, CX, Family};
-use scanbound_front::example::{Examples, Form, Sample, form, samples, variants_of};
+use scanbound_front::example::{ExampleForm, Examples, Sample, form, samples, variants_of};
 
 /// Programs into which an example line is inserted: rungs, blocks, branches, and instructions that come in pairs.
 const FRAMES: [&str; 12] = [
@@ -35,7 +35,7 @@ pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let found = catalog::find(plain, family)?;
     let frames: Vec<String> = FRAMES.iter().map(|structure| framed(structure, family)).collect();
     let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
-    let forms: Vec<Form> =
+    let forms: Vec<ExampleForm> =
         found.rows.iter().map(|row| form(&lines(name, row, family), &frames)).collect();
     let known = catalog::all_names().filter(|name| catalog::find(name, family).is_some());
     let variants = variants_of(plain, known, &BEFORE, &BEHIND);

@@ -11,12 +11,12 @@ pub struct Examples {
     /// The names of variants of the instruction: pulsed, for double words, unsigned.
     pub variants: Vec<String>,
     /// The forms of the instruction.
-    pub forms: Vec<Form>,
+    pub forms: Vec<ExampleForm>,
 }
 
 /// The examples of one form of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Form {
+pub struct ExampleForm {
     /// Lines of this form with a program around each. The first one that decodes without errors is the example.
     pub candidates: Vec<Example>,
 }
@@ -62,14 +62,14 @@ pub fn samples<V: Vocabulary>(row: &Row<V>) -> Vec<Sample> {
 }
 
 /// A form from its possible lines; each line is tried in each frame (a program in which `{}` stands for the line).
-pub fn form(lines: &[String], frames: &[&str]) -> Form {
+pub fn form(lines: &[String], frames: &[&str]) -> ExampleForm {
     let candidates = lines.iter().flat_map(|line| {
         frames.iter().map(move |frame| Example {
             line: line.clone(),
             program: frame.replace("{}", line) + "\n",
         })
     });
-    Form { candidates: candidates.collect() }
+    ExampleForm { candidates: candidates.collect() }
 }
 
 /// Those of `names` that differ from `name` only by prefixes (`before`) and suffixes (`behind`).

@@ -18,7 +18,7 @@ mod registry;
 pub mod text;
 
 pub use encoding::Named as Encoding;
-pub use example::{Example, Examples, Form};
+pub use example::{Example, ExampleForm, Examples};
 pub use faults::Faults;
 pub use faults::shown;
 pub use front::{Dialect, Front, MachineOptions, Options, Project, Sniff, SourceOptions};

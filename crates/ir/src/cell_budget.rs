@@ -4,7 +4,7 @@
 
 use super::flow::written_by;
 use super::meaning::{Meaning, OperationInput, Target};
-use super::{ChoiceId, Effect, Number, Region, Write};
+use super::{ChoiceId, Effect, Region, Write};
 
 /// The largest number of cells that the instructions of a program may list together.
 const MAX_CELLS: usize = 2_000_000;
@@ -73,7 +73,7 @@ impl CellBudget {
         let inputs = meaning.inputs.iter().map(|input| match input {
             OperationInput::Words(words) => words.len(),
             OperationInput::Bits(bits) => bits.len(),
-            OperationInput::Number(number) => words(number),
+            OperationInput::Number(number) => number.words().count(),
             OperationInput::Truth(_) | OperationInput::Run(..) => KNOWN,
         });
         let outputs = meaning.outputs.iter().map(|output| match output {
@@ -95,19 +95,8 @@ impl CellBudget {
 fn cells(write: &Write) -> usize {
     match write {
         Write::Bit(..) => 2,
-        Write::Words(targets, number) => targets.len() + words(number),
+        Write::Words(targets, number) => targets.len() + number.words().count(),
         Write::Havoc(..) => 1,
-    }
-}
-
-fn words(number: &Number) -> usize {
-    match number {
-        Number::Words(words) => words.len(),
-        Number::Add(a, b)
-        | Number::Sub(a, b)
-        | Number::And(a, b)
-        | Number::Or(a, b)
-        | Number::Xor(a, b) => words(a) + words(b),
     }
 }
 
@@ -141,7 +130,7 @@ mod tests {
     fn copy(count: u32) -> Effect {
         let targets = (0..count).map(|n| WordTarget::Cell(cell(n))).collect();
         let words = (0..count).map(|n| WordSource::Cell(cell(1000 + n))).collect();
-        Effect { when: When::Fired, write: Write::Words(targets, Number::Words(words)) }
+        Effect { when: When::Fired, write: Write::Words(targets, crate::Number::Words(words)) }
     }
 
     #[test]

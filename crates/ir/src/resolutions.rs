@@ -37,10 +37,10 @@ impl Resolutions {
     }
 
     /// Records how a choice was resolved.
-    pub fn record(&mut self, frames: &[Frame], choice: ChoiceId, settling: Resolution) {
+    pub fn record(&mut self, frames: &[Frame], choice: ChoiceId, resolution: Resolution) {
         match self.choices.get_mut(frames) {
-            Some(choices) => _ = choices.insert(choice, settling),
-            None => _ = self.choices.insert(frames.to_vec(), [(choice, settling)].into()),
+            Some(choices) => _ = choices.insert(choice, resolution),
+            None => _ = self.choices.insert(frames.to_vec(), [(choice, resolution)].into()),
         }
     }
 

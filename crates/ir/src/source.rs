@@ -60,17 +60,7 @@ pub(super) fn logic(of: &Logic, see: &mut dyn FnMut(Source)) {
 }
 
 pub(super) fn number(of: &Number, see: &mut dyn FnMut(Source)) {
-    match of {
-        Number::Words(sources) => sources.iter().for_each(|source| see(Source::Word(*source))),
-        Number::Add(a, b)
-        | Number::Sub(a, b)
-        | Number::And(a, b)
-        | Number::Or(a, b)
-        | Number::Xor(a, b) => {
-            number(a, see);
-            number(b, see);
-        }
-    }
+    of.words().for_each(|source| see(Source::Word(source)));
 }
 
 pub(super) fn logic_mut(of: &mut Logic, change: &mut dyn FnMut(SourceMut<'_>)) {

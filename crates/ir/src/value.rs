@@ -121,6 +121,24 @@ pub enum Number {
     Xor(Box<Number>, Box<Number>),
 }
 
+impl Number {
+    /// Its words, those of left operands first.
+    pub fn words(&self) -> impl Iterator<Item = WordSource> {
+        let mut open = vec![self];
+        let next = move || loop {
+            match open.pop()? {
+                Number::Words(words) => return Some(words),
+                Number::Add(a, b)
+                | Number::Sub(a, b)
+                | Number::And(a, b)
+                | Number::Or(a, b)
+                | Number::Xor(a, b) => open.extend([&**b, &**a]),
+            }
+        };
+        std::iter::from_fn(next).flatten().copied()
+    }
+}
+
 /// How two numbers compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Relation {

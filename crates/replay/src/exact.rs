@@ -73,7 +73,7 @@ impl<F: FreeValues> State<'_, F> {
             return Some(value);
         }
         if let (Some(Resolution::Exact), Some(ChoiceKind::Exact(meaning))) =
-            (self.settling(choice), self.program().kinds.get(&choice))
+            (self.resolution(choice), self.program().kinds.get(&choice))
         {
             return self.value_of(choice, meaning);
         }

@@ -42,7 +42,7 @@ pub trait FreeValues {
         None
     }
     /// How the analysis resolved choices while it followed this scan.
-    fn settled(&self) -> Option<&Resolutions> {
+    fn resolutions(&self) -> Option<&Resolutions> {
         None
     }
 }
@@ -56,7 +56,7 @@ impl FreeValues for &Witness {
         self.choices.get(key).copied().unwrap_or(0)
     }
 
-    fn settled(&self) -> Option<&Resolutions> {
+    fn resolutions(&self) -> Option<&Resolutions> {
         Some(&self.resolutions)
     }
 }

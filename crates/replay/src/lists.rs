@@ -155,10 +155,10 @@ fn mask(bits: u8) -> u16 {
 /// The single-precision number in two words, if it is normal or +0.
 fn real(words: &[u16]) -> Option<f32> {
     let &[low, high] = words else { return None };
-    settled(f32::from_bits(u32::from(low) | u32::from(high) << 16))
+    normal_or_zero(f32::from_bits(u32::from(low) | u32::from(high) << 16))
 }
 
-fn settled(value: f32) -> Option<f32> {
+fn normal_or_zero(value: f32) -> Option<f32> {
     (value.is_normal() || value.to_bits() == 0).then_some(value)
 }
 
@@ -175,7 +175,7 @@ fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
         Arithmetic::Multiply => a * b,
         Arithmetic::Divide => a / b,
     };
-    let result = settled(result)?;
+    let result = normal_or_zero(result)?;
     let wide = f64::from(result);
     // The product of two singles fits into a double. A sum is exact if subtracting either number gives the other.
     let is_exact = match arithmetic {

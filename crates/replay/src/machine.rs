@@ -133,42 +133,29 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     /// whether it makes one.
     pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (RealRun, usize) {
         (self.remaining, self.once) = (most, once);
-        let replay = self.scan();
-        let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
-        let learned = std::mem::take(&mut self.state.learned);
-        let (range_violations, exclusion_violations) = self.end_violations(&replay);
-        (
-            RealRun {
-                replay,
-                stopped: self.stopped,
-                learned,
-                range_violations,
-                exclusion_violations,
-                undeclared_writes,
-            },
-            self.undecided,
-        )
+        (self.real_run(), self.undecided)
     }
 
     /// As [`Self::real`], and returns the final state. `undecided` such loops count as already met: from
     /// `MAX_UNDECIDED_LOOPS` on, the run stops at a loop of which it is unknown whether it makes one iteration.
     pub(super) fn real_from(mut self, most: u64, undecided: usize) -> (RealRun, State<'p, F>) {
         (self.remaining, self.undecided) = (most, undecided);
+        (self.real_run(), self.state)
+    }
+
+    fn real_run(&mut self) -> RealRun {
         let replay = self.scan();
         let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
         let learned = std::mem::take(&mut self.state.learned);
         let (range_violations, exclusion_violations) = self.end_violations(&replay);
-        (
-            RealRun {
-                replay,
-                stopped: self.stopped,
-                learned,
-                range_violations,
-                exclusion_violations,
-                undeclared_writes,
-            },
-            self.state,
-        )
+        RealRun {
+            replay,
+            stopped: self.stopped.take(),
+            learned,
+            range_violations,
+            exclusion_violations,
+            undeclared_writes,
+        }
     }
 
     /// The stated ranges and exclusive pairs that hold at the start of the scan and not at its end.
@@ -515,7 +502,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
                     None => {
                         let gave = match self.state.mode {
                             Mode::Model
-                                if self.state.settling(*choice) == Some(&Resolution::Exact) =>
+                                if self.state.resolution(*choice) == Some(&Resolution::Exact) =>
                             {
                                 self.state.write_exactly(*choice, meaning, fired)
                             }

@@ -239,13 +239,13 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// How the analysis resolved a choice in the current call context.
-    pub(super) fn settling(&self, choice: ChoiceId) -> Option<&Resolution> {
-        self.free.settled()?.choice(&self.frames, choice)
+    pub(super) fn resolution(&self, choice: ChoiceId) -> Option<&Resolution> {
+        self.free.resolutions()?.choice(&self.frames, choice)
     }
 
     /// Whether the analysis determined the number of units of this instruction in this call context.
     pub(super) fn was_counted(&self) -> bool {
-        self.free.settled().is_some_and(|settled| settled.counted(&self.frames, self.at))
+        self.free.resolutions().is_some_and(|known| known.counted(&self.frames, self.at))
     }
 
     /// The current value of the cell. A value from outside is stored, so that it is asked for only once.
@@ -504,7 +504,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             Mode::Real if world && !self.is_uncounted(choice) => fired.doubt,
             Mode::Real => fired.doubt.or(Some(self.at)),
         };
-        let regions = match self.settling(choice) {
+        let regions = match self.resolution(choice) {
             Some(Resolution::Within(closer))
                 if self.mode == Mode::Model
                     && self

@@ -49,7 +49,7 @@ struct Log<'a> {
 #[derive(Serialize)]
 struct Run<'a> {
     tool: Tool,
-    results: Vec<Found<'a>>,
+    results: Vec<SarifResult<'a>>,
 }
 
 #[derive(Serialize)]
@@ -78,7 +78,7 @@ struct Text<'a> {
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Found<'a> {
+struct SarifResult<'a> {
     rule_id: &'static str,
     rule_index: usize,
     level: &'static str,
@@ -129,8 +129,8 @@ fn write(found: &[Finding], out: &mut dyn Write) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-fn result<'a>(one: &'a Finding, rules: &[Rule]) -> Found<'a> {
-    Found {
+fn result<'a>(one: &'a Finding, rules: &[Rule]) -> SarifResult<'a> {
+    SarifResult {
         rule_id: one.rule.name,
         rule_index: rules.iter().position(|rule| *rule == one.rule).unwrap_or(0),
         level: match one.level {

@@ -641,14 +641,7 @@ impl<'p> Run<'p> {
     }
 
     fn is_steady_number(&self, number: &Number) -> bool {
-        match number {
-            Number::Words(words) => words.iter().all(|&word| self.is_stable_word(word)),
-            Number::Add(a, b)
-            | Number::Sub(a, b)
-            | Number::And(a, b)
-            | Number::Or(a, b)
-            | Number::Xor(a, b) => self.is_steady_number(a) && self.is_steady_number(b),
-        }
+        number.words().all(|word| self.is_stable_word(word))
     }
 }
 

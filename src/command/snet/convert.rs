@@ -29,7 +29,7 @@ pub struct Arguments {
     net: PathBuf,
     /// The target format [default: by the suffix of the output, otherwise the other format]
     #[arg(long, value_enum, value_name = "FORM")]
-    to: Option<Form>,
+    to: Option<NetFormat>,
     /// The output file
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -37,7 +37,7 @@ pub struct Arguments {
 
 /// The file formats of nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Form {
+enum NetFormat {
     Snet,
     Pnml,
 }
@@ -51,13 +51,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let written = arguments.output.as_deref().and_then(suffix);
     let form =
         arguments.to.unwrap_or(match (written.as_deref(), suffix(&arguments.net).as_deref()) {
-            (Some("snet"), _) => Form::Snet,
-            (Some("pnml" | "xml"), _) | (_, Some("snet")) => Form::Pnml,
-            _ => Form::Snet,
+            (Some("snet"), _) => NetFormat::Snet,
+            (Some("pnml" | "xml"), _) | (_, Some("snet")) => NetFormat::Pnml,
+            _ => NetFormat::Snet,
         });
     target.write(&match form {
-        Form::Snet => text::write(&diagram),
-        Form::Pnml => pnml::write(&diagram),
+        NetFormat::Snet => text::write(&diagram),
+        NetFormat::Pnml => pnml::write(&diagram),
     })?;
     Ok(Outcome::Done)
 }

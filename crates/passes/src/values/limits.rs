@@ -80,17 +80,7 @@ impl Collected<'_> {
     }
 
     fn number(&mut self, number: &Number) {
-        match number {
-            Number::Words(words) => words.iter().for_each(|word| self.word(*word)),
-            Number::Add(a, b)
-            | Number::Sub(a, b)
-            | Number::And(a, b)
-            | Number::Or(a, b)
-            | Number::Xor(a, b) => {
-                self.number(a);
-                self.number(b);
-            }
-        }
+        number.words().for_each(|word| self.word(word));
     }
 
     fn logic(&mut self, logic: &Logic) {

@@ -185,17 +185,7 @@ impl Slice<'_> {
     }
 
     fn number(&mut self, number: &Number) {
-        match number {
-            Number::Words(words) => self.words(words),
-            Number::Add(a, b)
-            | Number::Sub(a, b)
-            | Number::And(a, b)
-            | Number::Or(a, b)
-            | Number::Xor(a, b) => {
-                self.number(a);
-                self.number(b);
-            }
-        }
+        number.words().for_each(|word| self.word(word));
     }
 
     fn choice(&mut self, choice: ChoiceId) {

@@ -16,7 +16,7 @@ pub const MARGIN: u64 = 20;
 
 /// The measured times of one table row.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct RowTimes {
     /// The row.
     pub row: String,
     /// The on-time without units, for the slowest data measured.
@@ -75,7 +75,7 @@ impl Check {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fit {
     /// The rows, in the order in which they were measured.
-    pub rows: Vec<Found>,
+    pub rows: Vec<RowTimes>,
     /// The time of an empty scan: its largest reading counts.
     pub empty: Option<Interval>,
     /// How reliable each part's run is.
@@ -188,7 +188,7 @@ fn each(full: Reading, base: Reading, times: u64) -> Interval {
 }
 
 /// The rows from all measurements of each.
-fn rows(measured: &[(&Measure, Interval)]) -> Vec<Found> {
+fn rows(measured: &[(&Measure, Interval)]) -> Vec<RowTimes> {
     let mut order: Vec<&str> = Vec::new();
     let mut by_row: BTreeMap<&str, Vec<(&Measure, Interval)>> = BTreeMap::new();
     for (measure, interval) in measured {
@@ -205,7 +205,7 @@ pub(super) fn slower(one: Interval, other: Interval) -> Interval {
     Interval { low: one.low.max(other.low), high: one.high.max(other.high) }
 }
 
-fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
+fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<RowTimes> {
     let (first, _) = measured.first()?;
     let off = measured.iter().filter(|(one, _)| one.state == State::Off).map(|(_, time)| *time);
     let mut off = off.reduce(slower)?;
@@ -240,7 +240,7 @@ fn found(row: &str, measured: &[(&Measure, Interval)]) -> Option<Found> {
             lines.push(one.line.clone());
         }
     }
-    Some(Found {
+    Some(RowTimes {
         row: row.to_owned(),
         on,
         off,

@@ -1,6 +1,6 @@
 //! Writes the timing table of a calibration.
 
-use super::fit::{Fit, Found, Interval, MARGIN};
+use super::fit::{Fit, Interval, MARGIN, RowTimes};
 use super::forms::ENDS;
 use super::plan::Plan;
 use scanbound_base::time::Picos;
@@ -87,8 +87,8 @@ fn measured_on(plan: &Plan, origin: &Origin) -> String {
     format!("{} on {}{serial}", origin.date, plan.cpu)
 }
 
-fn row(plan: &Plan, found: &Found, origin: &Origin) -> String {
-    let Found { row, on, off, per_unit, by_data, lines, repeated: [copies, loops] } = found;
+fn row(plan: &Plan, found: &RowTimes, origin: &Origin) -> String {
+    let RowTimes { row, on, off, per_unit, by_data, lines, repeated: [copies, loops] } = found;
     let us = |time: &Interval| with_margin(time.high, *by_data).us_text();
     let margin =
         if *by_data { format!(", {MARGIN} % added for other data") } else { String::new() };

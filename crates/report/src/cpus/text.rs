@@ -5,7 +5,7 @@ use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
 use scanbound_audit::Share;
-use scanbound_audit::cpus::{Candidate, Choice, Found, Limit};
+use scanbound_audit::cpus::{Candidate, Choice, CpuScanTime, Limit};
 use scanbound_audit::verdict::{Check, Verdict};
 use scanbound_base::time_text::at_most;
 
@@ -151,7 +151,7 @@ fn of_limit(check: &Check) -> String {
     }
 }
 
-fn verdict(found: &Found) -> Cell {
+fn verdict(found: &CpuScanTime) -> Cell {
     match found.check.as_ref().map(|check| &check.verdict) {
         None => left("no watchdog"),
         Some(Verdict::Proved) => left("proved").styled(GOOD),
@@ -160,7 +160,7 @@ fn verdict(found: &Found) -> Cell {
     }
 }
 
-fn found(choice: &Choice) -> impl Iterator<Item = (&Candidate, &Found)> {
+fn found(choice: &Choice) -> impl Iterator<Item = (&Candidate, &CpuScanTime)> {
     choice.candidates.iter().filter_map(|one| Some((one, one.outcome.as_ref().ok()?)))
 }
 

@@ -18,7 +18,7 @@ pub struct Study<'a> {
 
 /// Something to look at.
 #[derive(Debug)]
-struct Found {
+struct NetFinding {
     /// A short name that stays the same.
     kind: &'static str,
     /// Whether it makes the net unsound.
@@ -80,16 +80,16 @@ impl Study<'_> {
     }
 
     /// All that is to look at, the gravest first.
-    fn found(&self) -> Vec<Found> {
-        let mut all: Vec<Found> =
+    fn found(&self) -> Vec<NetFinding> {
+        let mut all: Vec<NetFinding> =
             self.check.markings.dead.iter().map(|one| self.dead(one)).collect();
         all.extend(self.check.code.divergences.iter().map(|one| self.divergence(one)));
         for cause in &self.check.code.undecided {
             let (kind, line, message, help) = self.cause(cause);
             let message = format!("not excluded, and not found either: {message}");
-            all.push(Found { kind, is_error: true, line, message, help, run: None });
+            all.push(NetFinding { kind, is_error: true, line, message, help, run: None });
         }
-        all.extend(self.check.markings.never.iter().map(|&at| Found {
+        all.extend(self.check.markings.never.iter().map(|&at| NetFinding {
             kind: "never-fires",
             is_error: true,
             line: self.transition_line(at),
@@ -98,7 +98,7 @@ impl Study<'_> {
             run: None,
         }));
         all.extend(self.left_out());
-        all.extend(self.check.code.arbiters.iter().map(|&at| Found {
+        all.extend(self.check.code.arbiters.iter().map(|&at| NetFinding {
             kind: "arbiter-left-out",
             is_error: false,
             line: self.diagram.arbiters[at].head.line,
@@ -109,7 +109,7 @@ impl Study<'_> {
             help: "let an inhibiting gate at each of its transitions say which goes first",
             run: None,
         }));
-        all.extend(self.check.markings.held.iter().map(|held| Found {
+        all.extend(self.check.markings.held.iter().map(|held| NetFinding {
             kind: "held-back",
             is_error: false,
             line: self.place_line(held.place),
@@ -125,13 +125,13 @@ impl Study<'_> {
         all
     }
 
-    fn dead(&self, dead: &Dead) -> Found {
+    fn dead(&self, dead: &Dead) -> NetFinding {
         let rules = Rules::new(self.diagram);
         let marked = marking(self.diagram, &rules, &dead.state);
         let what =
             if dead.but_stop { "only an emergency stop can fire" } else { "nothing can ever fire" };
         let behind = if dead.is_after_stop { ", behind an emergency stop" } else { "" };
-        Found {
+        NetFinding {
             kind: if dead.is_after_stop {
                 "dead-after-stop"
             } else if dead.but_stop {
@@ -151,13 +151,20 @@ impl Study<'_> {
         }
     }
 
-    fn divergence(&self, divergence: &Divergence) -> Found {
+    fn divergence(&self, divergence: &Divergence) -> NetFinding {
         let (kind, line, message, help) = self.cause(&divergence.cause);
         let start = match divergence.start {
             Start::Empty => "the code begins without marks",
             Start::Initial => "the code begins with the initial marks",
         };
-        Found { kind, is_error: true, line, message, help, run: self.run(start, &divergence.run) }
+        NetFinding {
+            kind,
+            is_error: true,
+            line,
+            message,
+            help,
+            run: self.run(start, &divergence.run),
+        }
     }
 
     fn cause(&self, cause: &Cause) -> (&'static str, u32, String, &'static str) {
@@ -222,12 +229,12 @@ impl Study<'_> {
         }
     }
 
-    fn left_out(&self) -> Option<Found> {
+    fn left_out(&self) -> Option<NetFinding> {
         let code = &self.check.code;
         let first = *code.is_left_out.first()?;
         let names: Vec<String> = code.is_left_out.iter().map(|&at| self.place(at)).collect();
         let dead = if code.starts_dead { ", and so never does anything" } else { "" };
-        Some(Found {
+        Some(NetFinding {
             kind: if code.starts_dead { "starts-dead" } else { "marks-left-out" },
             is_error: true,
             line: self.place_line(first),

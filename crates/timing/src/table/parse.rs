@@ -280,6 +280,10 @@ impl<'a> Reader<'a> {
     /// Reads the heading. Returns false if required columns are missing.
     fn head(&mut self, number: u32, line: &str) -> bool {
         let fields = split(line).unwrap_or_default();
+        let file = self.file;
+        let at_line = |message: String, help: &str| {
+            Diagnostic::line(Code::TableColumn, file, number, shown(line), message, help)
+        };
         let mut unknown = 0_usize;
         let mut seen = [false; Column::ALL.len()];
         for field in &fields {
@@ -292,30 +296,16 @@ impl<'a> Reader<'a> {
             } else if twice {
                 let message = format!("the column {name} occurs twice");
                 let help = "remove one of the two columns";
-                let text = shown(line);
-                self.fault(Diagnostic::line(
-                    Code::TableColumn,
-                    self.file,
-                    number,
-                    text,
-                    message,
-                    help,
-                ));
+                self.fault(at_line(message, help));
             } else if known.is_none() {
                 unknown += 1;
                 if unknown > MAX_WARNINGS {
                     self.columns.push(known);
                     continue;
                 }
-                let found = Diagnostic::line(
-                    Code::TableColumn,
-                    self.file,
-                    number,
-                    shown(line),
-                    format!("the column '{}' is unknown and ignored", shown(field)),
-                    format!("columns are {}", Column::ALL.map(Column::name).join(", ")),
-                );
-                self.warnings.push(found.mark(field).warning());
+                let message = format!("the column '{}' is unknown and ignored", shown(field));
+                let help = format!("columns are {}", Column::ALL.map(Column::name).join(", "));
+                self.warnings.push(at_line(message, &help).mark(field).warning());
             }
             self.columns.push(known);
         }
@@ -338,15 +328,7 @@ impl<'a> Reader<'a> {
         let columns = if missing.len() == 1 { "column" } else { "columns" };
         let message =
             format!("the first line of the table lacks the {columns} {}", missing.join(", "));
-        let text = shown(line);
-        self.fault(Diagnostic::line(
-            Code::TableColumn,
-            self.file,
-            number,
-            text,
-            message,
-            HEAD_HELP,
-        ));
+        self.fault(at_line(message, HEAD_HELP));
         false
     }
 
