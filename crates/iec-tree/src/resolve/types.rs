@@ -83,6 +83,7 @@ impl<'p> Resolver<'p> {
                 Type::Struct(id)
             }
             TypeRef::Array(dimensions, of) => {
+                let element = self.find_type(of, around, line)?;
                 let bound = |own: &Self, one: &ast::Expr| {
                     let told = "an array's bound is no constant";
                     constant(own, one).ok_or_else(|| Fault::new(line, told).code(Code::UnknownType))
@@ -95,7 +96,7 @@ impl<'p> Resolver<'p> {
                     let told = "an array ends before it begins";
                     return Err(Fault::new(line, told).code(Code::UnknownType));
                 }
-                Type::Array(bounds, self.find_type(of, around, line)?)
+                Type::Array(bounds, element)
             }
         };
         Ok(self.tree.types.id(ty))
