@@ -182,10 +182,6 @@ pub enum Literal {
     Date(String),
 }
 
-/// The name of a function of two values, of which it is not known which one it gives, since controllers differ; of none, it gives
-/// any value.
-pub const EITHER: &str = "~either";
-
 /// What the variables that hold the results of drawn functions begin with: generators store these, and load them again.
 pub const RESULT: &str = "~result ";
 
@@ -207,6 +203,23 @@ pub enum Expr {
     Binary(Operator, Box<Expr>, Box<Expr>),
     /// The result of a function or a method.
     Call(Path, Vec<Argument>),
+    /// What a declaration gives at first to something that has parts.
+    List(Listing, Vec<Argument>),
+    /// One of two values, since controllers differ; of none, any value.
+    Either(Option<Box<(Expr, Expr)>>),
+    /// What cannot be read, and why.
+    Unread(String),
+}
+
+/// What the values of a list are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Listing {
+    /// Named parts of a structure, or what the method takes that begins an instance: `b : B(x := 1)`.
+    Parts,
+    /// The elements of an array: `a : ARRAY[1..2] OF INT := [1, 2]`.
+    Elements,
+    /// A value that cannot be read: what may be called in it.
+    Unread,
 }
 
 impl Expr {
@@ -250,14 +263,44 @@ impl Expr {
     /// One of two values: controllers differ.
     #[must_use]
     pub fn either(one: Expr, other: Expr) -> Expr {
-        let unnamed = |value| Argument { name: None, is_output: false, value };
-        Expr::Call(Path::name(EITHER), vec![unnamed(one), unnamed(other)])
+        Expr::Either(Some(Box::new((one, other))))
     }
 
     /// Any value.
     #[must_use]
     pub fn any() -> Expr {
-        Expr::Call(Path::name(EITHER), Vec::new())
+        Expr::Either(None)
+    }
+
+    /// The expressions of which it is made, but for indices.
+    #[must_use]
+    pub fn operands(&self) -> Vec<&Expr> {
+        match self {
+            Expr::Literal(_) | Expr::Variable(_) | Expr::Either(None) | Expr::Unread(_) => {
+                Vec::new()
+            }
+            Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
+            Expr::Binary(_, left, right) => vec![left, right],
+            Expr::Call(_, given) | Expr::List(_, given) => {
+                given.iter().map(|one| &one.value).collect()
+            }
+            Expr::Either(Some(both)) => vec![&both.0, &both.1],
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn operands_mut(&mut self) -> Vec<&mut Expr> {
+        match self {
+            Expr::Literal(_) | Expr::Variable(_) | Expr::Either(None) | Expr::Unread(_) => {
+                Vec::new()
+            }
+            Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
+            Expr::Binary(_, left, right) => vec![left, right],
+            Expr::Call(_, given) | Expr::List(_, given) => {
+                given.iter_mut().map(|one| &mut one.value).collect()
+            }
+            Expr::Either(Some(both)) => vec![&mut both.0, &mut both.1],
+        }
     }
 
     /// Whether it is this truth value.
@@ -362,19 +405,10 @@ pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
 
 /// Shows every path of an expression, to be changed: variables, what is called, and those in indices.
 pub fn paths_of(expr: &mut Expr, see: &mut dyn FnMut(&mut Path)) {
-    match expr {
-        Expr::Literal(_) => {}
-        Expr::Variable(path) => path_of(path, see),
-        Expr::Not(inner) | Expr::Negate(inner) => paths_of(inner, see),
-        Expr::Binary(_, left, right) => {
-            paths_of(left, see);
-            paths_of(right, see);
-        }
-        Expr::Call(path, given) => {
-            path_of(path, see);
-            given.iter_mut().for_each(|one| paths_of(&mut one.value, see));
-        }
+    if let Expr::Variable(path) | Expr::Call(path, _) = expr {
+        path_of(path, see);
     }
+    expr.operands_mut().into_iter().for_each(|one| paths_of(one, see));
 }
 
 /// Shows a path and those in its indices, to be changed.

@@ -1,6 +1,6 @@
 //! Expressions and statements as structured text again.
 
-use super::ast::{Argument, Expr, Kind, Literal, Operator, Part, Path, Statement};
+use super::ast::{Argument, Expr, Kind, Listing, Literal, Operator, Part, Path, Statement};
 use super::fault::short;
 use std::fmt::Write;
 
@@ -77,6 +77,11 @@ pub fn expr(one: &Expr) -> String {
         }
         Expr::Call(function, given) => operation(function, given)
             .unwrap_or_else(|| format!("{}({})", path(function), arguments(given))),
+        Expr::List(Listing::Elements, given) => format!("[{}]", arguments(given)),
+        Expr::List(_, given) => format!("({})", arguments(given)),
+        Expr::Either(None) => "any value".to_owned(),
+        Expr::Either(Some(both)) => format!("either({}, {})", expr(&both.0), expr(&both.1)),
+        Expr::Unread(why) => format!("what cannot be read ({why})"),
     }
 }
 
@@ -97,12 +102,12 @@ pub fn formless(one: &Expr) -> Option<String> {
         Expr::Variable(path) => hidden(path),
         Expr::Not(inner) | Expr::Negate(inner) => formless(inner),
         Expr::Binary(_, left, right) => formless(left).or_else(|| formless(right)),
-        Expr::Call(function, given) => match given.first().map(|one| &one.value) {
-            Some(Expr::Literal(Literal::Text(why))) if function.first == "~any" => {
-                Some(format!("it cannot be read: {why}"))
-            }
-            _ => hidden(function).or_else(|| given.iter().find_map(|one| formless(&one.value))),
-        },
+        Expr::Call(function, given) => {
+            hidden(function).or_else(|| given.iter().find_map(|one| formless(&one.value)))
+        }
+        Expr::List(_, given) => given.iter().find_map(|one| formless(&one.value)),
+        Expr::Either(_) => Some("it has one of two values, which has no form in text".to_owned()),
+        Expr::Unread(why) => Some(format!("it cannot be read: {why}")),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::standard::{beside, operated};
 use crate::tree::{Expr, ExprKind, Place};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId};
 use scanbound_base::code::Code;
-use scanbound_iec::ast::{self, EITHER, Literal, Operator};
+use scanbound_iec::ast::{self, Literal, Operator};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{same, show};
 
@@ -69,20 +69,20 @@ impl Resolver<'_> {
                 let right = self.expression(scope, right, line);
                 return Ok(self.operation(*operator, left, right));
             }
-            ast::Expr::Call(path, given) if path.first == EITHER => {
-                let [one, other] = &given[..] else {
-                    let ty = self.unknown();
-                    return Ok(Expr { kind: ExprKind::Either(None), ty, line });
-                };
-                let one = self.expression(scope, &one.value, line);
-                let other = self.expression(scope, &other.value, line);
+            ast::Expr::Either(None) => (ExprKind::Either(None), self.unknown()),
+            ast::Expr::Either(Some(both)) => {
+                let one = self.expression(scope, &both.0, line);
+                let other = self.expression(scope, &both.1, line);
                 let ty = crate::standard::meeting(&mut self.tree.types, one.ty, other.ty);
                 (ExprKind::Either(Some(Box::new((one, other)))), ty)
             }
-            // What a drawing says and cannot be read: it may be anything, and take any time.
-            ast::Expr::Call(path, given) if path.first.starts_with('~') => {
-                let why = given.first().map_or_else(String::new, |why| show::expr(&why.value));
+            ast::Expr::Unread(why) => {
                 let told = format!("a condition cannot be read: {why}");
+                return Err(Fault::new(line, told).code(Code::NotModelled));
+            }
+            // Lists stand in declarations alone.
+            ast::Expr::List(..) => {
+                let told = format!("{} is no value of one variable", show::expr(one));
                 return Err(Fault::new(line, told).code(Code::NotModelled));
             }
             ast::Expr::Call(path, given) => return self.called(scope, path, given, line),

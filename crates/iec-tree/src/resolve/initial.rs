@@ -6,8 +6,7 @@ use crate::constants::Scope;
 use crate::declarations::Initial;
 use crate::types::{Elementary, Kind, Type, TypeId, holding};
 use scanbound_iec::Variable as Declared;
-use scanbound_iec::ast::{Argument, Expr, Literal};
-use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
+use scanbound_iec::ast::{Argument, Expr, Listing, Literal};
 use scanbound_iec::{Section, TypeRef, same};
 
 /// More elements of an array are not looked at one by one.
@@ -47,7 +46,7 @@ impl Resolver<'_> {
             }
             Type::Struct(id) => {
                 let (TypeRef::Struct(parts), Some(given)) =
-                    (written.of, given(written.initial, CONSTRUCTED))
+                    (written.of, given(written.initial, Listing::Parts))
                 else {
                     return Initial::Unknown;
                 };
@@ -67,7 +66,7 @@ impl Resolver<'_> {
     }
 
     fn pins(&self, block: StandardBlock, written: Written<'_>) -> Initial {
-        let Some(given) = given(written.initial, CONSTRUCTED) else { return Initial::Unknown };
+        let Some(given) = given(written.initial, Listing::Parts) else { return Initial::Unknown };
         let all = block.pins().map(|pin| {
             let own = given.iter().find(|one| is_for(one, pin.name()));
             // Whether a falling edge is seen in the first call, controllers differ.
@@ -91,7 +90,7 @@ impl Resolver<'_> {
         written: Written<'_>,
     ) -> Option<Initial> {
         let TypeRef::Array(_, inner) = written.of else { return None };
-        let values = given(written.initial, LISTED)?;
+        let values = given(written.initial, Listing::Elements)?;
         let plain = self.begins_as(of, Written { of: inner, initial: None, scope: &[] });
         if values.is_empty() && plain.is_zero() {
             return Some(Initial::Zero);
@@ -99,14 +98,9 @@ impl Resolver<'_> {
         let mut counts = dimensions.iter().map(|(low, high)| usize::try_from(high - low + 1).ok());
         let count = counts.try_fold(1_usize, |all, count| all.checked_mul(count?))?;
         // Lists within the list, for several dimensions, are not told apart from values of elements.
-        let is_nested = |one: &Argument| given(Some(&one.value), LISTED).is_some();
+        let is_nested = |one: &Argument| given(Some(&one.value), Listing::Elements).is_some();
         // `N(7)` repeats a value as often as the constant says, which is not worked out here.
-        let is_call = |one: &Argument| match &one.value {
-            Expr::Call(path, _) => {
-                !path.as_name().is_some_and(|name| [CONSTRUCTED, LISTED, UNREAD].contains(&name))
-            }
-            _ => false,
-        };
+        let is_call = |one: &Argument| matches!(one.value, Expr::Call(..));
         if count > MAX_ELEMENTS
             || values.len() > count
             || values.iter().any(is_call)
@@ -236,10 +230,10 @@ impl Resolver<'_> {
 
 /// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is another
 /// one.
-fn given<'e>(initial: Option<&'e Expr>, kind: &str) -> Option<&'e [Argument]> {
+fn given<'e>(initial: Option<&'e Expr>, kind: Listing) -> Option<&'e [Argument]> {
     match initial {
         None => Some(&[]),
-        Some(Expr::Call(path, given)) if path.first == kind => Some(given),
+        Some(Expr::List(own, given)) if *own == kind => Some(given),
         Some(_) => None,
     }
 }

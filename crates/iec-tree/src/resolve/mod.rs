@@ -302,20 +302,13 @@ impl<'p> Resolver<'p> {
 
     /// What a declaration gives a variable of a type, or a part of one.
     fn initial(&mut self, scope: Scope, one: &ast::Expr, of: TypeId, line: u32) -> Expr {
-        use scanbound_iec::parse::{CONSTRUCTED, LISTED, UNREAD};
         if self.is_reference(of) {
             return self.address(scope, one, line);
         }
-        let listed = match one {
-            ast::Expr::Call(path, given)
-                if [CONSTRUCTED, LISTED, UNREAD].contains(&path.first.as_str()) =>
-            {
-                Some((path.first == UNREAD, given))
-            }
-            _ => None,
+        let ast::Expr::List(listing, given) = one else {
+            return self.expression(scope, one, line);
         };
-        let Some((is_unread, given)) = listed else { return self.expression(scope, one, line) };
-        if is_unread && self.holds_reference(of) {
+        if *listing == ast::Listing::Unread && self.holds_reference(of) {
             let told = "what references mean at first is not followed where it cannot be read";
             let help = "assign them in the program";
             let fault = Fault::new(line, told).code(FaultCode::NotModelled).help(help);

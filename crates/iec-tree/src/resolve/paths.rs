@@ -667,13 +667,8 @@ pub(super) fn start(root: Root, ty: TypeId) -> Place {
 
 /// The paths in a constant's value.
 fn names(one: &ast::Expr, see: &mut dyn FnMut(&Path)) {
-    match one {
-        ast::Expr::Variable(path) => see(path),
-        ast::Expr::Negate(inner) | ast::Expr::Not(inner) => names(inner, see),
-        ast::Expr::Binary(_, left, right) => {
-            names(left, see);
-            names(right, see);
-        }
-        ast::Expr::Literal(_) | ast::Expr::Call(..) => {}
+    if let ast::Expr::Variable(path) = one {
+        see(path);
     }
+    one.operands().into_iter().for_each(|inner| names(inner, see));
 }

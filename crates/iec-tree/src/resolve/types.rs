@@ -201,14 +201,7 @@ impl<'p> Resolver<'p> {
 /// Whether an initial value calls anything.
 fn calls(one: &Option<ast::Expr>) -> bool {
     fn within(one: &ast::Expr) -> bool {
-        match one {
-            ast::Expr::Call(path, given) => {
-                !path.first.starts_with('~') || given.iter().any(|one| within(&one.value))
-            }
-            ast::Expr::Not(inner) | ast::Expr::Negate(inner) => within(inner),
-            ast::Expr::Binary(_, left, right) => within(left) || within(right),
-            ast::Expr::Literal(_) | ast::Expr::Variable(_) => false,
-        }
+        matches!(one, ast::Expr::Call(..)) || one.operands().into_iter().any(within)
     }
     one.as_ref().is_some_and(within)
 }

@@ -61,9 +61,11 @@ impl Memory {
             Expr::Binary(operator, left, right) => {
                 binary(*operator, self.value(left)?, self.value(right)?)
             }
-            Expr::Literal(_) | Expr::Call(..) => {
-                Err(format!("{} is not carried out here", show::expr(expr)))
-            }
+            Expr::Literal(_)
+            | Expr::Call(..)
+            | Expr::List(..)
+            | Expr::Either(_)
+            | Expr::Unread(_) => Err(format!("{} is not carried out here", show::expr(expr))),
         }
     }
 

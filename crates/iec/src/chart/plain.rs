@@ -107,15 +107,7 @@ impl Names {
             }
             return;
         }
-        match expr {
-            Expr::Not(inner) | Expr::Negate(inner) => self.flags(inner),
-            Expr::Binary(_, left, right) => {
-                self.flags(left);
-                self.flags(right);
-            }
-            Expr::Call(_, given) => given.iter_mut().for_each(|one| self.flags(&mut one.value)),
-            Expr::Literal(_) | Expr::Variable(_) => {}
-        }
+        expr.operands_mut().into_iter().for_each(|one| self.flags(one));
     }
 
     fn rename(&self, chart: &mut Chart) {

@@ -2,7 +2,7 @@
 
 use super::cursor::Cursor;
 use super::expression::{arguments, expression};
-use crate::ast::{Argument, Expr, Literal, Path};
+use crate::ast::{Argument, Expr, Listing, Literal, Path};
 use crate::fault::Fault;
 use crate::lexer::Token;
 use crate::{Section, TypeDeclaration, TypeRef, Variable, same};
@@ -61,7 +61,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
         let edge = edge(cursor);
         let initial = if cursor.is_sign("(") {
             // What its method FB_Init is handed.
-            Some(Expr::Call(Path::name(CONSTRUCTED), cursor.deeper(arguments)?))
+            Some(Expr::List(Listing::Parts, cursor.deeper(arguments)?))
         } else if cursor.take_sign(":=") || refers(cursor) {
             Some(cursor.deeper(initial)?)
         } else {
@@ -103,9 +103,6 @@ fn refers(cursor: &mut Cursor) -> bool {
     }
     is
 }
-
-/// The name under which a declaration keeps what an instance's FB_Init is handed: `b : B(x := 1)`.
-pub const CONSTRUCTED: &str = "~constructed";
 
 fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
     match cursor.next() {
@@ -152,7 +149,7 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
             }
         }
         if cursor.is_sign(";") && open == "[" {
-            return Ok(Expr::Call(Path::name(UNREAD), calls));
+            return Ok(Expr::List(Listing::Unread, calls));
         }
         cursor.back_to(place);
         if let Ok(value) = expression(cursor) {
@@ -162,16 +159,10 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         while !cursor.is_sign(";") && *cursor.peek() != Token::End {
             cursor.next();
         }
-        return Ok(Expr::Call(Path::name(UNREAD), calls));
+        return Ok(Expr::List(Listing::Unread, calls));
     }
     expression(cursor)
 }
-
-/// What stands for a value that cannot be read; it is given what may be called in that.
-pub const UNREAD: &str = "~initial";
-
-/// The name under which a declaration keeps the values of an array's elements: `a : ARRAY[1..2] OF INT := [1, 2]`.
-pub const LISTED: &str = "~listed";
 
 /// Values of elements, or of named parts, one by one.
 fn listed(cursor: &mut Cursor) -> Option<Expr> {
@@ -201,8 +192,7 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
             return None;
         }
     }
-    let kind = if is_parts { CONSTRUCTED } else { LISTED };
-    Some(Expr::Call(Path::name(kind), found))
+    Some(Expr::List(if is_parts { Listing::Parts } else { Listing::Elements }, found))
 }
 
 /// More values than this are not listed one by one.
@@ -211,7 +201,9 @@ pub(crate) const MAX_LISTED: usize = 20_000;
 /// How many values an initial value lists, itself included.
 pub(crate) fn values_in(value: &Expr) -> usize {
     match value {
-        Expr::Call(_, given) => 1 + given.iter().map(|one| values_in(&one.value)).sum::<usize>(),
+        Expr::Call(_, given) | Expr::List(_, given) => {
+            1 + given.iter().map(|one| values_in(&one.value)).sum::<usize>()
+        }
         _ => 1,
     }
 }

@@ -95,7 +95,7 @@ fn can_be_grouped(one: &Expr) -> bool {
             let is_relation = (4..=5).contains(&operator.binding());
             is_relation || (can_be_grouped(left) && can_be_grouped(right))
         }
-        Expr::Literal(_) | Expr::Negate(_) | Expr::Call(..) => false,
+        _ => false,
     }
 }
 

@@ -13,7 +13,6 @@ use super::fault::{Fault, short};
 use super::lexer::{Token, tokens};
 use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
 use cursor::Cursor;
-pub use declaration::{CONSTRUCTED, LISTED, UNREAD};
 pub(crate) use declaration::{MAX_LISTED, values_in};
 pub use expression::duration;
 pub use il::MERGED;

@@ -8,7 +8,7 @@ use super::node::{
     inputs, is, sources,
 };
 use super::reading::{Reading, language};
-use crate::ast::{Expr, Kind, Path, Statement};
+use crate::ast::{Expr, Kind, Statement};
 use crate::chart::draft::{Draft, DraftMacro, DraftTransition};
 use crate::chart::expansion::DEEPEST;
 use crate::chart::{Block, Chart, Qualifier, Step, Target};
@@ -415,9 +415,7 @@ fn drawn<'a, 'i>(
 
 /// A condition that is not understood: it may be true or not.
 fn any(fault: &Fault) -> Expr {
-    let why = crate::ast::Literal::Text(fault.message.clone());
-    let given = crate::ast::Argument { name: None, is_output: false, value: Expr::Literal(why) };
-    Expr::Call(Path::name("~any"), vec![given])
+    Expr::Unread(fault.message.clone())
 }
 
 /// The condition of a named transition, or of a Boolean variable.

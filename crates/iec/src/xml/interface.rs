@@ -1,7 +1,7 @@
 //! Variables and types.
 
 use super::node::{Text, child, children, elements, is};
-use crate::ast::{Argument, Expr, Path};
+use crate::ast::{Argument, Expr, Listing};
 use crate::fault::Fault;
 use crate::{Section, TypeRef, Variable, parse, same};
 use roxmltree::Node;
@@ -56,18 +56,18 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
         .filter_map(|one| {
             let name = child(one, "Name")?.text()?.trim().to_owned();
             let text = child(one, "Value")?.text().unwrap_or_default();
-            let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+            let some = || Expr::List(Listing::Unread, Vec::new());
             let value = parse::expression(text, line).unwrap_or_else(|_| some());
             Some(Argument { name: Some(name), is_output: false, value })
         })
         .collect();
-    (!given.is_empty()).then(|| Expr::Call(Path::name(parse::CONSTRUCTED), given))
+    (!given.is_empty()).then(|| Expr::List(Listing::Parts, given))
 }
 
 /// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or cannot be
 /// read, is some value.
 pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
-    let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+    let some = || Expr::List(Listing::Unread, Vec::new());
     let texts = node.children().filter(Node::is_text).filter_map(|one| one.text());
     let text: String = texts.collect();
     let mut values = elements(node);
@@ -80,7 +80,7 @@ pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
 
 /// What a value says; what cannot be read is some value.
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
-    let some = || Expr::Call(Path::name(parse::UNREAD), Vec::new());
+    let some = || Expr::List(Listing::Unread, Vec::new());
     let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
         let value = begins_with(one, line);
         Argument { name: name.map(str::to_owned), is_output: false, value }
@@ -100,11 +100,11 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
             }
             given.extend(std::iter::repeat_n(one, times));
         }
-        return Expr::Call(Path::name(parse::LISTED), given);
+        return Expr::List(Listing::Elements, given);
     }
     if kind == "structValue" {
         let given = children(value, "value").map(|one| named((one.attribute("member"), one)));
-        return Expr::Call(Path::name(parse::CONSTRUCTED), given.collect());
+        return Expr::List(Listing::Parts, given.collect());
     }
     let text = value.attribute("value").filter(|_| kind == "simpleValue");
     text.and_then(|text| parse::expression(text, line).ok()).unwrap_or_else(some)

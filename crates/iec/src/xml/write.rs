@@ -193,7 +193,7 @@ fn section<'v>(
             one.at.as_ref().map(|at| format!(" address=\"{}\"", escaped(at))).unwrap_or_default();
         let of = type_of(&one.of)?;
         let initial = match &one.initial {
-            None | Some(Expr::Call(..)) => String::new(),
+            None | Some(Expr::Call(..) | Expr::List(..)) => String::new(),
             Some(value) => {
                 let value = escaped(&show::expr(value));
                 format!("<initialValue><simpleValue value=\"{value}\"/></initialValue>")

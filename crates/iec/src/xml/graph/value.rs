@@ -406,12 +406,9 @@ pub(super) fn put_in(one: &mut Expr, name: &Path, value: &Expr) -> Option<usize>
             *one = value.clone();
             1
         }
-        Expr::Variable(_) | Expr::Literal(_) => 0,
-        Expr::Not(inner) | Expr::Negate(inner) => put_in(inner, name, value)?,
-        Expr::Binary(_, left, right) => put_in(left, name, value)? + put_in(right, name, value)?,
-        Expr::Call(_, given) => {
-            let put = |sum, one: &mut Argument| Some(sum + put_in(&mut one.value, name, value)?);
-            given.iter_mut().try_fold(0, put)?
+        other => {
+            let put = |sum, one: &mut Expr| Some(sum + put_in(one, name, value)?);
+            other.operands_mut().into_iter().try_fold(0, put)?
         }
     };
     (times < PLACES).then_some(times)
@@ -421,21 +418,13 @@ pub(super) fn put_in(one: &mut Expr, name: &Path, value: &Expr) -> Option<usize>
 fn names(one: &Expr) -> Vec<&str> {
     match one {
         Expr::Variable(path) if path.first.starts_with('~') => vec![&path.first],
-        Expr::Variable(_) | Expr::Literal(_) => Vec::new(),
-        Expr::Not(inner) | Expr::Negate(inner) => names(inner),
-        Expr::Binary(_, left, right) => [names(left), names(right)].concat(),
-        Expr::Call(_, given) => given.iter().flat_map(|one| names(&one.value)).collect(),
+        other => other.operands().into_iter().flat_map(names).collect(),
     }
 }
 
 /// Whether an expression calls anything.
 pub(super) fn calls(one: &Expr) -> bool {
-    match one {
-        Expr::Call(..) => true,
-        Expr::Not(inner) | Expr::Negate(inner) => calls(inner),
-        Expr::Binary(_, left, right) => calls(left) || calls(right),
-        Expr::Literal(_) | Expr::Variable(_) => false,
-    }
+    matches!(one, Expr::Call(..) | Expr::Either(_)) || one.operands().into_iter().any(calls)
 }
 
 impl Graph<'_, '_> {
