@@ -23,7 +23,7 @@ const UNTIL: u32 = 2;
 const PARTS: u32 = 8;
 /// The time limit of the stage if the user gives none.
 const LONGEST: Duration = Duration::from_secs(20);
-/// The result for the relays of a program.
+/// The mutually exclusive relays of a program that the search found.
 #[derive(Debug, Clone, Default)]
 pub struct Relays {
     /// The sets that are never all on.

@@ -171,7 +171,7 @@ impl fmt::Display for Reason {
             ),
             Reason::FewerPoints(seen) => write!(
                 f,
-                "the result depends on the number of I/O points, which is not stated: the longest scan found is over the limit with the {} points that the program uses, but not without them",
+                "the result depends on the number of I/O points, which is not stated: the longest scan found is over the limit with the refresh of the {} points that the program uses, but not without this refresh",
                 Sides(seen)
             ),
             Reason::StatePoints { sides, more } => {

@@ -233,7 +233,7 @@ impl<'a> Changes<'a> {
     }
 }
 
-/// The lanes of a value that is the same in all of them.
+/// One bit for each lane, all equal to `value`.
 fn every(value: bool) -> u64 {
     if value { u64::MAX } else { 0 }
 }

@@ -102,7 +102,8 @@ impl Reader<'_, '_> {
                 }
                 routines.push(Routine { group: Some(one.operand), body: at..at });
             }
-            routines.last_mut().expect("one is there from the start").body.end = at + 1;
+            routines.last_mut().expect("the main routine is in the list from the start").body.end =
+                at + 1;
         }
         if routines.len() > MAX_GROUPS + 1
             && let Some(one) = list.get(routines[MAX_GROUPS + 1].body.start)

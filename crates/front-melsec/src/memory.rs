@@ -291,7 +291,7 @@ pub fn edge_memory(index: u32) -> Cell {
     Cell { area: area("edge "), index }
 }
 
-/// A device name.
+/// The name of a type of device, such as `D`.
 #[derive(Debug)]
 pub struct Name {
     /// The letters of the device name.

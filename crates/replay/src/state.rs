@@ -410,7 +410,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             NumberFormat::Unsigned => left.iter().rev().cmp(right.iter().rev()),
             NumberFormat::Real(choice) => match real(&left).zip(real(&right)) {
                 Some((left, right)) => {
-                    left.partial_cmp(&right).expect("numbers that are ordinary have an order")
+                    left.partial_cmp(&right).expect("normal numbers can be compared")
                 }
                 None => return self.choose_bit(choice),
             },

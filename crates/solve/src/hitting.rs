@@ -70,7 +70,7 @@ impl Search<'_> {
             *hits.entry(element).or_insert(0usize) += 1;
         }
         let busiest = hits.iter().max_by_key(|&(element, hits)| (hits, std::cmp::Reverse(element)));
-        let element = *busiest.expect("a part has a core and a core has elements").0;
+        let element = *busiest.expect("a component has a core, and a core has elements").0;
         let weight = self.weights[element];
         let mut best = None;
         let mut limit = limit;

@@ -165,7 +165,7 @@ impl<'a> Z3Problem<'a> {
         match solver.check() {
             SatResult::Sat => Ok(()),
             answer => Err(format!(
-                "the best scan found does not cost {}: Z3 answers {answer:?}",
+                "the best scan found does not take {} according to Z3, which answers {answer:?}",
                 maximum.lower
             )),
         }
@@ -261,7 +261,7 @@ mod tests {
             }
             let lower = found.lower + Picos(1);
             let why = asked(&Maximum { lower, ..found.clone() }).expect_err("too high");
-            assert!(why.contains("the best scan found does not cost"), "{why}");
+            assert!(why.contains("the best scan found does not take"), "{why}");
         }
     }
 
