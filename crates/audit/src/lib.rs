@@ -60,6 +60,7 @@ mod rung;
 mod search;
 mod solved_bound;
 mod sources;
+mod start_states;
 mod stated;
 mod stretch;
 mod table_use;

@@ -16,6 +16,7 @@ use super::real::{self, EarlyRuns};
 use super::refinement::{Refinement, Runs};
 use super::request::{Progress, Request};
 use super::response::Delays;
+use super::start_states;
 use super::stated;
 use super::timer_edges;
 use super::timers;
@@ -459,9 +460,12 @@ impl Solved<'_> {
         let loops = followed.endless_loops(&model, &limits, &budget)?;
         let is_bounded = loops.found.is_empty() && !followed.structural_only;
         let running = || {
-            let mut found = refinement.longest(program, prices, (&witness, upper), runs)?;
+            let found = refinement.longest(program, prices, (&witness, upper), runs)?;
             let least = prices.least_times();
             let search = real::Search { program, least: &least, limits };
+            let (trust, longest) = (request.trusted(), (&witness, upper));
+            let found = start_states::keep_possible(&search, prices, trust, longest, found);
+            let mut found = found.map_err(Failure::Internal)?;
             let is_sought = is_bounded && found.best.is_possible();
             let run =
                 is_sought.then(|| power_up::run(&search, prices, request.trusted(), &mut found));
@@ -487,7 +491,8 @@ impl Solved<'_> {
         };
         let least = prices.least_times();
         let search = real::Search { program, least: &least, limits };
-        let (watchdog, cycle) = analysis.analyse(&found, &search).map_err(Failure::Internal)?;
+        let watched = analysis.analyse((&found, !run.is_empty()), &search);
+        let (watchdog, cycle) = watched.map_err(Failure::Internal)?;
         let left = stated::violations(program, request.facts, &found.violations)?;
         let warnings = [&*followed.warnings, &*left].concat();
         let mut opinions = None;

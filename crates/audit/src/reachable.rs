@@ -231,7 +231,7 @@ fn off_where(
 
 /// The literal that says whether memory was cleared before the scan. `None` if the CPU has no flag for it, or the
 /// program writes the flag.
-fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
+pub(super) fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.after_clear?;
     let holds = program.power_up.memory_hold_word;
     let writes = |at: usize| {
@@ -257,7 +257,7 @@ fn atom(bit: BitTarget, variable: VarId) -> Atom {
 }
 
 /// The relays on which the time of a scan may depend and which only the program writes, in known ways.
-fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
+pub(super) fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
     let exclusive = ExclusiveRelays::of(program, trust);
     let read = read(model);
     read.into_iter().filter(|&bit| exclusive.start_unknown(bit).is_none()).collect()
@@ -286,7 +286,7 @@ pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
 }
 
 /// The literals of the bits at the start of the scan.
-fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
+pub(super) fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),
         _ => None,

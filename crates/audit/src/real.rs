@@ -182,7 +182,8 @@ impl Search<'_> {
         let summary = summary_choices(self.program);
         let mut goes_on = false;
         for _ in 0..MAX_ROUNDS {
-            let reached = upper.is_some_and(|upper| found.best.replay.total >= upper);
+            let is_long = upper.is_some_and(|upper| found.best.replay.total >= upper);
+            let reached = is_long && found.best.is_possible();
             if reached || (self.limits.cancelled)() || self.is_late() {
                 break;
             }

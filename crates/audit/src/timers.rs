@@ -4,8 +4,8 @@ use super::doubt::{self, Doubt};
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    Cell, ChoiceId, Number, Program, Region, SourceMut, Step, SummaryReason, WordSource,
-    WordTarget, Write, flow,
+    Cell, ChoiceId, Number, Program, Region, Source, Step, SummaryReason, WordSource, WordTarget,
+    Write, flow,
 };
 use scanbound_model::ScanModel;
 use scanbound_passes::loops;
@@ -19,7 +19,7 @@ const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 /// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
 /// from the sum of all instructions that can run.
 pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
-    if !has_open(program) {
+    if open(program).is_empty() {
         return;
     }
     let mut sum = program.clone();
@@ -35,56 +35,48 @@ pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
 
 /// As [`resolve_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
 pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
-    if !has_open(program) {
+    let open = open(program);
+    if open.is_empty() {
         return false;
     }
     let Some(longest) = longest(program, prices, model) else { return false };
-    let others = Others::of(program);
     let mut resolved: BTreeMap<ChoiceId, u16> = BTreeMap::new();
-    for (&at, timed) in &program.timekeeping.instructions {
-        if others.write(timed.present) {
-            continue;
+    for (choice, unit, is_decimal) in open {
+        let ticks = longest.0 / unit.0.max(1) + 1;
+        if ticks <= MAX_SET_VALUE[usize::from(is_decimal)] {
+            let ticks = u16::try_from(ticks).unwrap_or(u16::MAX);
+            resolved.insert(choice, if is_decimal { digits(ticks) } else { ticks });
         }
-        program.instructions[at].each_read(&mut |source| {
-            if let scanbound_ir::Source::Word(WordSource::Free(choice)) = source
-                && let Some(&ChoiceKind::ScanTicks { unit, is_decimal }) =
-                    program.kinds.get(&choice)
-            {
-                let ticks = longest.0 / unit.0.max(1) + 1;
-                if ticks <= MAX_SET_VALUE[usize::from(is_decimal)] {
-                    let ticks = u16::try_from(ticks).unwrap_or(u16::MAX);
-                    resolved.insert(choice, if is_decimal { digits(ticks) } else { ticks });
-                }
-            }
-        });
     }
-    let mut changed = false;
-    let coils: Vec<usize> = program.timekeeping.instructions.keys().copied().collect();
-    for at in coils {
-        program.instructions[at].each_read_mut(&mut |source| {
-            if let SourceMut::Word(word) = source
-                && let WordSource::Free(choice) = *word
-                && let Some(&ticks) = resolved.get(&choice)
-            {
-                *word = WordSource::Const(ticks);
-                changed = true;
-            }
-        });
-    }
+    let changed = !resolved.is_empty();
+    program.timekeeping.most_ticks.extend(resolved);
     changed
 }
 
-/// Whether there is a timer for which the largest number of time units in a scan is unknown.
-fn has_open(program: &Program) -> bool {
-    let mut open = false;
-    for &at in program.timekeeping.instructions.keys() {
-        program.instructions[at].each_read(&mut |source| {
-            if let scanbound_ir::Source::Word(WordSource::Free(choice)) = source {
-                open |= matches!(program.kinds.get(&choice), Some(ChoiceKind::ScanTicks { .. }));
-            }
-        });
+/// The timers for which the largest number of time units in a scan is unknown, and whose present value only they
+/// write: the choice of that number, its unit, and whether it is in BCD.
+fn open(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
+    let keeping = &program.timekeeping;
+    let others = Others::of(program);
+    let mut found = Vec::new();
+    for (&at, timed) in &keeping.instructions {
+        if others.write(timed.present) {
+            continue;
+        }
+        // The other parts of the instruction may read it.
+        for part in std::iter::once(at).chain(timed.parts.clone()) {
+            program.instructions[part].each_read(&mut |source| {
+                if let Source::Word(WordSource::Free(choice)) = source
+                    && let Some(&ChoiceKind::ScanTicks { unit, is_decimal }) =
+                        program.kinds.get(&choice)
+                    && !keeping.most_ticks.contains_key(&choice)
+                {
+                    found.push((choice, unit, is_decimal));
+                }
+            });
+        }
     }
-    open
+    found
 }
 
 /// An upper bound on a scan in which each unknown value is the worst possible one. `None` if a worst value is unknown.
@@ -118,8 +110,13 @@ impl Others {
             Region::Everything => true,
         };
         let mut regions: Vec<Region> = program.external.clone();
+        let all = program.timekeeping.instructions.iter();
+        let parts = all.flat_map(|(&at, timed)| {
+            std::iter::once(at).chain(timed.parts.clone()).map(|part| (part, timed.present))
+        });
+        let own: BTreeMap<usize, Cell> = parts.collect();
         for (at, instruction) in program.instructions.iter().enumerate() {
-            let own = program.timekeeping.instructions.get(&at).map(|timed| timed.present);
+            let own = own.get(&at).copied();
             let is_reset = |cell: Cell| {
                 instruction.effects.iter().any(|effect| match &effect.write {
                     Write::Words(targets, Number::Words(words)) => {

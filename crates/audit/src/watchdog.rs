@@ -17,6 +17,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The number of scans that are simulated to see which times they set, and the largest number of instructions in each.
 const SCANS: usize = 3;
 const MAX_INSTRUCTIONS: u64 = 400_000;
+/// With the largest margin that a check may add, a time counts this many times: what is proved does not depend on the
+/// margin.
+const LARGEST_MARGIN: u64 = 11;
 
 /// The program and settings for which runs are examined.
 pub(super) struct ScanControlAnalysis<'a> {
@@ -40,10 +43,11 @@ struct Observed {
 }
 
 impl ScanControlAnalysis<'_> {
-    /// Determines the watchdog and the constant scan.
+    /// Determines the watchdog and the constant scan. `is_reached` says whether a run from power-up leads to the longest
+    /// scan found.
     pub fn analyse(
         &self,
-        found: &RunResults,
+        (found, is_reached): (&RunResults, bool),
         search: &Search<'_>,
     ) -> Result<(Watchdog, Cycle), String> {
         let control = &self.program.scan_control;
@@ -56,7 +60,7 @@ impl ScanControlAnalysis<'_> {
         let cycle = self.cycle(&observed);
         let mut stretches = Vec::new();
         if !is_quiet {
-            stretches = self.others(found, search, observed.sets_watchdog)?;
+            stretches = self.others((found, is_reached), search, observed.sets_watchdog)?;
             stretches.extend(observed.stretches);
         }
         Ok((self.watchdog(stretches, &search.limits), cycle))
@@ -107,7 +111,8 @@ impl ScanControlAnalysis<'_> {
         };
         // The model is asked where the structure of the program does not prove enough.
         let upper = stretch::upper(self.program, &times, around).map(|upper| {
-            let is_enough = least.or(default).is_none_or(|least| upper <= least);
+            let with_margin = Picos(upper.0.saturating_mul(LARGEST_MARGIN));
+            let is_enough = least.or(default).is_none_or(|least| with_margin <= least);
             // Against a watchdog of unknown time nothing is proved.
             let model = self.model.filter(|_| !is_enough && least != Some(Picos::ZERO));
             let useful = upper.checked_sub(interrupts).unwrap_or_default();
@@ -152,22 +157,25 @@ impl ScanControlAnalysis<'_> {
     /// one.
     fn others(
         &self,
-        found: &RunResults,
+        (found, is_reached): (&RunResults, bool),
         search: &Search<'_>,
         is_set: bool,
     ) -> Result<Vec<Stretch>, String> {
         let first = &self.program.power_up.first_scan;
         let is_first = first.iter().any(|cell| found.witness.start.get(cell) == Some(&1));
         let later;
-        let mut runs = vec![(&found.best, is_first)];
+        let mut runs = vec![(&found.best, is_first, is_reached)];
         if is_first && is_set {
             let mut witness = found.witness.clone();
             witness.start.retain(|cell, _| !first.contains(cell));
             later = search.real(&witness)?;
-            runs.push((&later, false));
+            runs.push((&later, false, false));
         }
-        let runs = runs.into_iter().filter(|(run, _)| run.is_possible());
-        Ok(runs.map(|(run, is_first)| self.stretch(run, !is_set || is_first, false)).collect())
+        let runs = runs.into_iter().filter(|(run, ..)| run.is_possible());
+        let stretch = |(run, is_first, is_reached): (&RealRun, bool, bool)| {
+            self.stretch(run, !is_set || is_first, is_reached)
+        };
+        Ok(runs.map(stretch).collect())
     }
 
     fn stretch(&self, run: &RealRun, may_be_default: bool, is_reached: bool) -> Stretch {

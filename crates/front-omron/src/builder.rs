@@ -2,7 +2,7 @@
 
 use scanbound_base::code::Code;
 use scanbound_base::location::Location;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::accessed;
 use super::memory::Memory;
@@ -43,6 +43,8 @@ pub(super) struct OmronBuilder {
     pub(super) interlocked: bool,
     /// The number of hidden bits so far.
     edges: u32,
+    /// For each counter, the hidden bits of each instruction that counts it.
+    pub(super) counters: BTreeMap<Cell, Vec<Vec<Cell>>>,
     /// The effects that store values of the current instruction in hidden bits; they are added last.
     remembered: Vec<Effect>,
     /// Loops whose number of iterations is in a word: the index of the FOR, and the word if it is known.
@@ -67,6 +69,7 @@ impl OmronBuilder {
             repeated: false,
             interlocked: false,
             edges: 0,
+            counters: BTreeMap::new(),
             remembered: Vec::new(),
             counted: Vec::new(),
             moved: Vec::new(),
@@ -127,6 +130,32 @@ impl OmronBuilder {
             self.edges += 1;
             self.memory.edge(self.edges - 1)
         })
+    }
+
+    /// Lets what counters remember of their inputs have any value if several instructions count the same counter: no manual
+    /// says whether each of them remembers its own input.
+    pub(super) fn widen_shared_counters(&mut self) {
+        let counters = std::mem::take(&mut self.counters).into_values();
+        let shared = counters.filter(|instructions| instructions.len() > 1);
+        let shared: BTreeSet<Cell> = shared.flatten().flatten().collect();
+        if shared.is_empty() {
+            return;
+        }
+        for at in 0..self.out.program.instructions.len() {
+            let mut effects = std::mem::take(&mut self.out.program.instructions[at].effects);
+            for effect in &mut effects {
+                if let Write::Bit(BitTarget::Cell(cell), value) = &mut effect.write
+                    && shared.contains(cell)
+                {
+                    *value = self.out.free_bit();
+                    self.out.program.approximate(
+                        at,
+                        "several instructions count this counter: which input it compares with the last one is open",
+                    );
+                }
+            }
+            self.out.program.instructions[at].effects = effects;
+        }
     }
 
     /// A bit that something outside the program determines.

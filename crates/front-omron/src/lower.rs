@@ -580,12 +580,18 @@ impl<'a> Lowering<'a> {
         let Some(&target) = self.structure.targets.get(&at) else { return };
         let zero = self.builder.memory.family == Family::C && item.number(Family::C) == Some(0);
         if zero || item.meaning() == "jump-zero" {
-            // These execute the skipped instructions as NOP, which takes time.
+            // These execute the skipped instructions as NOP. No manual says how long that takes, nor that it takes
+            // nothing.
             key.names.insert(0, format!("{}:0", item.name));
-            key.units = Units::Exactly((target - at - 1) as u64);
+            key.units = Units::AtMost((target - at - 1) as u64);
         }
         let index = self.builder.push(Step::Jump { fires, target: 0 }, Vec::new(), Some(key));
         self.patches.push((index, target));
+        if zero || item.meaning() == "jump-zero" {
+            self.builder.approximate(
+                "the instructions between this jump and its JME are charged as passed over in every scan: each may take the time of a NOP or none",
+            );
+        }
         if interlocked {
             self.builder.approximate("a jump in an active interlock may or may not happen");
         }

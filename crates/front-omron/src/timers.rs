@@ -270,7 +270,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
         ("counter", Some(target), Some(Operand::Flag(flag))) => {
             // Without a reset the flag can only come on.
             let setting = setting(builder, item);
-            let inputs = Inputs::of(builder, &[0]);
+            let inputs = Inputs::of_counter(builder, *flag, &[0]);
             let done = Logic::Any(vec![Logic::cell(*flag), setting.over(builder)]);
             builder.product(&[(0, true), (reset, false)]);
             let effects =
@@ -282,7 +282,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
         }
         ("counter-reversible", Some(target), Some(Operand::Flag(flag))) => {
             let setting = setting(builder, item);
-            let inputs = Inputs::of(builder, &[0, 1]);
+            let inputs = Inputs::of_counter(builder, *flag, &[0, 1]);
             // If both inputs rise, nothing is counted.
             for (counting, other, is_on) in
                 [(0, 1, false), (0, 1, true), (1, 0, false), (1, 0, true)]
@@ -335,6 +335,14 @@ struct Inputs(Vec<(u32, Option<Cell>)>);
 impl Inputs {
     fn of(builder: &mut OmronBuilder, branches: &[u32]) -> Inputs {
         Inputs(branches.iter().map(|&branch| (branch, builder.edge_memory())).collect())
+    }
+
+    /// Those of an instruction that counts this counter.
+    fn of_counter(builder: &mut OmronBuilder, flag: Cell, branches: &[u32]) -> Inputs {
+        let inputs = Inputs::of(builder, branches);
+        let memories = inputs.0.iter().filter_map(|(_, memory)| *memory).collect();
+        builder.counters.entry(flag).or_default().push(memories);
+        inputs
     }
 
     /// Whether the condition is true and this branch, which is on, was off at the last execution.
@@ -397,7 +405,31 @@ fn keep_time(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell,
         inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
         parts: at + 1..builder.next(),
     };
-    builder.out.program.timekeeping.instructions.insert(at, timed);
+    let keeping = &mut builder.out.program.timekeeping;
+    keeping.note_consistency(timed.present, consistency(&timed));
+    keeping.instructions.insert(at, timed);
+}
+
+/// What holds of the present value and the flag after each execution, and before the first one. A setting in a word may
+/// have changed since.
+fn consistency(timed: &TimerOrCounter) -> Logic {
+    let number = |word| Number::Words(vec![word]);
+    let present = |relation, right| {
+        let left = number(WordSource::Cell(timed.present));
+        let (format, right) = (NumberFormat::Unsigned, number(right));
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
+    };
+    let is_constant = matches!(timed.setting, WordSource::Const(_));
+    let limit = if is_constant { timed.setting } else { WordSource::Const(u16::MAX) };
+    let within = present(Relation::LessOrEqual, limit);
+    let on = Logic::cell(timed.flag);
+    match timed.kind {
+        TimerKind::DownTimer(_) | TimerKind::DownCounter => {
+            let is_over = present(Relation::Equal, WordSource::Const(0));
+            Logic::All(vec![within, Logic::Any(vec![on.not(), is_over])])
+        }
+        TimerKind::UpTimer(..) | TimerKind::RetentiveTimer(_) | TimerKind::RingCounter => within,
+    }
 }
 
 fn reset_flag(builder: &mut OmronBuilder, reset: u32, flag: Cell, setting: &Setting) {

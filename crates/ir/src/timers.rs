@@ -1,7 +1,7 @@
 //! How timers and counters behave in real time. The analysis uses effects and choices instead; runs of successive scans
 //! and the emulated CPU use this description.
 
-use super::{AreaId, Cell, ChoiceId, WordSource};
+use super::{AreaId, Cell, ChoiceId, Logic, WordSource};
 use scanbound_base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -106,6 +106,22 @@ pub struct Timekeeping {
     pub untracked: BTreeSet<ChoiceId>,
     /// The areas of words whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,
+    /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
+    /// bound counts this many; a real run counts none.
+    pub most_ticks: BTreeMap<ChoiceId, u16>,
+    /// By present value: what holds of it and its flag after each execution of its instruction. Others may write either,
+    /// but no lower bound rests on that. `None` if several instructions differ in it.
+    pub consistency: BTreeMap<Cell, Option<Logic>>,
     /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
     pub elapsed: BTreeMap<ChoiceId, ChoiceId>,
+}
+
+impl Timekeeping {
+    /// Records what holds of a present value and its flag after an instruction.
+    pub fn note_consistency(&mut self, present: Cell, holds: Logic) {
+        let known = self.consistency.entry(present).or_insert_with(|| Some(holds.clone()));
+        if known.as_ref().is_some_and(|known| *known != holds) {
+            *known = None;
+        }
+    }
 }

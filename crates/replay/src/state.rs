@@ -185,6 +185,9 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.changes += 1;
         let key = ChoiceKey { frames: self.frames.to_vec(), choice, cell: None };
         if self.mode == Mode::Model {
+            if let Some(&most) = self.program.timekeeping.most_ticks.get(&choice) {
+                return most;
+            }
             return match self.learned_value(choice) {
                 Some(value) => value,
                 None => self.free.choice(&key, kind),

@@ -97,10 +97,13 @@ impl Run<'_> {
         {
             return self.present(choice, contact, setting, at);
         }
-        if let (Some(ChoiceKind::ScanTicks { .. }), Purpose::LowerBound) =
-            (program.kinds.get(&choice), self.purpose)
-        {
-            return self.memory.words.constant(0);
+        if let Some(ChoiceKind::ScanTicks { .. }) = program.kinds.get(&choice) {
+            let most = program.timekeeping.most_ticks.get(&choice);
+            match (self.purpose, most) {
+                (Purpose::LowerBound, _) => return self.memory.words.constant(0),
+                (Purpose::UpperBound, Some(&most)) => return self.memory.words.constant(most),
+                (Purpose::UpperBound, None) => {}
+            }
         }
         if let Some(word) = self.settled(choice, at) {
             return word;

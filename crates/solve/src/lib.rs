@@ -15,6 +15,7 @@ mod limits;
 mod maxima;
 mod opinion;
 mod oracle;
+pub mod predecessors;
 mod problem;
 mod propagator;
 mod sat;

@@ -35,6 +35,8 @@ pub struct Price {
     /// A lower bound on the on-time: with no units, if their number is unknown or is read from words. Otherwise equal
     /// to `on`.
     pub least: Picos,
+    /// A lower bound on the off-time.
+    pub least_off: Picos,
     /// The part of the on-time that does not depend on the number of units, if words give this number.
     pub base: Picos,
     /// Added to `base` for each unit that words count.
@@ -78,7 +80,7 @@ impl Prices {
     /// Lower bounds on the times of each instruction. For an unknown number of units, no units are counted.
     #[must_use]
     pub fn least_times(&self) -> Vec<Times> {
-        self.each(|price| Times { on: price.least, off: price.off, per_unit: price.per_unit })
+        self.each(|price| Times { on: price.least, off: price.least_off, per_unit: price.per_unit })
     }
 
     fn each(&self, times: impl Fn(&Price) -> Times) -> Vec<Times> {
@@ -412,6 +414,11 @@ impl<'a> Sum<'a> {
         let on = u64::try_from(on).map(Picos).map_err(|_| NoPrice::TooLarge)?;
         Ok(Price {
             least: fit(self.on.saturating_sub(counted))?,
+            // The off-time contains units only if it is the on-time.
+            least_off: match self.off == self.on {
+                true => fit(self.on.saturating_sub(counted))?,
+                false => fit(self.off)?,
+            },
             on,
             base,
             per_unit,

@@ -1,15 +1,16 @@
 //! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. If an
-//! instruction runs repeatedly in a scan, the value that it remembers between its executions may be anything. For M2800
-//! to M3071 of the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF
-//! and similar).
+//! instruction runs repeatedly in a scan, the value that it remembers between its executions may be anything. So may
+//! that of a pulse contact whose device changes during the scan, or that is not executed in every scan. For M2800 to
+//! M3071 of the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and
+//! similar).
 
 use super::state::{Edge, Lowering};
 use crate::memory::{Family, area};
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::flow;
-use scanbound_ir::{BitTarget, Cell, Logic, Program, Step, Write};
+use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Program, Region, Step, Write};
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// The relays of the FX whose edge only one pulse contact detects. Smaller CPUs do not have them.
 const SINGLE: RangeInclusive<u32> = 2800..=3071;
@@ -91,16 +92,20 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lets the hidden bits of the FX and FX5 have any value where an instruction may run several times in a scan.
+    /// Lets the hidden bits of the FX and FX5 have any value where an instruction may run several times in a scan, or a
+    /// pulse contact may see several values of its device.
     pub(super) fn widen_edges(&mut self) {
         if self.edges.at.is_empty() {
             return;
         }
         let again = repeated_instructions(&self.out.program);
-        for edge in std::mem::take(&mut self.edges.at) {
-            if !again[edge.at] && !edge.is_contact {
-                continue;
-            }
+        let steady = SteadyDevices::of(&self.out.program, &again);
+        let mut edges = std::mem::take(&mut self.edges.at);
+        edges.retain(|edge| {
+            let is_steady = !edge.is_contact || steady.sees_once(edge.at, edge.memory);
+            again[edge.at] || !is_steady
+        });
+        for edge in edges {
             let free = self.free_bit();
             for effect in &mut self.out.program.instructions[edge.at].effects {
                 match &mut effect.write {
@@ -115,6 +120,72 @@ impl Lowering<'_> {
                 self.out.program.approximate(edge.at, what);
             }
         }
+    }
+}
+
+/// Says which pulse contacts see one value of their device in every scan. What they remember is then that value, whenever
+/// in the scan the CPU compares it.
+struct SteadyDevices<'p> {
+    program: &'p Program,
+    again: &'p [bool],
+    /// What the instructions write.
+    written: Vec<(usize, Region)>,
+    /// The first instruction of the main routines behind which control may pass over instructions.
+    straight_until: usize,
+}
+
+impl<'p> SteadyDevices<'p> {
+    fn of(program: &'p Program, again: &'p [bool]) -> SteadyDevices<'p> {
+        let leaves = |at: &usize| {
+            let step = &program.instructions[*at].step;
+            matches!(
+                step,
+                Step::Jump { .. } | Step::Stop { .. } | Step::Return | Step::Unbounded { .. }
+            )
+        };
+        let mut mains = program.mains.iter().cloned().flatten();
+        let straight_until = mains.find(leaves).unwrap_or(program.instructions.len());
+        let all = 0..program.instructions.len();
+        let written =
+            all.flat_map(|at| flow::written(program, at).into_iter().map(move |one| (at, one)));
+        SteadyDevices { program, again, written: written.collect(), straight_until }
+    }
+
+    /// Whether the contact is executed in every scan, and its device is written before it at one place at most.
+    fn sees_once(&self, at: usize, memory: Cell) -> bool {
+        let program = self.program;
+        let main = program.mains.iter().find(|main| main.contains(&at));
+        let is_behind_end = |main: &Range<usize>| {
+            let before = &program.instructions[main.start..at];
+            before.iter().any(|one| matches!(one.step, Step::End))
+        };
+        if at > self.straight_until || main.is_none_or(is_behind_end) {
+            return false;
+        }
+        let effects = program.instructions[at].effects.iter();
+        let device = effects.filter_map(|effect| match &effect.write {
+            Write::Bit(BitTarget::Cell(cell), Logic::Bit(BitSource::Cell(device)))
+                if *cell == memory =>
+            {
+                Some(*device)
+            }
+            _ => None,
+        });
+        let Some(device) = device.last() else { return false };
+        let is_volatile = program.volatile.iter().any(|region| region.contains(device));
+        let writes = self.written.iter().filter(|(_, region)| region.contains(device));
+        let mut writers: Vec<usize> = writes.map(|(writer, _)| *writer).collect();
+        writers.dedup();
+        let is_before = |writer: usize| {
+            let is_main = program.mains.iter().any(|main| main.contains(&writer));
+            is_main && writer < at && !self.again[writer]
+        };
+        !is_volatile
+            && match writers[..] {
+                [] => true,
+                [writer] => is_before(writer),
+                _ => false,
+            }
     }
 }
 

@@ -177,6 +177,15 @@ impl Lowering<'_> {
             let stood = self.stood_at(value);
             done.push(self.has_started(ran, stood, setting, self.step_of(mnemonic, index)));
         }
+        if let Some(setting @ WordSource::Const(1..=0x7FFF)) = setting {
+            let over = is_at_least(value, setting);
+            let on = Logic::cell(contact);
+            let holds = Logic::Any(vec![
+                Logic::All(vec![on.clone(), over.clone()]),
+                Logic::All(vec![on.not(), over.not()]),
+            ]);
+            self.out.program.timekeeping.note_consistency(value, holds);
+        }
         let done = Logic::All(done);
         let coil = always(Write::Bit(BitTarget::Cell(cell(timed.coil)), Logic::Condition));
         let mut effects = Vec::new();
@@ -359,6 +368,13 @@ impl Lowering<'_> {
             "{text}: the state that was active may be reset at once, or later in the scan"
         ));
     }
+}
+
+/// That a word is not below a setting.
+fn is_at_least(word: Cell, setting: WordSource) -> Logic {
+    let [left, right] = [WordSource::Cell(word), setting].map(|word| Number::Words(vec![word]));
+    let relation = Relation::GreaterOrEqual;
+    Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
 }
 
 /// Whether this is a 32-bit counter of the FX (C200 and above).
