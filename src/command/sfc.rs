@@ -104,7 +104,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(anyhow!("there is no such chart: the files have {has}").into());
     }
     let competes = charts.iter().find(|(name, _, chart)| is_wanted(name) && chart.competes());
-    if let (true, true, Some((name, ..))) = (arguments.explicit, facts.all_clear, competes) {
+    if let (true, true, Some((name, ..))) =
+        (arguments.explicit, facts.all_clear == Some(true), competes)
+    {
         return Err(anyhow!(
             "{name}: with [sfc] selection = \"all\" competing transitions without priorities clear together, and the rewritten chart would behave differently; give them priorities"
         )
@@ -125,8 +127,8 @@ fn show(
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
     let warnings = refused(project, facts);
     let rule = match facts.all_clear {
-        true => Rule::All,
-        false => Rule::One,
+        Some(true) => Rule::All,
+        Some(false) | None => Rule::One,
     };
     let charts = project.charts();
     let others = |name: &str| -> Vec<(String, &Chart)> {

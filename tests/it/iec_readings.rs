@@ -95,27 +95,62 @@ fn the_time_of_a_step_may_stay_and_is_one_in_a_scan() {
     assert_eq!(asked("P1", "S1.T > T#0s AND S1.X"), (0, 0));
 }
 
+/// Two ways out of a step, each to a step with an action of one store.
+fn fork(one: &str, other: &str) -> String {
+    chart(&format!(
+        "INITIAL_STEP S0: END_STEP STEP S1: h(N); END_STEP STEP S2: k(N); END_STEP
+         TRANSITION {one}; END_TRANSITION
+         TRANSITION {other}; END_TRANSITION
+         TRANSITION FROM S1 TO S0 := c; END_TRANSITION
+         TRANSITION FROM S2 TO S0 := d; END_TRANSITION
+         ACTION h: x := TRUE; END_ACTION
+         ACTION k: x := TRUE; END_ACTION"
+    ))
+}
+
+const FIRST: &str = "[sfc]\nselection = 'first'\n";
+const ALL: &str = "[sfc]\nselection = 'all'\n";
+
 #[test]
-fn all_that_compete_without_priorities_clear_where_that_is_stated() {
+fn of_those_that_compete_without_priorities_the_first_or_all_clear() {
     let text = |one: &str, two: &str| {
-        chart(&format!(
-            "INITIAL_STEP S0: END_STEP STEP S1: h(N); END_STEP STEP S2: k(N); END_STEP
-             TRANSITION {one} FROM S0 TO S1 := a; END_TRANSITION
-             TRANSITION {two} FROM S0 TO S2 := b; END_TRANSITION
-             TRANSITION FROM S1 TO S0 := c; END_TRANSITION
-             TRANSITION FROM S2 TO S0 := d; END_TRANSITION
-             ACTION h: x := TRUE; END_ACTION
-             ACTION k: x := TRUE; END_ACTION"
-        ))
+        fork(&format!("{one} FROM S0 TO S1 := a"), &format!("{two} FROM S0 TO S2 := b"))
     };
     let (none, both) = (text("", ""), text("(PRIORITY := 1)", "(PRIORITY := 2)"));
-    let all = "[sfc]\nselection = 'all'\n";
-    assert_eq!(bounds(&none, ""), (1, 1));
-    assert_eq!(bounds(&none, "[sfc]\nselection = 'first'\n"), (1, 1));
-    assert_eq!(bounds(&none, all), (2, 2));
-    assert_eq!(bounds(&text("(PRIORITY := 1)", ""), all), (2, 2));
-    assert_eq!(bounds(&both, all), (1, 1));
+    assert_eq!(bounds(&none, FIRST), (1, 1));
+    assert_eq!(bounds(&none, ALL), (2, 2));
+    assert_eq!(bounds(&none, "").0, 2, "either");
+    assert_eq!(bounds(&text("(PRIORITY := 1)", ""), ALL), (2, 2));
+    assert_eq!(bounds(&text("(PRIORITY := 1)", ""), "").0, 2);
+    for facts in ["", FIRST, ALL] {
+        assert_eq!(bounds(&both, facts), (1, 1), "{facts}");
+    }
+    // Those that execute actions in these orders let one clear.
+    for order in ["named", "alphabetical"] {
+        let facts = format!("[sfc]\naction_order = '{order}'\n");
+        assert_eq!(bounds(&none, &facts), (1, 1), "{order}");
+    }
+    assert_eq!(bounds(&none, "[sfc]\naction_order = 'declared'\n").0, 2);
     assert!(Facts::parse("facts.toml", "[sfc]\nselection = 'both'\n").is_err());
+    // The report says it, and which fact states which.
+    let found = audited("main.st", &none, "").unwrap_or_else(|why| panic!("{why:?}"));
+    let says =
+        |one: &str| found.approximations.iter().any(|own| own.what.to_string().contains(one));
+    assert!(says("[sfc] selection states which"));
+}
+
+#[test]
+fn conditions_that_exclude_each_other_do_not_compete() {
+    let text = |one: &str, two: &str| {
+        fork(&format!("FROM S0 TO S1 := {one}"), &format!("FROM S0 TO S2 := {two}"))
+    };
+    assert_eq!(bounds(&text("a", "NOT a"), ""), (1, 1));
+    assert_eq!(bounds(&text("a AND b", "NOT a AND b"), ""), (1, 1));
+    assert_eq!(bounds(&text("a OR b", "NOT a"), "").0, 2);
+    // What a condition calls may change what the next one reads.
+    let calls = text("a", "NOT a AND flips(x)")
+        + " FUNCTION flips : BOOL VAR_IN_OUT v : BOOL; END_VAR v := NOT v; flips := TRUE; END_FUNCTION";
+    assert!(bounds(&calls, "").0 >= 2);
 }
 
 #[test]
@@ -501,14 +536,20 @@ fn the_time_that_has_elapsed_lies_within_the_preset_and_begins_with_0() {
     }
     assert_eq!(is("TON", on, "t.ET > T#300ms AND NOT t.Q"), (1, 1));
     assert_eq!(is("TON", on, "t.ET < T#1s AND t.Q"), (0, 0));
+    // Controllers measure times more finely than in milliseconds.
+    assert_eq!(is("TON", on, "t.ET > T#1ms AND t.ET < T#2ms"), (1, 1));
+    assert_eq!(is("TON", on, "t.ET > T#0s AND t.ET < T#1ms"), (1, 1));
+    assert_eq!(is("TON", on, "t.ET > T#999ms AND NOT t.Q"), (1, 1));
+    assert_eq!(is("TON", on, "t.ET >= T#1s AND NOT t.Q"), (0, 0));
+    assert_eq!(is("TON", on, "t.Q AND t.ET <> T#1s AND t.PT = T#1s"), (0, 0));
     assert_eq!(is("TON", &format!("{on}{off}"), "t.ET > T#0s"), (0, 0));
     assert_eq!(is("TON", &format!("{off}{on}"), "t.ET > T#0s"), (0, 0));
     assert_eq!(is("TOF", &format!("{off}{on}"), "t.ET > T#0s"), (0, 0));
     assert_eq!(is("TOF", off, "t.ET > T#300ms AND t.Q"), (1, 1));
     assert_eq!(is("TP", on, "t.ET > T#300ms AND t.Q"), (1, 1));
-    // What has run does not run back.
+    // What has run does not run back; how two moments within one millisecond follow each other is not known.
     let twice = format!("{on} u := t.ET; {on}");
-    let body = format!("{twice} IF t.ET < u AND NOT t.Q THEN x := TRUE; END_IF");
+    let body = format!("{twice} IF t.ET + T#1ms < u AND NOT t.Q THEN x := TRUE; END_IF");
     assert_eq!(of("t : TON; u : TIME;", &body), (5, 5));
 }
 

@@ -59,6 +59,12 @@ fn bound(source: &str) -> Picos {
     stated(source, &Facts::default())
 }
 
+/// The bound where of competing transitions the first clears, or all.
+fn bound_by(source: &str, selection: &str) -> Picos {
+    let facts = format!("[sfc]\nselection = '{selection}'\n");
+    stated(source, &Facts::parse("facts.toml", &facts).expect("facts"))
+}
+
 fn stated(source: &str, facts: &Facts) -> Picos {
     let inputs = [Input { name: "main.st".to_owned(), bytes: source.as_bytes().to_vec() }];
     let table = table();
@@ -162,7 +168,7 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
         let pou = read(&source);
         let Body::Chart(own) = &pou.body else { panic!("a chart") };
         let Some(most) = most(own, &pou) else { continue };
-        let upper = bound(&source);
+        let upper = bound_by(&source, "first");
         let most = Picos(most * 1_000_000);
         assert!(upper >= most, "bound {} below {}\n{source}", upper.us_text(), most.us_text());
         if upper == most {
@@ -172,6 +178,34 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
         }
     }
     assert!(equal > cases(40_u32) && above.is_empty(), "{equal} equal, above: {above:#?}");
+}
+
+#[test]
+fn a_bound_covers_controllers_on_which_one_of_competing_transitions_clears_or_all() {
+    let (mut all, mut higher) = (0, 0);
+    for seed in 0..cases(150) {
+        let mut dice = Dice::new(seed + 11_000_000);
+        let depth = 1 + dice.below(2);
+        let chart = with_own_inputs(chart(&mut dice, depth, 3, &[Qualifier::N, Qualifier::S]));
+        if chart.transitions.len() > 7 || !chart.competes() {
+            continue;
+        }
+        let source = program(&chart, chart.transitions.len());
+        let pou = read(&source);
+        let Body::Chart(own) = &pou.body else { panic!("a chart") };
+        let found = [true, false].map(|priority| {
+            most_of(own, &pou, Options { priority, ..Options::default() }, &[0], &cost)
+        });
+        let [Some(first), Some(both)] = found else { continue };
+        let longest = Picos(first.max(both) * 1_000_000);
+        let either = bound(&source);
+        assert!(either >= longest, "{} below {}\n{source}", either.us_text(), longest.us_text());
+        assert!(bound_by(&source, "all") >= Picos(both * 1_000_000), "{source}");
+        assert!(either >= bound_by(&source, "first"), "{source}");
+        all += 1;
+        higher += u64::from(both > first);
+    }
+    assert!(higher > 0, "{higher} of {all} take longer where all clear");
 }
 
 /// A program whose actions ask which of them came before, and take the longer for one of these. `store`: what takes so

@@ -93,8 +93,8 @@ pub enum Fact {
     },
     /// Memory may have any values when a scan starts, as after a download.
     Download,
-    /// If several transitions after a step are true and have no priorities, all of them fire.
-    AllClear,
+    /// Whether all transitions of a step without priorities clear that are true, or the first of them.
+    AllClear(bool),
     /// The order in which a chart's actions run.
     ActionOrder(ActionOrder),
     /// Transition conditions drawn as a diagram use the outputs that their blocks computed in the previous scan.
@@ -202,7 +202,7 @@ impl Fact {
             .chain((!facts.internal.is_empty()).then(|| Fact::Internal(facts.internal.clone())))
             .chain(exclusive)
             .chain(facts.download.then_some(Fact::Download))
-            .chain(facts.all_clear.then_some(Fact::AllClear))
+            .chain(facts.all_clear.map(Fact::AllClear))
             .chain(facts.action_order.map(Fact::ActionOrder))
             .chain(facts.drawn_last_scan.then_some(Fact::DrawnLastScan))
             .chain(interrupts)
@@ -266,8 +266,11 @@ impl fmt::Display for Fact {
                 write!(f, "at most one of {} is on when a scan starts", bits.join(", "))
             }
             Fact::Download => f.write_str("memory may have any values when a scan starts"),
-            Fact::AllClear => f.write_str(
+            Fact::AllClear(true) => f.write_str(
                 "if several transitions without priorities after the same step are true, all of them fire",
+            ),
+            Fact::AllClear(false) => f.write_str(
+                "if several transitions without priorities after the same step are true, the first of them fires",
             ),
             Fact::ActionOrder(ActionOrder::Named) => {
                 f.write_str("actions run in the order in which the chart first names them")

@@ -70,9 +70,9 @@ pub struct Facts {
     pub exclusive: Vec<Vec<String>>,
     /// Whether the bound also covers scans after a download or a change in RUN, in which memory may hold any values.
     pub download: bool,
-    /// A rule of charts: whether, if several transitions of one step are enabled and one of them has no priority, all
-    /// of them are cleared.
-    pub all_clear: bool,
+    /// A rule of charts, if it is known: whether, if several transitions of one step are enabled and one of them has no
+    /// priority, all of them are cleared.
+    pub all_clear: Option<bool>,
     /// The order in which a chart's actions are executed in one scan, if known.
     pub action_order: Option<ActionOrder>,
     /// Whether the blocks of conditions that are drawn in charts are executed in each scan, and the conditions read

@@ -1,6 +1,7 @@
 //! The standard's elementary types, and the numbers that they are computed with.
 
-/// A number's type as it is computed with: how many bits it has, and how they are read. Times are milliseconds in 32 bits.
+/// A number's type as it is computed with: how many bits it has, and how they are read. Times are half milliseconds in
+/// 32 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A whole number, or a string of bits.
@@ -205,4 +206,11 @@ impl Elementary {
         use Elementary as E;
         matches!(self, E::Byte | E::Word | E::Dword | E::Lword)
     }
+}
+
+/// The number of half milliseconds that stands for a time; `None` where it is finer than a millisecond or does not fit.
+#[must_use]
+pub fn time_in_units(nanoseconds: i64) -> Option<i32> {
+    let is_whole = nanoseconds % 1_000_000 == 0;
+    is_whole.then(|| i32::try_from(nanoseconds / 500_000).ok()).flatten()
 }

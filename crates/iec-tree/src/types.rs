@@ -1,7 +1,7 @@
 //! Types: elementary ones by name, all others by number.
 
 use crate::blocks::StandardBlock;
-pub use crate::elementary::{DINT, Elementary, INT, Kind, common, holding};
+pub use crate::elementary::{DINT, Elementary, INT, Kind, common, holding, time_in_units};
 use crate::ids::UnitId;
 use scanbound_iec::fault::Fault;
 use std::collections::BTreeMap;

@@ -69,6 +69,8 @@ pub struct Expiry {
     pub is_decimal: bool,
     /// The time of one unit of the setting: a timer of 100 ms has the unit 100 ms.
     pub unit: Picos,
+    /// By how many units the timer may be early or late, as its clock ticks.
+    pub tick: u64,
     /// The cell with the previous present value, for timers whose behaviour is undefined for settings below 1 or values
     /// at the setting.
     pub previous: Option<Cell>,
@@ -86,6 +88,7 @@ impl Expiry {
             setting,
             is_decimal: false,
             unit,
+            tick: 1,
             previous: None,
         }
     }

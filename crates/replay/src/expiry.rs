@@ -87,10 +87,10 @@ impl<'p, F: FreeValues> State<'p, F> {
             }
         };
         let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
-        if u128::from(most.0) < time(setting.saturating_sub(1)) {
+        if u128::from(most.0) < time(setting.saturating_sub(expiry.tick)) {
             return Some(u16::from(expiry.while_running));
         }
-        let is_over = u128::from(least.0) > time(setting.saturating_add(1));
+        let is_over = u128::from(least.0) > time(setting.saturating_add(expiry.tick));
         is_over.then_some(u16::from(!expiry.while_running))
     }
 

@@ -208,7 +208,7 @@ impl<'p> Run<'p> {
             })?;
             // The moment from which on the timer has certainly run out.
             let is_followed = !expiry.is_decimal;
-            let end = expiry.unit.0.checked_mul(words.checked_add(2)?)?;
+            let end = expiry.unit.0.checked_mul(words.checked_add(expiry.tick + 1)?)?;
             latest.0.checked_add(end).filter(|_| is_followed).map(Picos)
         });
         let expiries = expiries.filter(|&moment| moment > self.now);

@@ -24,30 +24,30 @@ fn program(variables: &str, body: &str) -> String {
 }
 
 #[test]
-fn times_beyond_24_days_are_in_any_order() {
+fn times_beyond_12_days_are_in_any_order() {
     let upper = |body: &str, condition: &str| {
         let variables = "VAR a AT %IX0.0 : BOOL; w AT %IW2 : INT; x, y : TIME; t : TON; END_VAR";
         let body = format!("{body} IF {condition} THEN Op4(); END_IF;");
         bounds(&program(variables, &body), "").1
     };
-    let edge = "T#24d20h31m23s647ms";
+    let edge = "T#12d10h15m41s823ms";
     let above = format!("y > {edge}");
     for (body, condition) in [
-        ("x := T#20d; y := x + x;", above.as_str()),
-        ("y := T#40d;", &above),
-        ("t(IN := a, PT := T#40d); y := t.ET;", &above),
+        ("x := T#10d; y := x + x;", above.as_str()),
+        ("y := T#20d;", &above),
+        ("t(IN := a, PT := T#20d); y := t.ET;", &above),
         ("x := T#1h * w; y := x;", &above),
-        ("y := T#20d; y := y + y; x := T#24d20h31m23s647ms;", "y > x"),
-        ("x := T#24d20h31m23s647ms; y := x + T#1ms;", "y > x"),
-        ("x := T#20d; x := x + x; y := x + T#1d;", "x > T#24d20h31m23s646ms AND y > x"),
-        ("x := T#20d; x := x + x; y := x - T#1ms;", &above),
-        ("x := T#0s - T#20d; y := x + x;", "y < T#0s - T#24d20h31m23s648ms"),
-        ("x := T#0s - T#20d; y := x + x;", "NOT (y < T#0s - T#24d20h31m23s648ms)"),
-        ("x := T#20d; x := x - (T#0s - T#20d); y := x;", &above),
-        ("t(IN := a, PT := T#40d);", "t.ET > T#24d20h31m23s646ms AND NOT t.Q"),
+        ("y := T#10d; y := y + y; x := T#12d10h15m41s823ms;", "y > x"),
+        ("x := T#12d10h15m41s823ms; y := x + T#1ms;", "y > x"),
+        ("x := T#10d; x := x + x; y := x + T#1d;", "x > T#12d10h15m41s822ms AND y > x"),
+        ("x := T#10d; x := x + x; y := x - T#1ms;", &above),
+        ("x := T#0s - T#10d; y := x + x;", "y < T#0s - T#12d10h15m41s824ms"),
+        ("x := T#0s - T#10d; y := x + x;", "NOT (y < T#0s - T#12d10h15m41s824ms)"),
+        ("x := T#10d; x := x - (T#0s - T#10d); y := x;", &above),
+        ("t(IN := a, PT := T#20d);", "t.ET > T#12d10h15m41s822ms AND NOT t.Q"),
         (
-            "x := T#0s - T#20d; x := x + x; y := ABS(x);",
-            "x < T#0s - T#24d20h31m23s647ms AND y > T#0s",
+            "x := T#0s - T#10d; x := x + x; y := ABS(x);",
+            "x < T#0s - T#12d10h15m41s823ms AND y > T#0s",
         ),
     ] {
         assert_eq!(upper(body, condition), 4, "{body} {condition}");
@@ -293,4 +293,35 @@ fn a_block_of_a_library_is_not_the_one_of_the_project() {
     assert_eq!(bounds(&text, ""), (4, 4, true));
     let text = program("VAR t : Standard.TON; END_VAR", "t();");
     assert_eq!(bounds(&text, ""), (0, 0, true));
+}
+
+#[test]
+fn measured_times_lie_between_milliseconds_too() {
+    let upper = |body: &str, condition: &str| {
+        let variables = "VAR a AT %IX0.0 : BOOL; x, y : TIME; t, u : TON; END_VAR";
+        let body = format!(
+            "t(IN := a, PT := T#5s); u(IN := a, PT := T#5s); {body} IF {condition} THEN Op4(); END_IF;"
+        );
+        bounds(&program(variables, &body), "").1
+    };
+    let within = |time: &str| format!("{time} > T#1ms AND {time} < T#2ms");
+    for (body, condition) in [
+        ("", within("t.ET")),
+        ("x := t.ET; y := x;", within("y")),
+        ("x := t.ET + T#3ms;", "x > T#4ms AND x < T#5ms".to_owned()),
+        ("x := T#3ms - t.ET;", within("x")),
+        ("", format!("{} AND {} AND t.ET < u.ET", within("t.ET"), within("u.ET"))),
+        ("x := t.ET + u.ET;", format!("{} AND {} AND x > T#3ms", within("t.ET"), within("u.ET"))),
+        ("x := t.ET + u.ET;", format!("{} AND {} AND x < T#3ms", within("t.ET"), within("u.ET"))),
+    ] {
+        assert_eq!(upper(body, &condition), 4, "{body} {condition}");
+    }
+    for (body, condition) in [
+        ("", "t.ET > T#2ms AND t.ET < T#2ms"),
+        ("", "NOT t.Q AND t.ET >= T#5s"),
+        ("x := T#7ms; y := x + T#3ms;", "y <> T#10ms"),
+        ("x := T#7ms;", "x > T#6ms AND x < T#7ms"),
+    ] {
+        assert_eq!(upper(body, condition), 0, "{body} {condition}");
+    }
 }

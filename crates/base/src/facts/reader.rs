@@ -230,8 +230,8 @@ impl Reader<'_> {
         let text = value.get_ref().as_str();
         match key.get_ref().as_ref() {
             "selection" => match text {
-                Some("all") => self.facts.all_clear = true,
-                Some("first") => self.facts.all_clear = false,
+                Some("all") => self.facts.all_clear = Some(true),
+                Some("first") => self.facts.all_clear = Some(false),
                 _ => {
                     let message = "selection must be \"first\" or \"all\"".to_owned();
                     self.fault(Some(value.span()), message, SELECTION);
@@ -601,7 +601,7 @@ mod tests {
                     .map(|set| set.iter().map(|one| (*one).to_owned()).collect())
                     .into(),
                 download: true,
-                all_clear: true,
+                all_clear: Some(true),
                 action_order: Some(ActionOrder::Alphabetical),
                 drawn_last_scan: true,
                 interrupts: [("I0".to_owned(), 2)].into(),

@@ -2,7 +2,7 @@
 
 use super::Assembler;
 use super::open::{beyond, opened};
-use super::time_range::is_edge;
+use super::time_range::{is_between, is_edge};
 use super::types::Kind;
 use super::value::{Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
@@ -44,7 +44,7 @@ impl Assembler {
             return Ok(Value::Number(kind, self.time_worked_out(operator, left, right)));
         }
         if kind == Kind::Time {
-            let why = "a part of a time may be finer than 1 ms, a multiple longer than 24 days, and controllers differ in its bits: it may be any time";
+            let why = "a part of a time may be finer than 1 ms, a multiple longer than 12 days, and controllers differ in its bits: it may be any time";
             return Ok(Value::Number(kind, self.any_number(kind, why)));
         }
         if matches!(kind, Kind::Opaque(_)) {
@@ -139,8 +139,8 @@ impl Assembler {
         (Number::Words(low), beyond)
     }
 
-    /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 24 days: with times that have
-    /// no sign it is a very long one.
+    /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 12 days: with times that have
+    /// no sign it is a very long one. Of two times between whole milliseconds the sum may be any.
     pub(crate) fn time_worked_out(
         &mut self,
         operator: Operator,
@@ -157,6 +157,9 @@ impl Assembler {
         // Where one of them is below 0 or beyond, so may the result be, however its 32 bits come out.
         let mut differs: Vec<Logic> = [&left, &right].map(|one| below(one, zero())).into();
         differs.extend([&left, &right].map(is_edge));
+        if let (Some(one), Some(other)) = (is_between(&left), is_between(&right)) {
+            differs.push(Logic::All(vec![one, other]));
+        }
         let words = match operator {
             Operator::Subtract => {
                 differs.push(below(&left, right.clone()));
@@ -174,8 +177,7 @@ impl Assembler {
             self.program().statements.undefined_by_language.insert(choice);
             let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
             let at = self.write_if(differs, vec![any], None);
-            let why =
-                "a time below 0 or beyond 24 days, of which controllers differ: it may be any time";
+            let why = "a time below 0 or beyond 12 days, of which controllers differ, or one of two that are measured more finely than in ms: it may be any time";
             self.program().approximate(at, why);
         }
         Number::Words(words)

@@ -1,9 +1,12 @@
 //! What of a chart's memory holds whenever a scan starts: nobody but the chart writes it.
 
 use super::memory::{ActionMemory, Memory, all, any};
-use scanbound_iec::chart::coactive::{BUDGET, Basis, apart_while_stored, steps_together};
+use scanbound_iec::chart::coactive::{
+    BUDGET, BUDGET_OF_ALL, Basis, apart_while_stored, steps_together_in,
+};
 use scanbound_iec::chart::{Chart, Qualifier};
 use scanbound_ir::{Cell, Logic};
+use scanbound_nets::Net;
 use scanbound_nets::reach::reach;
 
 /// How many markings are looked at for what excludes all stored actions of a chart together.
@@ -24,10 +27,8 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
 }
 
 /// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart is
-/// carried out, behind the evolution.
-/// `all_clear`: whether transitions that compete without priorities clear together.
-pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: bool) -> Vec<Logic> {
-    let all_clear = all_clear && chart.competes();
+/// carried out, behind the evolution. `net`: how its steps follow each other on every controller that it may run on.
+pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
     // Before it begins nothing is remembered.
@@ -38,9 +39,9 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
     for cell in memory.steps.iter().copied().chain(controls) {
         found.push(any([on(memory.started), on(cell).not()]));
     }
-    let analysis = steps_together(chart, BUDGET);
-    if !matches!(analysis.basis, Basis::Unsafe(_)) && !all_clear {
-        found.extend(markings(chart, memory, &analysis.basis));
+    let analysis = steps_together_in(net, if net.shares() { BUDGET_OF_ALL } else { BUDGET });
+    if !matches!(analysis.basis, Basis::Unsafe(_) | Basis::Open(_)) {
+        found.extend(markings(net, memory, &analysis.basis));
         for clique in cliques(memory.steps.len(), &|one, other| analysis.are_apart(one, other)) {
             let steps: Vec<Cell> = clique.into_iter().map(|step| memory.steps[step]).collect();
             at_most_one(&steps, &mut found);
@@ -50,8 +51,13 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, all_clear: b
             Basis::Markings(_) => BUDGET.min(STORED_BUDGET / memory.actions.len().max(1)),
             Basis::Invariants(_) | Basis::Open(_) | Basis::Unsafe(_) => 0,
         };
+        let is_stored =
+            |action: &ActionMemory| action.feeds.iter().any(|feed| feed.qualifier.is_stored());
         for (name, action) in chart.actions().iter().zip(&memory.actions) {
-            for step in apart_while_stored(chart, name, budget) {
+            if !is_stored(action) {
+                continue;
+            }
+            for step in apart_while_stored(chart, net, name, budget) {
                 let inputs = action.feeds.iter().zip(&action.inputs);
                 // A delay may outlast R.
                 let outlasts = |kind| kind == Qualifier::Sd && action.has_reset();
@@ -120,12 +126,12 @@ fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
 }
 
 /// The markings one by one, where they are few and all known.
-fn markings(chart: &Chart, memory: &Memory, basis: &Basis) -> Option<Logic> {
+fn markings(net: &Net, memory: &Memory, basis: &Basis) -> Option<Logic> {
     let Basis::Markings(count) = *basis else { return None };
     if count > MARKINGS {
         return None;
     }
-    let reached = reach(&chart.net_of_any(), BUDGET);
+    let reached = reach(net, BUDGET);
     let marking = |bits: &scanbound_nets::Bits| {
         all(memory.steps.iter().enumerate().map(|(step, &cell)| match bits.contains(step) {
             true => on(cell),

@@ -4,6 +4,7 @@
 pub(crate) mod arithmetic;
 pub(crate) mod block;
 pub(crate) mod charges;
+pub(crate) mod competing;
 pub(crate) mod control;
 pub(crate) mod convert;
 pub(crate) mod counted;

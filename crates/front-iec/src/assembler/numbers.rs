@@ -168,6 +168,7 @@ impl Assembler {
     fn constant_as(&mut self, kind: Kind, value: i64) -> Number {
         match kind {
             Kind::Real => real(&value.to_string()).unwrap_or_else(|| constant(0, 2)),
+            Kind::Time if value != 0 => self.any_number(kind, ANY_UNIT),
             _ => within(kind, value),
         }
     }

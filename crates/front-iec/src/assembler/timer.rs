@@ -1,20 +1,16 @@
 //! TON, TOF and TP.
 
 use super::memory::{all, any, set};
-use super::time_range::is_edge;
+use super::time_range::{TICK, UNIT, compared, is_between, is_edge};
 use super::value::constant;
 use super::{Assembler, OpenEnd};
-use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, Step,
-    WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, Relation, Step, WordSource, WordTarget,
+    Write,
 };
-
-/// The unit of times.
-const MILLISECOND: Picos = Picos(1_000_000_000);
 
 /// A number of two words that lies here.
 pub(crate) fn double(first: Cell) -> Number {
@@ -24,10 +20,6 @@ pub(crate) fn double(first: Cell) -> Number {
 /// Where a number of two words goes.
 pub(crate) fn put(first: Cell, number: Number) -> Write {
     Write::Words(vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))], number)
-}
-
-pub(crate) fn compared(relation: Relation, left: Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
 }
 
 impl Assembler {
@@ -48,8 +40,8 @@ impl Assembler {
         };
         let runs_out = self.builder.external_choice();
         let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
-        let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), MILLISECOND);
-        let expiry = Expiry { idle: rest, while_running: running, setting, ..on_delay };
+        let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), UNIT);
+        let expiry = Expiry { idle: rest, while_running: running, setting, tick: TICK, ..on_delay };
         self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
         // A time that is 0 may be one below a millisecond.
@@ -125,9 +117,12 @@ impl Assembler {
         // A preset at the edge of times may be any longer one.
         let is_longer = is_edge(&double(preset)).not();
         let over = compared(Relation::GreaterOrEqual, double(time), double(preset));
-        let over = all([over, is_longer]);
+        let over = self.keep_bit(all([over, is_longer]));
         let below = Number::Sub(Box::new(double(preset)), Box::new(constant(1, 2)));
-        self.write_if(over, vec![put(time, below)], None);
+        self.write_if(over.clone(), vec![put(time, below)], None);
+        // Below a time between two milliseconds there are others between them.
+        let between = is_between(&double(preset)).unwrap_or(Logic::Const(false));
+        self.write_if(all([over, between]), vec![put(time, double(preset))], None);
         let none = compared(Relation::LessOrEqual, double(preset), constant(0, 2));
         self.write_if(none, vec![put(time, constant(0, 2))], None);
         // What a time that changes leaves of a run that is over, controllers differ.

@@ -69,7 +69,7 @@ impl<'t> Lower<'t> {
             false => {
                 let options = &self.options.charts;
                 let always_acts = !options.actions_first && own.halt.is_none();
-                invariant::of(chart, &memory, always_acts, options.all_clear)
+                invariant::of(chart, &memory, always_acts, &options.competing.net(chart))
             }
         };
         let program = self.program();
@@ -225,12 +225,9 @@ impl<'t> Lower<'t> {
             let from = self.builder.next();
             let before = one.from.iter().flat_map(|&step| &leaving[step]);
             let before: BTreeSet<usize> = before.copied().collect();
-            let rivals = before.into_iter().filter(|&other| {
-                let other = &chart.transitions[other];
-                (one.has_priority && other.has_priority) || !self.options.charts.all_clear
-            });
+            let competing = self.options.charts.competing;
+            let rivals = self.assembler().rivals(competing, chart, memory, number, &before);
             let steps = one.from.iter().map(|&step| Logic::cell(memory.steps[step]));
-            let rivals = rivals.map(|other| Logic::cell(memory.clears[other]).not());
             let enabled = all(steps.chain(rivals));
             let enabled = self.keep_bit(enabled);
             one.from.iter().for_each(|&step| leaving[step].push(number));
@@ -329,7 +326,8 @@ impl<'t> Lower<'t> {
     fn hooks(&mut self, own: &Own<'_>) {
         let memory = &own.memory;
         // The power may fail in the midst of a scan: then the markings that are kept may be any.
-        let may_be_any = self.options.charts.all_clear || self.is_retained(own.at.instance);
+        let may_be_any =
+            self.options.charts.competing.may_all_clear() || self.is_retained(own.at.instance);
         let which: [fn(&Hooks) -> &Option<Statement>; 3] =
             [|step| &step.exit, |step| &step.entry, |step| &step.active];
         for (number, hook) in which.into_iter().enumerate() {

@@ -7,6 +7,7 @@ use super::spots::{Context, Found, Instance, Spot};
 use super::start::merged;
 use super::{Entry, GivenBack, Lower, Options};
 use crate::assembler::Assembler;
+use crate::assembler::competing::Competing;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::normalized;
@@ -56,7 +57,7 @@ pub(crate) fn decode(
         is_incomplete: asked.absent_calls_take_no_time,
         charts: super::ChartOptions {
             actions_first: traits.actions_first,
-            all_clear: asked.facts.all_clear,
+            competing: Competing::new(project, asked.facts, traits.actions_first, 0),
             action_order: asked.facts.action_order,
             drawn_last_scan: asked.facts.drawn_last_scan,
             others_write: asked.others_write,
@@ -75,6 +76,8 @@ pub(crate) fn decode(
     if let Some(at) = asked.task.and_then(|name| tree.task(name)) {
         tasks[..=at].rotate_right(1);
     }
+    own.options.charts.competing =
+        Competing::new(project, asked.facts, traits.actions_first, tasks.len());
     own.program_of(&tasks, traits, asked)
 }
 

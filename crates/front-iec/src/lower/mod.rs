@@ -26,6 +26,7 @@ mod values;
 
 pub(crate) use decode::{SourceTraits, decode};
 
+use crate::assembler::competing::Competing;
 use crate::assembler::memory::Memory as ChartMemory;
 use crate::assembler::tally::{self, Tally};
 use crate::assembler::types::Extent;
@@ -67,8 +68,8 @@ struct Options {
 struct ChartOptions {
     /// Whether actions are executed before transitions are evaluated.
     actions_first: bool,
-    /// Whether of transitions that compete and of which one has no priority, all clear that are true.
-    all_clear: bool,
+    /// Which of transitions clear that compete without priorities.
+    competing: Competing,
     /// In which order actions are executed, as the user states.
     action_order: Option<ActionOrder>,
     /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.

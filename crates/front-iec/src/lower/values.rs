@@ -15,6 +15,7 @@ use scanbound_iec_tree::declarations::{Purpose, TempId};
 use scanbound_iec_tree::standard::Function;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root};
 use scanbound_iec_tree::types::Type as Typed;
+use scanbound_iec_tree::types::time_in_units;
 use scanbound_ir::meaning::{Count, Meaning, Operation, OperationInput as Input, Shape, Target};
 use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, WordSource, Write};
 
@@ -714,14 +715,13 @@ impl<'t> Lower<'t> {
 }
 
 impl Assembler {
-    /// A duration in milliseconds.
+    /// A duration.
     pub(in super::super) fn time(&mut self, nanoseconds: i64) -> Number {
-        match i32::try_from(nanoseconds / 1_000_000) {
-            Ok(ms) if nanoseconds % 1_000_000 == 0 => constant(ms.into(), 2),
-            // What is finer than a millisecond or beyond 24 days is any time.
-            _ => self.any_number(
+        match time_in_units(nanoseconds) {
+            Some(units) => constant(units.into(), 2),
+            None => self.any_number(
                 Kind::Time,
-                "a time that is finer than 1 ms or beyond 24 days may be any",
+                "a time that is finer than 1 ms or beyond 12 days may be any",
             ),
         }
     }

@@ -4,7 +4,7 @@ use super::resolver::Resolver;
 use crate::blocks::{Pin, StandardBlock};
 use crate::constants::Scope;
 use crate::declarations::Initial;
-use crate::types::{Elementary, Kind, Type, TypeId, holding};
+use crate::types::{Elementary, Kind, Type, TypeId, holding, time_in_units};
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{Argument, Expr, Listing, Literal};
 use scanbound_iec::{Section, TypeRef, same};
@@ -181,9 +181,7 @@ impl Resolver<'_> {
                 i64::from(if negated { -value } else { value }.to_bits())
             }
             (Some(Kind::Time), Some(initial)) => match self.constant_literal(initial, scope, 0)? {
-                (Literal::Time(time), false) if time % 1_000_000 == 0 => {
-                    i64::from(i32::try_from(time / 1_000_000).ok()?)
-                }
+                (Literal::Time(time), false) => i64::from(time_in_units(*time)?),
                 _ => return None,
             },
             _ => return None,

@@ -113,7 +113,7 @@ pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
 }
 
 /// So many markings are followed where all of competing transitions clear: there are many sets of these.
-const BUDGET_OF_ALL: usize = 10_000;
+pub const BUDGET_OF_ALL: usize = 10_000;
 
 /// Which of transitions clear that compete for a step and are true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,7 +133,7 @@ pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
     let actions = Running::all(chart);
     findings(chart, &net, &actions, &reached, &mut analysis);
     if rule == Rule::All && (chart.competes() || chart.has_priorities()) {
-        net = chart.net_of_all();
+        net = chart.net_of_all(&|_, _| false);
         reached = reach(&net, budget.min(BUDGET_OF_ALL));
         (analysis.basis, analysis.together) = together(&net, &reached);
     }
@@ -158,8 +158,13 @@ pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
 /// Which steps of a chart can be active together on any controller, and nothing of actions or faults.
 #[must_use]
 pub fn steps_together(chart: &Chart, budget: usize) -> Analysis {
-    let net = chart.net_of_any();
-    of_steps(&net, &reach(&net, budget))
+    steps_together_in(&chart.net_of_any(), budget)
+}
+
+/// The same by a net of the chart.
+#[must_use]
+pub fn steps_together_in(net: &Net, budget: usize) -> Analysis {
+    of_steps(net, &reach(net, budget))
 }
 
 fn of_steps(net: &Net, reached: &Reachability) -> Analysis {
@@ -266,14 +271,13 @@ pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
     own.map(|(step, _)| step).collect()
 }
 
-/// The steps that are never active while an action is stored.
+/// The steps that are never active while an action is stored, by a net of the chart.
 #[must_use]
-pub fn apart_while_stored(chart: &Chart, action: &str, budget: usize) -> Vec<usize> {
+pub fn apart_while_stored(chart: &Chart, net: &Net, action: &str, budget: usize) -> Vec<usize> {
     let own = Running::all(chart).into_iter().find(|one| crate::same(&one.name, action));
     let Some(own) = own.filter(Running::is_stored) else { return Vec::new() };
-    let net = chart.net_of_any();
     let mut beside = Bits::new(chart.steps.len());
-    let ways = Stored::new(&net, &[&own]).follow(budget, &mut |(marking, stored), _| {
+    let ways = Stored::new(net, &[&own]).follow(budget, &mut |(marking, stored), _| {
         if stored[0] {
             beside.union_with(marking);
         }

@@ -1,5 +1,6 @@
 //! Sequential function charts: steps, transitions, actions, and what follows from how they hang together.
 
+pub mod apart;
 pub mod coactive;
 pub mod control;
 pub mod draft;
@@ -16,6 +17,7 @@ pub mod told;
 use super::ast::{Expr, Literal, Operator, Path};
 use super::{Body, Pou, same, show};
 use scanbound_nets::Net;
+use std::collections::BTreeSet;
 
 /// When a step's action runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -101,6 +103,18 @@ impl Target {
         match self {
             Target::Path(path) => show::path(path),
             Target::Inline(name, _) => name.clone(),
+        }
+    }
+
+    /// Whether this is its name.
+    #[must_use]
+    pub fn is_named(&self, name: &str) -> bool {
+        match self {
+            Target::Path(path) => match path.as_name() {
+                Some(own) => same(own, name),
+                None => same(&show::path(path), name),
+            },
+            Target::Inline(own, _) => same(own, name),
         }
     }
 }
@@ -253,23 +267,32 @@ impl Chart {
     /// Whether transitions compete for a step of which one has no priority.
     #[must_use]
     pub fn competes(&self) -> bool {
-        let all = &self.transitions;
-        let pairs = all
-            .iter()
-            .enumerate()
-            .flat_map(|(at, one)| all[..at].iter().map(move |two| (one, two)));
-        { pairs }.any(|(one, two)| {
-            !(one.has_priority && two.has_priority)
-                && one.from.iter().any(|step| two.from.contains(step))
-        })
+        let mut pairs =
+            (0..self.transitions.len()).flat_map(|at| (0..at).map(move |other| (at, other)));
+        pairs.any(|(at, other)| self.compete(at, other))
+    }
+
+    /// Whether two transitions compete for a step, and one of them has no priority.
+    #[must_use]
+    pub fn compete(&self, one: usize, other: usize) -> bool {
+        let (one, other) = (&self.transitions[one], &self.transitions[other]);
+        !(one.has_priority && other.has_priority)
+            && one.from.iter().any(|step| other.from.contains(step))
     }
 
     /// Its Petri net where all of competing transitions clear that are true, but for those that all have priorities.
+    /// `never_both`: whether the conditions of two transitions are never true together.
     #[must_use]
-    pub fn net_of_all(&self) -> Net {
+    pub fn net_of_all(&self, never_both: &dyn Fn(usize, usize) -> bool) -> Net {
         let mut net = self.net_of_any();
-        for (one, transition) in net.transitions.iter_mut().zip(&self.transitions) {
-            one.shares = !transition.has_priority;
+        let mut of_step = vec![Vec::new(); self.steps.len()];
+        for (at, one) in self.transitions.iter().enumerate() {
+            one.from.iter().for_each(|&step| of_step[step].push(at));
+        }
+        for (at, one) in net.transitions.iter_mut().enumerate() {
+            let mut rivals = self.transitions[at].from.iter().flat_map(|&step| &of_step[step]);
+            one.shares = !self.transitions[at].has_priority
+                && rivals.any(|&other| other != at && !never_both(at, other));
         }
         net
     }
@@ -337,21 +360,19 @@ impl Chart {
     /// The names of the actions that its blocks control, in the order in which they first occur.
     #[must_use]
     pub fn actions(&self) -> Vec<String> {
-        let mut found: Vec<String> = Vec::new();
-        for block in self.steps.iter().flat_map(|step| &step.blocks) {
-            let name = block.target.name();
-            if !found.iter().any(|own| same(own, &name)) {
-                found.push(name);
-            }
-        }
-        found
+        let blocks = self.steps.iter().flat_map(|step| &step.blocks);
+        let mut known = BTreeSet::new();
+        blocks
+            .map(|block| block.target.name())
+            .filter(|name| known.insert(name.to_ascii_lowercase()))
+            .collect()
     }
 
     /// The blocks of an action, each with its step.
     pub fn blocks_of<'a>(&'a self, action: &'a str) -> impl Iterator<Item = (usize, &'a Block)> {
         let all = self.steps.iter().enumerate();
         all.flat_map(|(at, step)| step.blocks.iter().map(move |block| (at, block)))
-            .filter(move |(_, block)| same(&block.target.name(), action))
+            .filter(move |(_, block)| block.target.is_named(action))
     }
 
     /// What feeds the control of an action: the steps of blocks with the same qualifier and the same time come in together,

@@ -1,0 +1,101 @@
+//! Transitions that compete for a step without priorities: the first that is true fires, or all that are.
+
+use super::Assembler;
+use super::memory::{Memory, any};
+use scanbound_base::facts::{ActionOrder, Facts};
+use scanbound_iec::Project;
+use scanbound_iec::chart::{Chart, apart};
+use scanbound_ir::{BitSource, Logic};
+use scanbound_nets::Net;
+use std::collections::BTreeSet;
+
+const WHY: &str = "if several transitions after one step are true and not all have a priority, controllers fire the first (as in the standard) or all (Beremiz, OpenPLC): either ([sfc] selection states which)";
+
+/// What is known of the controller and the project.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Competing {
+    /// Whether all clear that are true; `None`: that, or the first alone.
+    all_clear: Option<bool>,
+    /// Whether nothing but a call in a condition can change what conditions read while a chart evaluates them.
+    is_steady: bool,
+}
+
+impl Competing {
+    pub(crate) fn new(
+        project: &Project,
+        facts: &Facts,
+        actions_first: bool,
+        tasks: usize,
+    ) -> Competing {
+        // All clear on matiec alone, which evaluates transitions first and has an action order of its own.
+        let may_be_matiec =
+            !actions_first && matches!(facts.action_order, None | Some(ActionOrder::Declared));
+        // The methods that read and write a property have a point in their names.
+        let has_properties =
+            project.pous.iter().any(|pou| pou.methods.iter().any(|one| one.name.contains('.')));
+        Competing {
+            all_clear: facts.all_clear.or((!may_be_matiec).then_some(false)),
+            is_steady: tasks == 1 && !has_properties,
+        }
+    }
+
+    /// Whether several may clear.
+    pub(crate) fn may_all_clear(self) -> bool {
+        self.all_clear != Some(false)
+    }
+
+    /// How the steps of a chart follow each other on every controller that it may run on.
+    pub(crate) fn net(self, chart: &Chart) -> Net {
+        match self.may_all_clear() {
+            true => chart.net_of_all(&self.never_both(chart)),
+            false => chart.net_of_any(),
+        }
+    }
+
+    /// Whether the conditions of two transitions of a chart are never true together, seen from their text alone.
+    fn never_both(self, chart: &Chart) -> impl Fn(usize, usize) -> bool {
+        let is_steady = self.is_steady && apart::calls_nothing(chart);
+        move |one, other| {
+            let condition = |at: usize| &chart.transitions[at].condition;
+            is_steady && apart::never_both(condition(one), condition(other))
+        }
+    }
+}
+
+impl Assembler {
+    /// Says of each of the transitions that take the same step and come first that it leaves the step to this one.
+    pub(crate) fn rivals(
+        &mut self,
+        competing: Competing,
+        chart: &Chart,
+        memory: &Memory,
+        number: usize,
+        before: &BTreeSet<usize>,
+    ) -> Vec<Logic> {
+        let never_both = competing.never_both(chart);
+        let mut either = None;
+        let mut found = Vec::new();
+        for &other in before {
+            let keeps_out = Logic::cell(memory.clears[other]).not();
+            if !chart.compete(number, other) || never_both(number, other) {
+                found.push(keeps_out);
+                continue;
+            }
+            match competing.all_clear {
+                Some(true) => {}
+                Some(false) => found.push(keeps_out),
+                None => {
+                    let choice = *either.get_or_insert_with(|| self.builder.choice());
+                    found.push(any([keeps_out, Logic::Bit(BitSource::Free(choice))]));
+                }
+            }
+        }
+        if let Some(choice) = either {
+            let at = self.builder.next();
+            let program = self.program();
+            program.statements.undefined_by_language.insert(choice);
+            program.approximate(at, WHY);
+        }
+        found
+    }
+}
