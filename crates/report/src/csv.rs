@@ -39,7 +39,9 @@ impl Checks for All {
             Checked::Audited(audit, check) => {
                 verdict = check.verdict.name().to_owned();
                 limit = check.limit.us_text();
-                upper = audit.upper_with_all_points().us_text();
+                if audit.unbounded.is_empty() {
+                    upper = audit.upper_with_all_points().us_text();
+                }
                 lower = audit.lower_without_points().us_text();
             }
             Checked::Faulty(faults) => {

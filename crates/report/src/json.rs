@@ -191,7 +191,7 @@ struct Unverified<'a> {
 
 #[derive(Serialize, JsonSchema)]
 struct Scan<'a> {
-    upper_ps: u64,
+    upper_ps: Option<u64>,
     lower_ps: u64,
     proved_ps: Option<u64>,
     refuted_ps: u64,
@@ -204,7 +204,7 @@ struct Scan<'a> {
     naive_ps: u64,
     always_ps: u64,
     overhead_ps: u64,
-    cycle_ps: u64,
+    cycle_ps: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     constant_scan: Option<watchdog::Constant<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -407,7 +407,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
         inputs: inputs::inputs(audit),
         table: table(&audit.table),
         scan: Scan {
-            upper_ps: audit.bound.upper.0,
+            upper_ps: audit.unbounded.is_empty().then_some(audit.bound.upper.0),
             lower_ps: audit.possible().0,
             proved_ps: audit.proved().map(|limit| limit.max(audit.cycle_upper()).0),
             refuted_ps: audit.cycle_without_points().0,
@@ -420,7 +420,7 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             naive_ps: audit.bound.naive.0,
             always_ps: audit.bound.always.0,
             overhead_ps: audit.bound.overhead.0,
-            cycle_ps: audit.cycle_upper().0,
+            cycle_ps: audit.unbounded.is_empty().then_some(audit.cycle_upper().0),
             constant_scan: watchdog::constant(audit),
             watchdog: watchdog::watchdog(audit),
             coactivity: audit.coactivity.as_ref().map(Coactivity::of),

@@ -227,6 +227,31 @@ fn all_formats_of_several_checks_show_one_bound() {
     }
 }
 
+#[test]
+fn a_loop_whose_end_is_not_known_has_no_upper_bound_in_any_format() {
+    let directory = fresh("no-bound");
+    let text = "PROGRAM p VAR i, k : DINT; n : INT; END_VAR FOR i := 1 TO k DO n := n + 1; END_FOR; END_PROGRAM";
+    std::fs::write(directory.join("main.st"), text).expect("written");
+    let file = "programs = [\"main.st\"]\nlimit = \"1s\"\n";
+    std::fs::write(directory.join("scanbound.toml"), file).expect("written");
+    let report = run("audit main.st --format json", &directory).json();
+    let scan = &report["scan"];
+    for key in ["upper_ps", "cycle_ps", "proved_ps"] {
+        assert!(scan[key].is_null(), "{key}: {scan}");
+    }
+    assert_eq!(
+        (&scan["exact"], report["unbounded"].as_array().map(Vec::len)),
+        (&false.into(), Some(1))
+    );
+    let of = |format: &str| run(&format!("check --all --format {format}"), &directory).stdout;
+    let table = of("csv");
+    let row: Vec<&str> = table.lines().nth(1).expect("a row").split(',').collect();
+    assert_eq!((row[1], row[4]), ("undecided", ""), "{table}");
+    assert!(of("html").contains("<td class=\"n\"></td>"));
+    let checks: serde_json::Value = serde_json::from_str(&of("json")).expect("JSON");
+    assert!(checks["projects"][0]["report"]["scan"]["upper_ps"].is_null());
+}
+
 /// The data of a page.
 fn page(arguments: &str) -> serde_json::Value {
     let page = run(&format!("audit {arguments} --format html"), here()).stdout;

@@ -325,3 +325,29 @@ fn measured_times_lie_between_milliseconds_too() {
         assert_eq!(upper(body, condition), 0, "{body} {condition}");
     }
 }
+
+#[test]
+fn a_property_behind_and_then_is_read_only_where_its_left_side_does_not_decide() {
+    let block = "FUNCTION_BLOCK B VAR c : INT; END_VAR
+        PROPERTY PUBLIC P : BOOL GET c := c + 1; P := TRUE; END_GET END_PROPERTY
+        PROPERTY PUBLIC N : INT GET c := c + 1; N := 5; END_GET END_PROPERTY
+        END_FUNCTION_BLOCK";
+    let upper = |value: &str, condition: &str| {
+        let body = format!("b.c := 0; x := {value}; IF {condition} THEN Op4(); END_IF;");
+        let text = program("VAR a AT %IX0.0 : BOOL; x : BOOL; b : B; END_VAR", &body);
+        bounds(&format!("{text} {block}"), "").1
+    };
+    for getter in ["b.P", "NOT b.P", "(b.N > 3)"] {
+        let (and, or) = (format!("a AND_THEN {getter}"), format!("a OR_ELSE {getter}"));
+        assert_eq!(upper(&and, "b.c = 1 AND NOT a"), 0, "{getter}");
+        assert_eq!(upper(&and, "b.c = 0 AND a"), 0, "{getter}");
+        assert_eq!(upper(&and, "b.c = 1 AND a"), 4, "{getter}");
+        assert_eq!(upper(&or, "b.c = 1 AND a"), 0, "{getter}");
+        assert_eq!(upper(&or, "b.c = 1 AND NOT a"), 4, "{getter}");
+        // AND may leave out its right side.
+        let plain = format!("a AND {getter}");
+        assert_eq!(upper(&plain, "b.c = 1 AND NOT a"), 4, "{getter}");
+        assert_eq!(upper(&plain, "b.c = 0 AND NOT a"), 4, "{getter}");
+        assert_eq!(upper(&plain, "b.c = 0 AND a"), 0, "{getter}");
+    }
+}

@@ -190,7 +190,10 @@ impl Checks for All {
         let (verdict, bound, limit, text) = match &project.checked {
             Checked::Audited(audit, check) => (
                 check.verdict.name(),
-                at(audit.upper_with_all_points()),
+                match audit.unbounded.is_empty() {
+                    true => at(audit.upper_with_all_points()),
+                    false => String::new(),
+                },
                 at(check.limit),
                 plain(&text::render(audit, Some(check), extent)),
             ),

@@ -8,7 +8,7 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::report::format::{Detail, Extent};
-use scanbound::report::{json, text};
+use scanbound::report::{csv, html, json, text};
 use scanbound::timing::table::Table;
 use serde_json::Value;
 use std::time::Duration;
@@ -67,6 +67,8 @@ pub fn hold(project: &Project) {
         Report::of(&found, None, detail).hold(None);
     }
     verdicts(&found);
+    rows(&found);
+    page(&found);
     let margins = ["0%", "20%"].map(|margin| margin.parse::<Margin>().expect("a margin"));
     let upper = found.upper_with_all_points();
     let lower = found.lower_without_points();
@@ -98,6 +100,62 @@ fn verdicts(audit: &Audit) {
         assert_ne!(check(refuted), Verdict::Refuted);
         assert!(refuted == 0 || check(refuted - 1) == Verdict::Refuted);
     }
+}
+
+/// The rows for spreadsheets say of every charge what JSON says, and add up to its sums.
+fn rows(audit: &Audit) {
+    let report: Value = serde_json::from_str(&json::render(audit, None)).expect("JSON");
+    let told = csv::render(audit);
+    let mut reader = ::csv::Reader::from_reader(told.trim_start_matches('\u{feff}').as_bytes());
+    let heads = reader.headers().expect("heads").clone();
+    let at = |name: &str| heads.iter().position(|head| head == name).expect("a column");
+    let (part, group) = (at("part"), at("group"));
+    let rows: Vec<::csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    let time = |row: &::csv::StringRecord, name: &str| {
+        let found = super::pattern::shown(&format!("{} us", &row[at(name)])).ps;
+        u64::try_from(found).expect("a time")
+    };
+    let costs = |of: &str| -> u64 {
+        rows.iter().filter(|row| &row[part] == of).map(|row| time(row, "cost_us")).sum()
+    };
+    assert_eq!(costs("always"), ps(&report["scan"]["always_ps"]));
+    assert_eq!(costs("overhead"), ps(&report["scan"]["overhead_ps"]));
+    let mut charges = rows.iter().filter(|row| &row[part] == "group");
+    for one in list(&report["groups"]) {
+        for charge in list(&one["charges"]) {
+            let row = charges.next().expect("a row for each charge");
+            assert_eq!(&row[group], one["id"].to_string());
+            for (column, key) in [("on_us", "on_ps"), ("off_us", "off_ps"), ("cost_us", "cost_ps")]
+            {
+                assert_eq!(time(row, column), ps(&charge[key]), "{column} of {row:?}");
+            }
+            for key in ["runs", "reached"] {
+                assert_eq!(row[at(key)], charge[key].to_string(), "{key} of {row:?}");
+            }
+        }
+    }
+    assert!(charges.next().is_none(), "no row more");
+}
+
+/// The page holds the same report.
+fn page(audit: &Audit) {
+    let report: Value = serde_json::from_str(&json::render(audit, None)).expect("JSON");
+    let mut bytes = Vec::new();
+    (html::FORMAT.audit)(audit, None, Extent::default(), &mut bytes).expect("memory takes it");
+    let page = String::from_utf8(bytes).expect("text");
+    let (_, data) = page.split_once("id=\"data\">").expect("data");
+    let (data, _) = data.split_once("</script>").expect("data");
+    let data: Value = serde_json::from_str(data).expect("JSON");
+    for key in
+        ["answer", "scan", "overhead", "breakdown", "conditions", "points", "doubts", "table"]
+    {
+        assert_eq!(data["report"][key], report[key], "{key}");
+    }
+    let sums = |groups: &Value| -> Vec<[u64; 3]> {
+        let of = |one: &Value| ["upper_ps", "lower_ps", "naive_ps"].map(|key| ps(&one[key]));
+        list(groups).iter().map(of).collect()
+    };
+    assert_eq!(sums(&data["report"]["groups"]), sums(&report["groups"]));
 }
 
 pub(super) fn ps(value: &Value) -> u64 {
@@ -155,6 +213,13 @@ impl<'a> Report<'a> {
     }
 
     pub(super) fn scan(&self, key: &str) -> u64 {
+        // Nothing bounds the scan: the parts are those of scans that were cut off.
+        if key == "upper_ps" && self.json["scan"][key].is_null() {
+            assert!(!self.audit.unbounded.is_empty());
+            return self.scan("always_ps")
+                + self.scan("overhead_ps")
+                + sum(list(&self.json["groups"]), "upper_ps");
+        }
         ps(&self.json["scan"][key])
     }
 
@@ -199,6 +264,10 @@ impl<'a> Report<'a> {
             self.scan("upper_ps"),
             self.scan("always_ps") + self.scan("overhead_ps") + sum(groups, "upper_ps")
         );
+        let has_bound = self.audit.unbounded.is_empty();
+        for key in ["upper_ps", "cycle_ps"] {
+            assert_eq!(scan[key].is_null(), !has_bound, "{key}");
+        }
         assert_eq!(sum(list(&json["overhead"]), "ps"), self.scan("overhead_ps"));
         assert!(self.scan("naive_ps") >= self.scan("upper_ps"));
         assert!(self.scan("weighed_ps") <= self.scan("model_ps").max(self.scan("weighed_ps")));
