@@ -93,6 +93,12 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
+    /// Where it begins: among bits, and among words.
+    #[must_use]
+    pub fn begin(&self) -> [Cell; 2] {
+        [0, 1].map(|side| Cell { area: self.areas[side], index: self.at[side] })
+    }
+
     /// The member of a structure with this number, from 0.
     #[must_use]
     pub fn part_at(&self, number: usize) -> Option<Tag> {

@@ -401,9 +401,6 @@ impl Lower<'_> {
     ) -> Result<usize, Fault> {
         match self.find(at, place, line)? {
             Found::Spot(spot) => {
-                if let Some(&known) = self.by_name.get(&spot.name) {
-                    return Ok(known);
-                }
                 let unit = self.unit_of(spot.ty).ok_or_else(|| unknown_number(line))?;
                 Ok(self.instance(&spot, unit))
             }

@@ -420,11 +420,8 @@ impl Lower<'_> {
     ) -> Vec<usize> {
         let mut known = Vec::new();
         for spot in self.spots(at, place, found) {
-            match (self.by_name.get(&spot.name), self.unit_of(spot.ty)) {
-                (Some(&own), _) => known.push(own),
-                (None, Some(unit)) => known.push(self.instance(&spot, unit)),
-                (None, None) => {}
-            }
+            let unit = self.unit_of(spot.ty);
+            known.extend(unit.map(|unit| self.instance(&spot, unit)));
         }
         known
     }

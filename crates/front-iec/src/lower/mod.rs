@@ -38,7 +38,7 @@ use scanbound_iec::Project;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
 use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, Role, Type};
-use spots::{Instance, Spot, Targets};
+use spots::{Instance, Spot, SpotKey, Targets};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
@@ -99,8 +99,6 @@ struct Lower<'t> {
     options: Options,
     memory: Memory,
     instances: Vec<Instance>,
-    /// Instances by the names of their places.
-    by_name: BTreeMap<String, usize>,
     routines: Routines,
     given_back: Vec<GivenBack>,
     /// What routines read and write, when it has been asked for.
@@ -117,6 +115,11 @@ struct Memory {
     /// Where the variables of a unit lie in its instances.
     positions: BTreeMap<(UnitId, VarId), usize>,
     globals: BTreeMap<VarId, Spot>,
+    /// Instances that are variables, by where these lie.
+    instances: BTreeMap<SpotKey, usize>,
+    /// The instances of programs by their numbers, and those of functions by their tasks.
+    programs: BTreeMap<usize, usize>,
+    functions: BTreeMap<(UnitId, usize), usize>,
     addresses: BTreeMap<AddressId, Spot>,
     /// The variables of methods, by instance.
     frames: BTreeMap<(usize, RoutineId), Spot>,
@@ -178,7 +181,6 @@ impl<'t> Lower<'t> {
             options,
             memory: Memory { layouts: vec![None; tree.types.count()], ..Memory::default() },
             instances: Vec::new(),
-            by_name: BTreeMap::new(),
             routines: Routines::default(),
             given_back: Vec::new(),
             effects: BTreeMap::new(),

@@ -62,7 +62,13 @@ impl<'t> Lower<'t> {
                         return Err(fault.clone());
                     }
                 }
-                self.layout_of(tree.members(*unit))?
+                match self.layout_of(tree.members(*unit))? {
+                    // Each instance lies somewhere of its own.
+                    empty if empty.size() == Some([0, 0]) => {
+                        Type::Parts(Arc::new([(String::new(), Type::Bit)].into_iter().collect()))
+                    }
+                    found => found,
+                }
             }
             Typed::Faulty(at) => return Err(tree.types.fault(*at)),
             Typed::Untyped | Typed::Unknown | Typed::Nothing => Type::Words(1),
@@ -150,35 +156,28 @@ impl<'t> Lower<'t> {
 
     /// The instance at a spot.
     pub(super) fn instance(&mut self, spot: &Spot, unit: UnitId) -> usize {
-        if let Some(&known) = self.by_name.get(&spot.name) {
-            return known;
+        let next = self.instances.len();
+        let at = *self.memory.instances.entry(spot.key()).or_insert(next);
+        if at == next {
+            self.instances.push(Instance { unit, spot: spot.clone() });
         }
-        self.instances.push(Instance { unit, spot: spot.clone() });
-        self.by_name.insert(spot.name.clone(), self.instances.len() - 1);
-        self.instances.len() - 1
+        at
     }
 
     /// The instance of a program, by its number.
     pub(super) fn program_instance(&mut self, at: usize) -> Result<usize, Fault> {
-        let own = &self.tree.programs[at];
-        let (name, unit) = (own.name.clone(), own.unit);
-        if let Some(&known) = self.by_name.get(&name) {
+        if let Some(&known) = self.memory.programs.get(&at) {
             return Ok(known);
         }
-        let line = self.tree.unit(unit).line;
-        self.unit_instance(&name, unit, line)
+        let own = &self.tree.programs[at];
+        let instance = self.unit_instance(&own.name, own.unit)?;
+        self.memory.programs.insert(at, instance);
+        Ok(instance)
     }
 
     /// An instance of a unit that is a variable of its own.
-    pub(super) fn unit_instance(
-        &mut self,
-        name: &str,
-        unit: UnitId,
-        line: u32,
-    ) -> Result<usize, Fault> {
-        if let Some(&known) = self.by_name.get(name) {
-            return Ok(known);
-        }
+    fn unit_instance(&mut self, name: &str, unit: UnitId) -> Result<usize, Fault> {
+        let line = self.tree.unit(unit).line;
         let ty = self.tree.types.find(&Typed::Block(unit));
         let ty = ty.ok_or_else(|| too_large(line, name))?;
         let spot = self.placed(name, ty, line)?;
@@ -187,12 +186,18 @@ impl<'t> Lower<'t> {
 
     /// The instance of a function: each task has its own, since one may interrupt another in the midst of it.
     pub(super) fn function_instance(&mut self, unit: UnitId) -> Result<usize, Fault> {
+        let task = self.routines.task;
+        if let Some(&known) = self.memory.functions.get(&(unit, task)) {
+            return Ok(known);
+        }
         let own = self.tree.unit(unit);
-        let (line, name) = match self.routines.task {
-            0 => (own.line, format!("function {}", own.name)),
-            task => (own.line, format!("function {} of task {}", own.name, task + 1)),
+        let name = match task {
+            0 => format!("function {}", own.name),
+            task => format!("function {} of task {}", own.name, task + 1),
         };
-        self.unit_instance(&name, unit, line)
+        let instance = self.unit_instance(&name, unit)?;
+        self.memory.functions.insert((unit, task), instance);
+        Ok(instance)
     }
 
     /// The variables of a method of an instance.
@@ -293,8 +298,7 @@ impl<'t> Lower<'t> {
             (_, Step::Result(method, of_base)) => {
                 let unit = unit?;
                 let method = if *of_base { *method } else { tree.dispatched(unit, *method) };
-                let known = self.by_name.get(&spot.name).copied();
-                let instance = known.unwrap_or_else(|| self.instance(spot, unit));
+                let instance = self.instance(spot, unit);
                 let frame = self.frame(instance, method).ok()?;
                 self.local(&frame, method, tree.routine(method).result?)
             }

@@ -97,11 +97,11 @@ impl<'t> Lower<'t> {
     /// The index of a variable whose address is taken.
     pub(super) fn target(&mut self, spot: &Spot) -> usize {
         let targets = &mut self.memory.targets;
-        if let Some(&known) = targets.numbers.get(&spot.name) {
+        if let Some(&known) = targets.numbers.get(&spot.key()) {
             return known;
         }
         targets.spots.push(spot.clone());
-        targets.numbers.insert(spot.name.clone(), targets.spots.len() - 1);
+        targets.numbers.insert(spot.key(), targets.spots.len() - 1);
         targets.spots.len() - 1
     }
 

@@ -79,5 +79,15 @@ impl Element {
 #[derive(Default)]
 pub(super) struct Targets {
     pub(super) spots: Vec<Spot>,
-    pub(super) numbers: BTreeMap<String, usize>,
+    pub(super) numbers: BTreeMap<SpotKey, usize>,
+}
+
+/// What tells variables apart: where they lie, and their types, since the first part of one lies where it does.
+pub(super) type SpotKey = ([Cell; 2], TypeId);
+
+impl Spot {
+    /// What tells it apart from others.
+    pub(super) fn key(&self) -> SpotKey {
+        (self.tag.begin(), self.ty)
+    }
 }

@@ -117,11 +117,6 @@ impl Lower<'_> {
         if tree.unit(self.instances[instance].unit).retain {
             return true;
         }
-        // Where an instance without variables stands is not known.
-        if own.is_empty() {
-            return tree.variables.iter().any(|one| one.retain)
-                || tree.units.iter().any(|one| one.retain);
-        }
         let kept = merged(self.retained_regions());
         own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
     }
