@@ -111,6 +111,7 @@ fn driver(pou: &Pou) -> Pou {
         at: None,
         constant: false,
         retain: false,
+        is_internal: false,
         line: pou.line,
     });
     let call = |path: Path| Statement { line: pou.line, kind: Kind::Call(path, Vec::new()) };

@@ -207,8 +207,21 @@ pub enum Expr {
     List(Listing, Vec<Argument>),
     /// One of two values, since controllers differ; of none, any value.
     Either(Option<Box<(Expr, Expr)>>),
+    /// A value that a list keeps ([`Kind::Keep`]).
+    Kept(Temp),
     /// What cannot be read, and why.
     Unread(String),
+}
+
+/// A value that a list keeps from one instruction to others. It has no name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Temp {
+    /// Its number among those of its list.
+    pub number: u32,
+    /// Whether each of the ways that meet at a label gives it a value.
+    pub merges: bool,
+    /// Where it comes from, for messages.
+    pub text: String,
 }
 
 /// What the values of a list are for.
@@ -276,9 +289,11 @@ impl Expr {
     #[must_use]
     pub fn operands(&self) -> Vec<&Expr> {
         match self {
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Either(None) | Expr::Unread(_) => {
-                Vec::new()
-            }
+            Expr::Literal(_)
+            | Expr::Variable(_)
+            | Expr::Either(None)
+            | Expr::Kept(_)
+            | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {
@@ -291,9 +306,11 @@ impl Expr {
     /// The same, to be changed.
     pub fn operands_mut(&mut self) -> Vec<&mut Expr> {
         match self {
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Either(None) | Expr::Unread(_) => {
-                Vec::new()
-            }
+            Expr::Literal(_)
+            | Expr::Variable(_)
+            | Expr::Either(None)
+            | Expr::Kept(_)
+            | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {
@@ -344,6 +361,8 @@ pub struct Selector {
 pub enum Kind {
     /// `target := value;`
     Assign(Path, Expr),
+    /// A value is kept for other statements.
+    Keep(Temp, Expr),
     /// `reference REF= variable;`
     Refer(Path, Expr),
     /// `instance(arguments);`, also of an action, a method or a function.
@@ -476,7 +495,9 @@ pub fn change(
                 change(one, expr, path);
                 change(other, expr, path);
             }
-            Kind::Return(condition) | Kind::Jump(condition, _) => expr(condition),
+            Kind::Return(condition) | Kind::Jump(condition, _) | Kind::Keep(_, condition) => {
+                expr(condition);
+            }
             Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(_) => {}
         }
     }

@@ -101,7 +101,7 @@ fn told(message: &str) -> String {
     found + rest
 }
 
-/// Where what is kept under a name comes from: `n7_OUT` of a block, `v7_` of what forks, `e7` of an edge, `il7_1` of a list.
+/// Where what is kept under a name comes from: `n7_OUT` of a block, `v7_` of what forks, `e7` of an edge.
 fn origin(name: &str) -> Option<String> {
     let parts: Vec<&str> = name.split('_').collect();
     let number = |part: &str, letters: &str| {
@@ -112,9 +112,6 @@ fn origin(name: &str) -> Option<String> {
     let place = |letters: &str| {
         parts.iter().enumerate().rev().find_map(|(at, part)| Some((at, number(part, letters)?)))
     };
-    if let Some((_, line)) = place("il") {
-        return Some(format!("the result of line {line}"));
-    }
     if let Some((at, id)) = place("n") {
         let output = parts[at + 1..].join("_");
         return Some(match output.is_empty() {
@@ -132,7 +129,6 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_told_by_where_it_comes_from() {
-        assert_eq!(told("~il18_1 is a number"), "the result of line 18 is a number");
         let told_of = told("there is no ~result t3_n2_QQ");
         assert_eq!(told_of, "there is no output QQ of the block with localId 2");
         assert_eq!(told("~v5_OUT AND a ~ b"), "what leads on from localId 5 AND a ~ b");

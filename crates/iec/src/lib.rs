@@ -81,6 +81,8 @@ pub struct Variable {
     pub constant: bool,
     /// Whether it survives a loss of power.
     pub retain: bool,
+    /// Whether a reader made it: the memory of an edge, or of what a drawing reads before it is worked out.
+    pub is_internal: bool,
     /// Its line.
     pub line: u32,
 }

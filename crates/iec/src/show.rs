@@ -81,6 +81,7 @@ pub fn expr(one: &Expr) -> String {
         Expr::List(_, given) => format!("({})", arguments(given)),
         Expr::Either(None) => "any value".to_owned(),
         Expr::Either(Some(both)) => format!("either({}, {})", expr(&both.0), expr(&both.1)),
+        Expr::Kept(kept) => kept.text.clone(),
         Expr::Unread(why) => format!("what cannot be read ({why})"),
     }
 }
@@ -106,6 +107,9 @@ pub fn formless(one: &Expr) -> Option<String> {
             hidden(function).or_else(|| given.iter().find_map(|one| formless(&one.value)))
         }
         Expr::List(_, given) => given.iter().find_map(|one| formless(&one.value)),
+        Expr::Kept(_) => {
+            Some("a part of it keeps a result for itself, which has no form in text".to_owned())
+        }
         Expr::Either(_) => Some("it has one of two values, which has no form in text".to_owned()),
         Expr::Unread(why) => Some(format!("it cannot be read: {why}")),
     }
@@ -171,6 +175,9 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
         }
     };
     match kind {
+        Kind::Keep(kept, value) => {
+            let _ = writeln!(text, "{pad}{} := {};", kept.text, expr(value));
+        }
         Kind::Assign(target, value) => {
             let _ = writeln!(text, "{pad}{} := {};", path(target), expr(value));
         }

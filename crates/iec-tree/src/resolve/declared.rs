@@ -51,7 +51,7 @@ pub(super) fn kind(pou: &Pou) -> &'static str {
 
 /// Whether a name is one that the program itself has: not one that a drawing, an edge or a static variable is kept under.
 fn is_written(name: &str) -> bool {
-    !name.is_empty() && !name.contains(['~', '.'])
+    !name.is_empty() && !name.contains('.')
 }
 
 impl<'p> Check<'p> {
@@ -371,10 +371,11 @@ const IMPLICIT: &[&str] = &[
 
 /// What a unit, or a method, gives names to.
 fn members(pou: &Pou) -> Vec<Member> {
-    let variables = pou.variables.iter().filter(|one| is_written(&one.name)).map(|one| {
-        let what = if one.section == Section::External { EXTERNAL } else { VARIABLE };
-        (what, one.name.clone(), one.line)
-    });
+    let variables =
+        pou.variables.iter().filter(|one| is_written(&one.name) && !one.is_internal).map(|one| {
+            let what = if one.section == Section::External { EXTERNAL } else { VARIABLE };
+            (what, one.name.clone(), one.line)
+        });
     let mut found: Vec<Member> = variables.collect();
     if pou.result.is_some() {
         found.push(("result", pou.result_name().to_owned(), pou.line));

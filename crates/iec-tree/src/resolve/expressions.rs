@@ -1,9 +1,9 @@
 //! Expressions with their types.
 
-use super::paths::{Found, property_here};
-use super::resolver::{Resolver, Scope};
+use super::paths::{Found, property_here, start};
+use super::resolver::{Resolver, Scope, unknown_name};
 use crate::standard::{beside, operated};
-use crate::tree::{Expr, ExprKind, Place};
+use crate::tree::{Expr, ExprKind, Place, Root};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Literal, Operator};
@@ -75,6 +75,14 @@ impl Resolver<'_> {
                 let other = self.expression(scope, &both.1, line);
                 let ty = crate::standard::meeting(&mut self.tree.types, one.ty, other.ty);
                 (ExprKind::Either(Some(Box::new((one, other)))), ty)
+            }
+            ast::Expr::Kept(kept) => {
+                let Some(&id) = self.listed.get(&kept.number) else {
+                    return Err(unknown_name(line, &kept.text));
+                };
+                let ty = self.tree.temporaries[id.index()].ty;
+                let place = start(Root::Temporary(id), ty);
+                (ExprKind::Read(Place { text: kept.text.as_str().into(), ..place }), ty)
             }
             ast::Expr::Unread(why) => {
                 let told = format!("a condition cannot be read: {why}");

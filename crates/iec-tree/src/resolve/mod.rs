@@ -43,6 +43,7 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         tree: Tree { gives_parts: tasks::gives_parts(project), ..Tree::default() },
         index: Index::new(project),
         kept: ByName::new(),
+        listed: std::collections::BTreeMap::new(),
         before: Vec::new(),
         is_code: false,
         meanings: ambiguous::meanings(project),
@@ -197,6 +198,7 @@ impl<'p> Resolver<'p> {
             at: None,
             constant: false,
             retain: false,
+            is_internal: false,
             line: pou.line,
         };
         Some(self.variable(&result, owner, around))
@@ -224,7 +226,7 @@ impl<'p> Resolver<'p> {
             at: one.at.clone(),
             constant: one.constant,
             retain: one.retain,
-            is_internal: one.name.starts_with('~'),
+            is_internal: one.is_internal,
             line: one.line,
         });
         let id = VarId::at(self.tree.variables.len() - 1);

@@ -167,12 +167,23 @@ impl Resolver<'_> {
         let purpose = match name {
             name if name.starts_with(ast::RESULT) => Purpose::Result,
             name if name.starts_with(ast::LOADED) => Purpose::Loaded,
-            name if name.starts_with(scanbound_iec::parse::MERGED) => Purpose::Merged,
             _ => Purpose::Between,
         };
         self.tree.temporaries.push(Temporary { purpose, ty, text: name.to_owned() });
         let id = TempId::at(self.tree.temporaries.len() - 1);
         self.kept.insert(name.to_owned(), id);
+        id
+    }
+
+    /// The value that a list keeps.
+    pub(super) fn listed(&mut self, kept: &ast::Temp, ty: TypeId) -> TempId {
+        if let Some(&known) = self.listed.get(&kept.number) {
+            return known;
+        }
+        let purpose = if kept.merges { Purpose::Merged } else { Purpose::Between };
+        self.tree.temporaries.push(Temporary { purpose, ty, text: kept.text.clone() });
+        let id = TempId::at(self.tree.temporaries.len() - 1);
+        self.listed.insert(kept.number, id);
         id
     }
 

@@ -19,6 +19,8 @@ pub(super) struct Resolver<'p> {
     pub(super) index: Index,
     /// The values that the body keeps, by the names that its reader gave them.
     pub(super) kept: ByName<TempId>,
+    /// Those that a list keeps, by their numbers.
+    pub(super) listed: BTreeMap<u32, TempId>,
     /// Calls of properties of which a part is named: they come before what names it.
     pub(super) before: Vec<Call>,
     /// Whether code is resolved, not declarations.

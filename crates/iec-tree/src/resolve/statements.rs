@@ -36,6 +36,7 @@ impl Resolver<'_> {
     ) -> Vec<Statement> {
         let mut labels = Labels::default();
         self.kept.clear();
+        self.listed.clear();
         let mut found = self.statements(scope, all, &mut labels);
         for (name, number) in &labels.numbers {
             if !labels.passed.contains(number) {
@@ -87,6 +88,13 @@ impl Resolver<'_> {
                     return Err(*fault);
                 }
                 StatementKind::Keep(self.temporary(&target.first, value.ty), value)
+            }
+            Kind::Keep(kept, value) => {
+                let value = self.expression(scope, value, line);
+                if let ExprKind::Fault(fault) = value.kind {
+                    return Err(*fault);
+                }
+                StatementKind::Keep(self.listed(kept, value.ty), value)
             }
             Kind::Assign(path, value) if self.takes_address(scope, path, line) => {
                 let target = self.reference_place(scope, path, line)?;

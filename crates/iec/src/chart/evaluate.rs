@@ -65,6 +65,7 @@ impl Memory {
             | Expr::Call(..)
             | Expr::List(..)
             | Expr::Either(_)
+            | Expr::Kept(_)
             | Expr::Unread(_) => Err(format!("{} is not carried out here", show::expr(expr))),
         }
     }

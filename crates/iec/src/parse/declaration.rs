@@ -77,6 +77,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
                 at: None,
                 constant: false,
                 retain,
+                is_internal: true,
                 line,
             };
             found.extend(edge.clone().map(|of| Variable { of, ..own.clone() }));
@@ -87,6 +88,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
                 initial: initial.clone(),
                 at: at.clone(),
                 constant,
+                is_internal: false,
                 ..own
             });
         }
@@ -268,6 +270,7 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
                 at: None,
                 constant: false,
                 retain: false,
+                is_internal: false,
                 line,
             }));
         }
@@ -358,7 +361,7 @@ fn is_enumeration(cursor: &mut Cursor) -> bool {
 /// The variable that remembers an input of which only edges count.
 #[must_use]
 pub(super) fn edge_memory(name: &str) -> String {
-    format!("~edge.{name}")
+    format!("{name}.edge")
 }
 
 /// The block that remembers an input of which only edges count, if the next word says so.

@@ -3,7 +3,7 @@
 
 use super::cursor::Cursor;
 use super::expression::{argument, arguments, path, unary};
-use crate::ast::{Argument, Expr, Kind, Operator, Path, Statement};
+use crate::ast::{Argument, Expr, Kind, Operator, Path, Statement, Temp};
 use crate::fault::Fault;
 use crate::lexer::Token;
 use crate::same;
@@ -30,9 +30,6 @@ pub(super) fn begins(cursor: &mut Cursor) -> bool {
     is_instruction
 }
 
-/// How names begin under which the result is kept on each of the ways that meet at a label.
-pub const MERGED: &str = "~label ";
-
 /// Words that take the result for an input of a function block, and carry the block out.
 const INPUTS: &[&str] = &["CLK", "IN", "PT", "CU", "CD", "PV", "S1", "R1"];
 
@@ -46,13 +43,15 @@ const LONGEST: usize = 400;
 struct List {
     result: Option<Expr>,
     statements: Vec<Statement>,
-    kept: usize,
+    kept: u32,
     /// It stores nothing.
     is_condition: bool,
     /// How many operators there were.
     operators: usize,
     /// The labels that jumps lead to, and whether there is a result on all of these ways.
     jumps: BTreeMap<String, bool>,
+    /// What the ways that meet at labels keep, by the labels.
+    merged: BTreeMap<String, Temp>,
     /// Labels behind which the result is asked for.
     asked: BTreeSet<String>,
 }
@@ -60,7 +59,8 @@ struct List {
 impl List {
     fn within(outer: &List, result: Option<Expr>) -> List {
         let is_condition = outer.is_condition;
-        List { result, kept: outer.kept, is_condition, ..List::default() }
+        let merged = outer.merged.clone();
+        List { result, kept: outer.kept, merged, is_condition, ..List::default() }
     }
 
     fn add(&mut self, line: u32, kind: Kind) {
@@ -83,14 +83,29 @@ impl List {
 
     /// Keeps a value in front of a statement.
     fn keep_at(&mut self, line: u32, at: usize, value: Expr) -> Expr {
-        if matches!(&value, Expr::Literal(_)) || is_kept(&value) {
+        if matches!(&value, Expr::Literal(_) | Expr::Kept(_)) {
             return value;
         }
-        self.kept += 1;
-        let kept = Path::name(format!("~il{line}_{}", self.kept));
-        let kind = Kind::Assign(kept.clone(), value);
+        let kept = self.temp(false, format!("the result of line {line}"));
+        let kind = Kind::Keep(kept.clone(), value);
         self.statements.insert(at, Statement { line, kind });
-        Expr::Variable(kept)
+        Expr::Kept(kept)
+    }
+
+    fn temp(&mut self, merges: bool, text: String) -> Temp {
+        self.kept += 1;
+        Temp { number: self.kept, merges, text }
+    }
+
+    /// What each of the ways that meet at a label keeps.
+    fn merged(&mut self, label: &str) -> Temp {
+        let key = label.to_ascii_uppercase();
+        if let Some(known) = self.merged.get(&key) {
+            return known.clone();
+        }
+        let own = self.temp(true, format!("the result at label {label}"));
+        self.merged.insert(key, own.clone());
+        own
     }
 
     /// Leaves the result for another one, or goes elsewhere with it: it is worked out all the same.
@@ -103,27 +118,21 @@ impl List {
     /// A way leads to a label with the result that is there.
     fn lead(&mut self, line: u32, label: &str) {
         if let Some(result) = self.result.clone() {
-            self.add(line, Kind::Assign(merged(label), result));
+            let kept = self.merged(label);
+            self.add(line, Kind::Keep(kept, result));
         }
     }
 
     /// Ways that do not meet with a result that is asked for need not keep it.
     fn finish(self) -> Vec<Statement> {
-        let asked: Vec<Path> = self.asked.iter().map(|label| merged(label)).collect();
+        let asked: BTreeSet<u32> =
+            self.asked.iter().filter_map(|label| Some(self.merged.get(label)?.number)).collect();
         let is_needed = |one: &Statement| match &one.kind {
-            Kind::Assign(target, _) => !target.first.starts_with(MERGED) || asked.contains(target),
+            Kind::Keep(kept, _) => !kept.merges || asked.contains(&kept.number),
             _ => true,
         };
         self.statements.into_iter().filter(is_needed).collect()
     }
-}
-
-fn merged(label: &str) -> Path {
-    Path::name(format!("{MERGED}{}", label.to_ascii_uppercase()))
-}
-
-fn is_kept(result: &Expr) -> bool {
-    matches!(result, Expr::Variable(path) if path.first.starts_with('~'))
 }
 
 /// Reads a list up to the end of a body.
@@ -205,7 +214,8 @@ fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Resu
     if let (Some(has_result), false) = (has_result, is_left) {
         list.lead(line, &label);
         let is_known = has_result && list.result.is_some();
-        list.result = is_known.then(|| Expr::Variable(merged(&label)));
+        let merged = list.merged(&label);
+        list.result = is_known.then_some(Expr::Kept(merged));
         list.asked.insert(label.to_ascii_uppercase());
     }
     list.add(line, Kind::Label(label));
@@ -346,6 +356,7 @@ fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
         let mut inner = List::within(list, None);
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
+        list.merged.clone_from(&inner.merged);
         list.statements.extend(inner.statements.clone());
         inner
     } else {
@@ -353,6 +364,7 @@ fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
         let mut inner = List::within(list, Some(first));
         cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
         list.kept = inner.kept;
+        list.merged.clone_from(&inner.merged);
         list.statements.extend(inner.statements.clone());
         inner
     };
@@ -408,9 +420,9 @@ mod tests {
         let read = instruction_list(text, 1).expect("a list");
         assert_eq!(
             show::statements(&read, 0),
-            "~il6_1 := a AND NOT b OR c AND d;\ne := ~il6_1;\nIF ~il6_1 THEN f := FALSE; END_IF;\n\
-             IF ~il6_1 THEN t(IN := a); END_IF;\n~il11_2 := x + 1;\nx := ~il11_2;\n~il13_3 := MAX(~il11_2, 5);\n\
-             y := ~il13_3;\nIF ~il13_3 THEN JMP out; END_IF;\nout:\n"
+            "the result of line 6 := a AND NOT b OR c AND d;\ne := the result of line 6;\nIF the result of line 6 THEN f := FALSE; END_IF;\n\
+             IF the result of line 6 THEN t(IN := a); END_IF;\nthe result of line 11 := x + 1;\nx := the result of line 11;\nthe result of line 13 := MAX(the result of line 11, 5);\n\
+             y := the result of line 13;\nIF the result of line 13 THEN JMP out; END_IF;\nout:\n"
         );
     }
 
@@ -420,7 +432,7 @@ mod tests {
         let read = instruction_list(text, 1).expect("a list");
         assert_eq!(
             show::statements(&read, 0),
-            "~il2_1 := a;\n~label OUT := ~il2_1;\nIF ~il2_1 THEN JMP out; END_IF;\n~il4_2 := b;\n~label OUT := ~il4_2;\nout:\nc := ~label OUT;\n"
+            "the result of line 2 := a;\nthe result at label out := the result of line 2;\nIF the result of line 2 THEN JMP out; END_IF;\nthe result of line 4 := b;\nthe result at label out := the result of line 4;\nout:\nc := the result at label out;\n"
         );
         // On one of the ways nothing was loaded.
         assert!(instruction_list("JMP out\nLD b\nout:\nST c\n", 1).is_err());
@@ -429,18 +441,21 @@ mod tests {
     #[test]
     fn what_is_called_is_called_whoever_asks_for_its_result() {
         let read = instruction_list("LD a\nF\nLD b\nST c\n", 1).expect("a list");
-        assert_eq!(show::statements(&read, 0), "~il3_1 := F(a);\n~il4_2 := b;\nc := ~il4_2;\n");
+        assert_eq!(
+            show::statements(&read, 0),
+            "the result of line 3 := F(a);\nthe result of line 4 := b;\nc := the result of line 4;\n"
+        );
         let read = instruction_list("LD a\nCAL f(x := 1)\nST c\nLD b\nIN t\n", 1).expect("a list");
         assert_eq!(
             show::statements(&read, 0),
-            "~il2_1 := a;\nf(x := 1);\nc := ~il2_1;\n~il5_2 := b;\nt(IN := ~il5_2);\n"
+            "the result of line 2 := a;\nf(x := 1);\nc := the result of line 2;\nthe result of line 5 := b;\nt(IN := the result of line 5);\n"
         );
     }
 
     #[test]
     fn a_condition_is_a_value() {
         let read = instruction_list("LD a\nF\nF(i := b)\nST c\n", 1).expect("a list");
-        let is_call = |one: &&Statement| matches!(&one.kind, Kind::Assign(_, Expr::Call(..)));
+        let is_call = |one: &&Statement| matches!(&one.kind, Kind::Keep(_, Expr::Call(..)));
         assert_eq!(read.iter().filter(is_call).count(), 2, "{read:?}");
         let long = format!("LD a\n{}ST c\n", "AND b\n".repeat(5_000));
         assert!(instruction_list(&long, 1).is_ok());

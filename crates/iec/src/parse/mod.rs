@@ -15,7 +15,6 @@ use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
 use cursor::Cursor;
 pub(crate) use declaration::{MAX_LISTED, values_in};
 pub use expression::duration;
-pub use il::MERGED;
 use scanbound_base::code::Code;
 
 /// A method without a body and variables.
@@ -36,6 +35,7 @@ pub(super) fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> 
         at: None,
         constant: false,
         retain: false,
+        is_internal: false,
         line,
     };
     Pou { variables: vec![value], ..method(&super::setter(property), None, line) }

@@ -42,6 +42,7 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
                 at: one.attribute("address").map(str::to_ascii_uppercase),
                 constant: is(list, "constant"),
                 retain: is(list, "retain") || is(list, "persistent"),
+                is_internal: false,
                 line,
             })
         })

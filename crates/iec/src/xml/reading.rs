@@ -109,6 +109,7 @@ impl<'t, 'p> Reading<'t, 'p> {
             at: None,
             constant: false,
             retain: false,
+            is_internal: true,
             line,
         });
     }
