@@ -43,8 +43,8 @@ struct Observed {
 }
 
 impl ScanControlAnalysis<'_> {
-    /// Determines the watchdog and the constant scan. `is_reached` says whether a run from power-up leads to the longest
-    /// scan found.
+    /// Determines the watchdog and the constant scan. `is_reached` says whether a run from power-up leads to the
+    /// longest scan found.
     pub fn analyse(
         &self,
         (found, is_reached): (&RunResults, bool),

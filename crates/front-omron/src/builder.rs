@@ -132,8 +132,8 @@ impl OmronBuilder {
         })
     }
 
-    /// Lets what counters remember of their inputs have any value if several instructions count the same counter: no manual
-    /// says whether each of them remembers its own input.
+    /// Lets what counters remember of their inputs have any value if several instructions count the same counter: no
+    /// manual says whether each of them remembers its own input.
     pub(super) fn widen_shared_counters(&mut self) {
         let counters = std::mem::take(&mut self.counters).into_values();
         let shared = counters.filter(|instructions| instructions.len() > 1);

@@ -112,8 +112,8 @@ pub struct Timekeeping {
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
     /// bound counts this many; a real run counts none.
     pub most_ticks: BTreeMap<ChoiceId, u16>,
-    /// By present value: what holds of it and its flag after each execution of its instruction. Others may write either,
-    /// but no lower bound rests on that. `None` if several instructions differ in it.
+    /// By present value: what holds of it and its flag after each execution of its instruction. Others may write
+    /// either, but no lower bound rests on that. `None` if several instructions differ in it.
     pub consistency: BTreeMap<Cell, Option<Logic>>,
     /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
     pub elapsed: BTreeMap<ChoiceId, ChoiceId>,

@@ -123,8 +123,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Says which pulse contacts see one value of their device in every scan. What they remember is then that value, whenever
-/// in the scan the CPU compares it.
+/// Says which pulse contacts see one value of their device in every scan. What they remember is then that value,
+/// whenever in the scan the CPU compares it.
 struct SteadyDevices<'p> {
     program: &'p Program,
     again: &'p [bool],
