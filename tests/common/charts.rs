@@ -168,6 +168,7 @@ pub fn program(chart: Chart, actions: u64) -> Pou {
         at,
         constant: false,
         retain: false,
+        is_internal: false,
         line: 1,
     };
     let inputs = (0..INPUTS).map(|n| variable(format!("i{n}"), Some(format!("%IX0.{n}"))));
