@@ -9,7 +9,7 @@ mod check;
 
 #[test]
 fn the_example_of_a_bound_finds_the_longest_scan() {
-    let answer = bound::bound(&["samples/filler/MAIN.csv".to_owned()]).expect("a bound");
+    let answer = bound::bound(&["samples/sfc/line.st".to_owned()]).expect("a bound");
     let (lower, upper) = answer.split_once(", bound: ").expect("both bounds");
     assert_eq!(lower.strip_prefix("longest scan found: "), Some(upper));
 }
