@@ -106,6 +106,19 @@ impl<'p> ExclusiveRelays<'p> {
         self.outputs.contains(&cell)
     }
 
+    /// Whether a bit holds at the start of a scan what the scan before left, even if that scan wrote an unknown value to
+    /// it, as timers do to their contacts.
+    #[must_use]
+    pub fn is_left_by_scan(&self, bit: BitTarget) -> bool {
+        match self.start_unknown(bit) {
+            None => true,
+            Some(StartUnknown::AnyValue) => {
+                !self.later.iter().any(|region| region.contains(bit.cell()))
+            }
+            Some(_) => false,
+        }
+    }
+
     /// Why the value of a bit at the start of a scan is unknown. `None` if it is what the scan before left.
     #[must_use]
     pub fn start_unknown(&self, bit: BitTarget) -> Option<StartUnknown> {

@@ -1,6 +1,7 @@
 //! Keeps lower bounds from resting on scans that start in a state which no earlier scan leaves: an edge whose memory
 //! contradicts that of another instruction, or a timer that runs although its condition was off.
 
+use super::exclusive_relays::ExclusiveRelays;
 use super::reachable;
 use super::real::{RunResults, Search};
 use scanbound_base::time::{Picos, Times};
@@ -151,8 +152,9 @@ fn states<'a>(
     let mut bits = memories(program, &model);
     let mut relays = Vec::new();
     if trust == Trust::All || !program.internal.is_empty() {
-        relays = reachable::own(program, &model, trust);
-        relays.retain(|bit| !bits.contains(bit));
+        let exclusive = ExclusiveRelays::of(program, trust);
+        relays.extend(reachable::read(&model));
+        relays.retain(|&bit| exclusive.is_left_by_scan(bit) && !bits.contains(&bit));
         relays.truncate(MAX_RELAYS);
     }
     let memories = bits.len();

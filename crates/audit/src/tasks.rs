@@ -215,7 +215,7 @@ mod tests {
         );
         let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
         assert!(
-            told(&late, 0).starts_with("it can be delayed by the task b"),
+            told(&late, 0).starts_with("the task can be delayed by the task b"),
             "{}",
             told(&late, 0)
         );

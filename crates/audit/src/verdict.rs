@@ -570,11 +570,11 @@ mod tests {
         assert!(reasons(upper).contains("up to 0 additional points"));
         assert!(
             reasons(upper - 1)
-                .contains("over the limit with the 16 input points that the program uses")
+                .contains("with the refresh of the 16 input points that the program uses")
         );
         assert!(
             reasons(upper - taken)
-                .contains("over the limit with the 16 input points that the program uses")
+                .contains("with the refresh of the 16 input points that the program uses")
         );
         assert_eq!(check(upper - taken - 1).verdict, Verdict::Refuted);
     }
