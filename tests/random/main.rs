@@ -6,6 +6,7 @@ mod common;
 mod closing;
 mod hostile;
 mod iec_drawn_random;
+mod iec_object_random;
 mod iec_random;
 mod melsec_soundness;
 mod narrowed;

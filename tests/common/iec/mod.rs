@@ -6,4 +6,5 @@ pub mod generate;
 pub mod list;
 pub mod machine;
 pub mod ring;
+pub mod st;
 pub mod xml;

@@ -324,7 +324,7 @@ impl Lower<'_> {
         if let (First::Known(from), Some(to)) = (&from, end) {
             let from = *from;
             let none = (by > 0 && from > to) || (by < 0 && from < to);
-            let turns = if none { 0 } else { i128::from(to - from).div_euclid(by.into()) + 1 };
+            let turns = if none { 0 } else { i128::from(to - from) / i128::from(by) + 1 };
             let last = i128::from(from) + turns * i128::from(by);
             if turns > 0 && !(i128::from(range.0)..=i128::from(range.1)).contains(&last) {
                 let told = format!(
