@@ -27,6 +27,7 @@ mod iec_objects_random;
 mod iec_orders;
 mod iec_program;
 mod iec_readings;
+mod iec_reduced;
 mod iec_retain;
 mod iec_tasks;
 mod iec_wholes;

@@ -30,6 +30,12 @@ impl Lower<'_> {
         None
     }
 
+    /// Whether a path means a bit of an array's element whose number is worked out.
+    pub(super) fn is_bit_of_element(&self, at: &Context, place: &Place) -> bool {
+        matches!(place.steps.last(), Some(PathStep::Bit(_)))
+            && self.worked_out_element(at, place).is_some()
+    }
+
     /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
     pub(super) fn root_type(
         &self,
@@ -150,8 +156,8 @@ impl Lower<'_> {
 }
 
 pub(super) fn unknown_number(line: u32) -> Fault {
-    let help = "call one of an array of up to 64 instances, or write CASE";
-    Fault::new(line, "an instance of unknown number is called")
+    let help = "use an array of up to 64 elements with one index, or write CASE";
+    Fault::new(line, "an element of unknown number is called, or a bit of it is named")
         .code(FaultCode::NotModelled)
         .help(help)
 }

@@ -366,6 +366,9 @@ impl<'t> Lower<'t> {
             }
             let (spot, outer) = (spot.clone(), outer.cloned());
             if let Step::Bit(bit) = step {
+                if outer.is_some() {
+                    return Err(super::elements::unknown_number(line));
+                }
                 found = self.bit_of(&spot, *bit).ok_or_else(|| not_followed(line))?;
                 continue;
             }

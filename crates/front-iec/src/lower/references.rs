@@ -12,7 +12,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource, flow};
+use scanbound_ir::{Compare, Logic, Number, NumberFormat, Region, Relation, WordSource};
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
@@ -306,7 +306,8 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy.
+    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy. An instance
+    /// that has such a variable is no part of one.
     fn is_no_copy(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let is_both = |id: VarId| tree.variable(id).section == Section::InOut;
@@ -325,7 +326,8 @@ impl<'t> Lower<'t> {
         let own = spot.tag.regions();
         let is_within = |copy: &Spot| {
             let all = copy.tag.regions();
-            own.iter().any(|own| all.iter().any(|one| flow::overlap(*own, *one)))
+            let holds = |own: &Region| all.iter().any(|copy| encloses(*copy, *own));
+            own.iter().all(holds)
         };
         if !copies.iter().any(is_within) {
             return Ok(());
@@ -488,5 +490,15 @@ impl<'t> Lower<'t> {
             }
         }
         Ok(())
+    }
+}
+
+/// Whether a region contains all cells of another one.
+fn encloses(region: Region, other: Region) -> bool {
+    match other {
+        Region::Range { first, count } => {
+            count == 0 || region.contains(first) && region.contains(first.plus(count - 1))
+        }
+        Region::Area(_) | Region::Everything => region == other,
     }
 }

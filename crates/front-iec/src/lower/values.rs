@@ -309,6 +309,11 @@ impl<'t> Lower<'t> {
         if let Some(found) = self.each_target(at, place, line, through)? {
             return Ok(found);
         }
+        if self.is_bit_of_element(at, place)
+            && let Some(found) = self.each_instance(at, place, line, through)?
+        {
+            return Ok(found);
+        }
         let found = self.find(at, place, line)?;
         if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
             let message = format!("{} is an instance: as a value it is not followed", place.text);
@@ -581,7 +586,10 @@ impl<'t> Lower<'t> {
         let through = &mut |own: &mut Self, place: Place| {
             own.assign(at, &place, of, value.clone(), line).map(|()| Value::Any)
         };
-        if self.each_target(at, target, line, through)?.is_some() {
+        if self.each_target(at, target, line, through)?.is_some()
+            || self.is_bit_of_element(at, target)
+                && self.each_instance(at, target, line, through)?.is_some()
+        {
             return Ok(());
         }
         let found = self.find(at, target, line)?;

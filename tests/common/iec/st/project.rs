@@ -498,7 +498,7 @@ impl Builder<'_> {
             variables.push(Variable::new(&format!("i{number}"), ty, Section::Local));
         }
         variables.push(Variable::new("n0", Ty::int(), Section::Local));
-        variables.extend(self.variables("m", Section::Local, 7));
+        variables.extend(self.variables("m", Section::Local, 5));
         if self.has(Feature::Addresses) {
             variables.push(Variable::new("aw", Ty::int(), Section::Local).at("%MW2"));
             variables.push(Variable::new("ax", Ty::Bool, Section::Local).at("%MX4.3"));
@@ -573,7 +573,7 @@ impl Builder<'_> {
                 (Place::new(Root::Address(at), ty), true)
             }));
         }
-        let many = 4 + self.draw.dice.below(5);
+        let many = 3 + self.draw.dice.below(4);
         self.project.blocks[program].body = self.draw.body(&self.project, &scope, many, 3);
     }
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// Why a run ends early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// What means nothing is used.
+    /// What means nothing is used, or an index is beyond its array.
     Null,
     /// It takes too long.
     Long,
@@ -310,7 +310,9 @@ impl<'p> Machine<'p> {
                     let mut number = 0;
                     for ((low, high), index) in dimensions.iter().zip(&found) {
                         let index = index.int();
-                        assert!((*low..=*high).contains(&index), "{index}: {place:?}");
+                        if !(*low..=*high).contains(&index) {
+                            return Err(Stop::Null);
+                        }
                         number = number * (high - low + 1) + (index - low);
                     }
                     let number = usize::try_from(number).expect("in range");
