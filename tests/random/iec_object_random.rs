@@ -62,7 +62,6 @@ fn manner(dice: &mut Dice) -> Manner {
         falls: dice.chance(2),
         sign_goes_on: dice.chance(2),
         to_even: dice.chance(2),
-        disabled_is_zero: dice.chance(2),
         disabled_takes: dice.chance(2),
         counting: dice.one(&[Counting::Bytes, Counting::Units, Counting::Apart]),
     }

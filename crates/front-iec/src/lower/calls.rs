@@ -69,8 +69,9 @@ impl Lower<'_> {
                 self.has_one_name(at, entry, call, line)?;
                 let inner = Context { instance, frame: None };
                 let variables = tree.unit(*unit).variables.clone();
-                let enabled = self.enabled(at, &call.enable)?;
+                let inputs = self.begin_arguments(at, &call.enable, &arguments(call))?;
                 self.hand_over(at, &callee, call, line)?;
+                let enabled = self.begin_body(inputs);
                 self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
                 self.call(instance, Entry::Body);
                 self.take_back(at, &callee, call, line)?;
@@ -144,8 +145,9 @@ impl Lower<'_> {
         let frame = self.frame(instance, method)?;
         let callee = Callee::Method(frame.clone(), method);
         self.has_one_name(at, (instance, entry), call, line)?;
-        let enabled = self.enabled(at, &call.enable)?;
+        let inputs = self.begin_arguments(at, &call.enable, &arguments(call))?;
         self.hand_over(at, &callee, call, line)?;
+        let enabled = self.begin_body(inputs);
         let inner = Context { instance, frame: Some(frame) };
         let variables = tree.routine(method).variables.clone();
         self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
@@ -709,4 +711,14 @@ fn is_worked_out(initial: &Expr) -> bool {
         | ExprKind::Fault(_) => true,
         _ => false,
     }
+}
+
+/// What a call works out or passes.
+fn arguments(call: &Call) -> Vec<&Expr> {
+    let all = call.passed.iter();
+    all.filter_map(|(_, passed)| match passed {
+        Passed::ByValue(one) | Passed::InOut(one) => Some(one),
+        Passed::Output(..) | Passed::Dropped => None,
+    })
+    .collect()
 }

@@ -6,13 +6,15 @@ use super::spots::Context;
 use crate::assembler::Assembler;
 use crate::assembler::value::Value;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::tree::{Call, Enable, Passed, Place};
+use scanbound_iec_tree::tree::{Call, Enable, Expr, Passed, Place};
 use scanbound_ir::Logic;
 
 /// A call under a condition, while it is lowered.
 pub(super) struct Enabled {
     condition: Logic,
     skip: usize,
+    /// Whether what is called is skipped, too, and not its inputs alone.
+    is_body: bool,
 }
 
 impl Lower<'_> {
@@ -31,11 +33,17 @@ impl Lower<'_> {
         Ok(Some(self.keep_bit(condition)))
     }
 
-    pub(super) fn enabled(
+    /// Begins to work out the arguments of a function or a method. Where EN is false, some controllers do, and leave the body
+    /// out; that matters where an argument calls something.
+    pub(super) fn begin_arguments(
         &mut self,
         at: &Context,
         enable: &Enable,
+        arguments: &[&Expr],
     ) -> Result<Option<Enabled>, Fault> {
+        if arguments.iter().any(|one| self.calls_own(one)) {
+            return self.begin_inputs(at, enable);
+        }
         let condition = self.condition(at, enable)?;
         Ok(condition.map(|condition| self.begin_enabled(condition)))
     }
@@ -44,7 +52,7 @@ impl Lower<'_> {
     pub(super) fn begin_enabled(&mut self, condition: Logic) -> Enabled {
         let key = Some(Assembler::key(&["JMP"], "jump"));
         let skip = self.jump(condition.clone().not(), key);
-        Enabled { condition, skip }
+        Enabled { condition, skip, is_body: true }
     }
 
     /// Begins to hand inputs over to an instance. Where EN is false, some controllers do, and leave the body out.
@@ -57,15 +65,18 @@ impl Lower<'_> {
         let why = "inputs may or may not be handed over where EN is false";
         let leaves = vec![condition.clone().not(), self.any_bit(why)];
         let skip = self.jump(Logic::All(leaves), None);
-        Ok(Some(Enabled { condition, skip }))
+        Ok(Some(Enabled { condition, skip, is_body: false }))
     }
 
     /// Begins the call itself behind its inputs.
     pub(super) fn begin_body(&mut self, inputs: Option<Enabled>) -> Option<Enabled> {
-        let Enabled { condition, skip } = inputs?;
-        self.land(skip);
+        let inputs = inputs?;
+        if inputs.is_body {
+            return Some(inputs);
+        }
+        self.land(inputs.skip);
         self.landing();
-        Some(self.begin_enabled(condition))
+        Some(self.begin_enabled(inputs.condition))
     }
 
     /// Ends a call, and hands ENO out; the condition, if there was one.

@@ -64,8 +64,8 @@ impl Lower<'_> {
         if !of.enable.is_given() {
             return self.seen_bits(at, of, line);
         }
-        let condition = self.condition(at, &of.enable)?;
-        let enabled = condition.map(|condition| self.begin_enabled(condition));
+        let inputs: Vec<&Expr> = of.inputs.iter().collect();
+        let enabled = self.begin_arguments(at, &of.enable, &inputs)?;
         let result = self.seen_bits(at, of, line)?;
         let result = self.frozen(result);
         let enable = self.end_enabled(at, enabled, &of.enable, line)?;

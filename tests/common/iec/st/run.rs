@@ -641,6 +641,9 @@ impl<'p> Machine<'p> {
         this: Option<(usize, usize)>,
         skipped: bool,
     ) -> Run<Option<Value>> {
+        if skipped && !self.manner.disabled_takes {
+            return Ok(None);
+        }
         let mut given: Vec<Option<Value>> = vec![None; call.given.len()];
         for at in self.order(call.given.len()) {
             given[at] = self.argument(frame, &call.given[at].1)?;
@@ -703,7 +706,9 @@ impl<'p> Machine<'p> {
         skipped: bool,
     ) -> Run<()> {
         let mut given: Vec<Option<Value>> = vec![None; call.given.len()];
-        let takes = !skipped || self.manner.disabled_takes;
+        if skipped && !self.manner.disabled_takes {
+            return Ok(());
+        }
         let pass = |machine: &mut Self, at: usize, value: &Option<Value>| {
             let (name, argument) = &call.given[at];
             if let (Argument::In(_) | Argument::InOut(_), Some(value)) = (argument, value) {
@@ -719,11 +724,11 @@ impl<'p> Machine<'p> {
         let order = self.order(call.given.len());
         for &at in &order {
             given[at] = self.argument(frame, &call.given[at].1)?;
-            if takes && !self.manner.inputs_at_once {
+            if !self.manner.inputs_at_once {
                 pass(self, at, &given[at]);
             }
         }
-        if takes && self.manner.inputs_at_once {
+        if self.manner.inputs_at_once {
             for &at in &order {
                 pass(self, at, &given[at]);
             }

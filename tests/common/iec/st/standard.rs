@@ -27,9 +27,7 @@ pub struct Manner {
     pub sign_goes_on: bool,
     /// Whether halves are rounded to even numbers, not away from 0.
     pub to_even: bool,
-    /// Whether a function that EN is false for gives 0, and not nothing.
-    pub disabled_is_zero: bool,
-    /// Whether inputs are passed though EN is false.
+    /// Whether arguments are worked out, and passed to instances, though EN is false.
     pub disabled_takes: bool,
     pub counting: super::place::Counting,
 }
