@@ -1,5 +1,6 @@
 //! Charts as users meet them: samples, their explicit forms, and files that are broken in every way.
 
+use crate::common::iec::xml as drawn;
 use scanbound::iec::chart::coactive::{BUDGET, Basis, Finding, Other, analyse};
 use scanbound::iec::chart::explicit::explicit;
 use scanbound::iec::chart::structure::structure;
@@ -175,9 +176,9 @@ fn deep_and_wide_drawings_end() {
         last = ids.to_vec();
     }
     body += &format!("<coil localId=\"999\">{}<variable>c</variable></coil></LD>", point(&last));
-    let project = xml::file("a.xml", &format!("{HEAD}{body}{TAIL}")).expect("read");
-    let Body::Code(_, statements) = &project.pous[0].body else { panic!("statements") };
-    assert!(statements.len() > 60, "each fork is kept once");
+    let variables: String = (1..=120).map(|id| format!(" a{id}:BOOL")).collect();
+    let text = drawn::project("", &format!("c:BOOL{variables}"), &body, "c");
+    assert!(drawn::bound(&text).is_ok(), "each fork is kept once");
     // Brackets without an end in structured text.
     let text = format!("PROGRAM p x := {}1; END_PROGRAM", "(".repeat(100_000));
     assert!(iec::read("a.st", &text).is_err());

@@ -27,7 +27,7 @@ pub enum Root {
 }
 
 /// A step of a path.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Step {
     /// A part of a structure, by its number.
     Part(usize),
@@ -46,7 +46,7 @@ pub enum Step {
 }
 
 /// A variable or a part of one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Where its path begins.
     pub root: Root,
@@ -59,7 +59,7 @@ pub struct Place {
 }
 
 /// An expression.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
     /// What it is.
     pub kind: ExprKind,
@@ -70,7 +70,7 @@ pub struct Expr {
 }
 
 /// What an expression is.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ExprKind {
     /// A truth value.
     Bool(bool),
@@ -119,7 +119,7 @@ pub enum ExprKind {
 }
 
 /// A function of the standard's with its inputs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Applied {
     /// Which one.
     pub function: Function,
@@ -134,7 +134,7 @@ pub struct Applied {
 }
 
 /// `EN` and `ENO` of a call.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Enable {
     /// What `EN` is given.
     pub condition: Option<Expr>,
@@ -155,7 +155,7 @@ impl Enable {
 }
 
 /// What a call calls.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Target {
     /// A function of the project's.
     Function(UnitId),
@@ -185,7 +185,7 @@ pub enum Parameter {
 }
 
 /// How a value is passed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Passed {
     /// As a value, which becomes one of the parameter's type.
     ByValue(Expr),
@@ -198,7 +198,7 @@ pub enum Passed {
 }
 
 /// A call of what the project declares, or of a standard block.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Call {
     /// What is called.
     pub target: Target,
@@ -403,7 +403,7 @@ pub fn each_statement<'s>(all: &'s [Statement], see: &mut dyn FnMut(&'s Statemen
 }
 
 /// A step or a macro step of a chart of an instance, and what is read of it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StepFlag {
     /// The instance.
     pub owner: Place,

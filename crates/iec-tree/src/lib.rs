@@ -12,6 +12,7 @@ pub mod declarations;
 pub mod elementary;
 pub mod ids;
 pub mod resolve;
+pub mod show;
 pub mod standard;
 pub mod tree;
 pub mod types;

@@ -1,5 +1,7 @@
 //! Expressions and statements, as all textual and graphic languages of IEC 61131-3 come down to them.
 
+use crate::drawing::Drawing;
+
 /// A part of a variable's path, behind its first name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Part {
@@ -182,12 +184,6 @@ pub enum Literal {
     Date(String),
 }
 
-/// What the variables that hold the results of drawn functions begin with: generators store these, and load them again.
-pub const RESULT: &str = "~result ";
-
-/// What the variables begin with that hold what is only loaded again: it is stored as part of something else.
-pub const LOADED: &str = "~loaded ";
-
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expr {
@@ -205,8 +201,6 @@ pub enum Expr {
     Call(Path, Vec<Argument>),
     /// What a declaration gives at first to something that has parts.
     List(Listing, Vec<Argument>),
-    /// One of two values, since controllers differ; of none, any value.
-    Either(Option<Box<(Expr, Expr)>>),
     /// A value that a list keeps ([`Kind::Keep`]).
     Kept(Temp),
     /// What cannot be read, and why.
@@ -273,50 +267,28 @@ impl Expr {
         Expr::Binary(Operator::Or, Box::new(self), Box::new(other))
     }
 
-    /// One of two values: controllers differ.
-    #[must_use]
-    pub fn either(one: Expr, other: Expr) -> Expr {
-        Expr::Either(Some(Box::new((one, other))))
-    }
-
-    /// Any value.
-    #[must_use]
-    pub fn any() -> Expr {
-        Expr::Either(None)
-    }
-
     /// The expressions of which it is made, but for indices.
     #[must_use]
     pub fn operands(&self) -> Vec<&Expr> {
         match self {
-            Expr::Literal(_)
-            | Expr::Variable(_)
-            | Expr::Either(None)
-            | Expr::Kept(_)
-            | Expr::Unread(_) => Vec::new(),
+            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {
                 given.iter().map(|one| &one.value).collect()
             }
-            Expr::Either(Some(both)) => vec![&both.0, &both.1],
         }
     }
 
     /// The same, to be changed.
     pub fn operands_mut(&mut self) -> Vec<&mut Expr> {
         match self {
-            Expr::Literal(_)
-            | Expr::Variable(_)
-            | Expr::Either(None)
-            | Expr::Kept(_)
-            | Expr::Unread(_) => Vec::new(),
+            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {
                 given.iter_mut().map(|one| &mut one.value).collect()
             }
-            Expr::Either(Some(both)) => vec![&mut both.0, &mut both.1],
         }
     }
 
@@ -391,8 +363,8 @@ pub enum Kind {
     Label(String),
     /// A coil that sets (true) or resets its variable where the value is true.
     Latch(Path, bool, Expr),
-    /// One or the other: controllers differ, and this says how the first one is special.
-    Either(&'static str, Vec<Statement>, Vec<Statement>),
+    /// All that a drawing does.
+    Drawn(Box<Drawing>),
     /// What is not understood, in words; it may have done anything.
     Unread(String),
     /// A pragma that may hold code of another language, with its braces.
@@ -413,10 +385,6 @@ pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
                 visit(otherwise, see);
             }
             Kind::For(.., body) | Kind::While(_, body) | Kind::Repeat(body, _) => visit(body, see),
-            Kind::Either(_, one, other) => {
-                visit(one, see);
-                visit(other, see);
-            }
             _ => {}
         }
     }
@@ -491,13 +459,10 @@ pub fn change(
                 expr(condition);
                 change(body, expr, path);
             }
-            Kind::Either(_, one, other) => {
-                change(one, expr, path);
-                change(other, expr, path);
-            }
             Kind::Return(condition) | Kind::Jump(condition, _) | Kind::Keep(_, condition) => {
                 expr(condition);
             }
+            Kind::Drawn(drawing) => drawing.change(expr, path),
             Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(_) => {}
         }
     }

@@ -8,6 +8,7 @@
 pub mod ast;
 pub mod chart;
 pub mod comment;
+pub mod drawing;
 pub mod fault;
 mod lexer;
 pub mod lists;

@@ -79,8 +79,6 @@ pub fn expr(one: &Expr) -> String {
             .unwrap_or_else(|| format!("{}({})", path(function), arguments(given))),
         Expr::List(Listing::Elements, given) => format!("[{}]", arguments(given)),
         Expr::List(_, given) => format!("({})", arguments(given)),
-        Expr::Either(None) => "any value".to_owned(),
-        Expr::Either(Some(both)) => format!("either({}, {})", expr(&both.0), expr(&both.1)),
         Expr::Kept(kept) => kept.text.clone(),
         Expr::Unread(why) => format!("what cannot be read ({why})"),
     }
@@ -94,7 +92,7 @@ pub fn formless(one: &Expr) -> Option<String> {
             Part::Index(indices) => indices.iter().find_map(formless),
             _ => None,
         });
-        let own = path.first.starts_with('~');
+        let own = path.first.contains(' ');
         own.then(|| "a part of it keeps a result for itself, which has no form in text".to_owned())
             .or(inner)
     };
@@ -110,7 +108,6 @@ pub fn formless(one: &Expr) -> Option<String> {
         Expr::Kept(_) => {
             Some("a part of it keeps a result for itself, which has no form in text".to_owned())
         }
-        Expr::Either(_) => Some("it has one of two values, which has no form in text".to_owned()),
         Expr::Unread(why) => Some(format!("it cannot be read: {why}")),
     }
 }
@@ -199,11 +196,8 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
             }
             let _ = writeln!(text, "{pad}END_IF;");
         }
-        Kind::Either(what, one, other) => {
-            let _ = writeln!(text, "{pad}~either {what}:");
-            *text += &statements(one, level + 1);
-            let _ = writeln!(text, "{pad}~or:");
-            *text += &statements(other, level + 1);
+        Kind::Drawn(_) => {
+            let _ = writeln!(text, "{pad}(* a drawing, which has no form in text *)");
         }
         Kind::Case(of, arms, otherwise) => {
             let _ = writeln!(text, "{pad}CASE {} OF", expr(of));

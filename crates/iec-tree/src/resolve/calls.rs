@@ -1,5 +1,6 @@
 //! Calls: what is called, and what is passed for which parameter.
 
+use super::given::{Given, Side, Value};
 use super::paths::{Found, Property, property_here, start};
 use super::resolver::{Resolver, Scope, unknown_name};
 use super::types::declare;
@@ -12,7 +13,7 @@ use crate::tree::{
 };
 use crate::types::{Type, TypeId};
 use scanbound_base::code::Code;
-use scanbound_iec::ast::{self, Argument, Part, Path};
+use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Section, same, show};
 
@@ -34,29 +35,13 @@ enum Callee {
 /// A function of the standard has no more inputs.
 const MAX_INPUTS: usize = 200;
 
-fn is_named(one: &Argument, name: &str) -> bool {
-    one.name.as_ref().is_some_and(|own| same(own, name))
-}
-
-/// Where a result goes, and whether it is negated on the way.
-fn taken(value: &ast::Expr) -> Option<(&Path, bool)> {
-    let (value, negated) = match value {
-        ast::Expr::Not(inner) => (&**inner, true),
-        other => (other, false),
-    };
-    match value {
-        ast::Expr::Variable(path) if !path.first.is_empty() => Some((path, negated)),
-        _ => None,
-    }
-}
-
 impl Resolver<'_> {
     /// What a call gives.
     pub(super) fn called(
         &mut self,
         scope: Scope,
         path: &Path,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Expr, Fault> {
         let own = path.as_name().filter(|name| self.has_member(scope, name));
@@ -118,11 +103,10 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         property: &Property,
-        value: &ast::Expr,
+        value: &Value<'_>,
         line: u32,
     ) -> Result<StatementKind, Fault> {
-        let name = Some(property.name.clone());
-        let given = [Argument { name, is_output: false, value: value.clone() }];
+        let given = [Given { name: Some(&property.name), side: Side::In(value.clone()) }];
         let name = scanbound_iec::setter(&property.name);
         self.accessor(scope, property, &name, &given, line).map(as_statement)
     }
@@ -132,7 +116,7 @@ impl Resolver<'_> {
         scope: Scope,
         property: &Property,
         name: &str,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Expr, Fault> {
         let Some(method) = self.index.method(property.unit, name) else {
@@ -180,7 +164,7 @@ impl Resolver<'_> {
         scope: Scope,
         place: Place,
         method: RoutineId,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Expr, Fault> {
         let unit = match *self.tree.types.get(place.ty) {
@@ -196,7 +180,7 @@ impl Resolver<'_> {
         target: Target,
         unit: UnitId,
         method: RoutineId,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Expr, Fault> {
         self.has_one_default(unit, method, given, line)?;
@@ -213,7 +197,7 @@ impl Resolver<'_> {
         &self,
         unit: UnitId,
         method: RoutineId,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<(), Fault> {
         let name = &self.tree.routine(method).name;
@@ -231,8 +215,8 @@ impl Resolver<'_> {
         let mut unnamed = inputs.iter();
         let handed: Vec<&str> = given
             .iter()
-            .filter_map(|one| match &one.name {
-                Some(name) => Some(name.as_str()),
+            .filter_map(|one| match one.name {
+                Some(name) => Some(name),
                 None => unnamed.next().map(|&id| self.tree.variable(id).name.as_str()),
             })
             .collect();
@@ -334,7 +318,7 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         callee: Callee,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<(Vec<(Parameter, Passed)>, Enable), Fault> {
         let inputs = self.parameters(callee);
@@ -344,7 +328,7 @@ impl Resolver<'_> {
         enable.is_input = self.parameter(callee, "EN").is_some();
         enable.is_output = self.parameter(callee, "ENO").is_some();
         for (at, one) in given.iter().enumerate() {
-            let parameter = match (&one.name, callee) {
+            let parameter = match (one.name, callee) {
                 (Some(name), _) => self.parameter(callee, name),
                 (None, Callee::Standard(block)) => {
                     block.inputs().get(at).map(|&pin| Parameter::Pin(pin))
@@ -357,35 +341,29 @@ impl Resolver<'_> {
                     }
                 },
             };
-            if one.is_output {
-                let Some(parameter) = parameter else { continue };
-                let passed = match taken(&one.value) {
-                    Some((path, negated)) => {
-                        let ty = self.parameter_type(parameter);
-                        let place = match self.is_reference(ty) {
-                            true => self.reference_place(scope, path, line)?,
-                            false => self.target(scope, path, ty, line)?,
-                        };
-                        Passed::Output(place, negated)
-                    }
-                    None => Passed::Dropped,
-                };
-                found.push((parameter, passed));
-                continue;
-            }
-            if is_named(one, "EN") && parameter.is_none() {
+            let value = match &one.side {
+                Side::In(value) => value,
+                Side::Out(taker) => {
+                    let Some(parameter) = parameter else { continue };
+                    let ty = self.parameter_type(parameter);
+                    let passed = match self.taken(scope, taker, ty, line)? {
+                        Some((place, negated)) => Passed::Output(place, negated),
+                        None => Passed::Dropped,
+                    };
+                    found.push((parameter, passed));
+                    continue;
+                }
+            };
+            if one.is_named("EN") && parameter.is_none() {
                 continue;
             }
             let Some(parameter) = parameter else {
-                let name = one.name.as_deref().unwrap_or_default();
+                let name = one.name.unwrap_or_default();
                 let told = format!("{}.{name}", self.callee_name(callee));
                 return Err(unknown_name(line, &told));
             };
             let ty = self.parameter_type(parameter);
-            let value = match self.is_reference(ty) {
-                true => self.address(scope, &one.value, line),
-                false => self.expression(scope, &one.value, line),
-            };
+            let value = self.value_for(scope, value, ty, line);
             found.push((parameter, self.pass(parameter, value, line)?));
         }
         if matches!(callee, Callee::Unit(_) | Callee::Method(_)) {
@@ -465,16 +443,19 @@ impl Resolver<'_> {
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
     }
 
-    fn enable(&mut self, scope: Scope, given: &[Argument], line: u32) -> Result<Enable, Fault> {
+    fn enable(&mut self, scope: Scope, given: &[Given<'_>], line: u32) -> Result<Enable, Fault> {
         let mut found = Enable::default();
-        if let Some(one) = given.iter().find(|one| !one.is_output && is_named(one, "EN")) {
-            found.condition = Some(self.expression(scope, &one.value, line));
-        }
-        if let Some(one) = given.iter().find(|one| one.is_output && is_named(one, "ENO"))
-            && let Some((path, negated)) = taken(&one.value)
-        {
-            let bool = self.bool();
-            found.result = Some((self.target(scope, path, bool, line)?, negated));
+        for one in given {
+            match &one.side {
+                Side::In(value) if one.is_named("EN") && found.condition.is_none() => {
+                    found.condition = Some(self.value(scope, value, line));
+                }
+                Side::Out(taker) if one.is_named("ENO") && found.result.is_none() => {
+                    let bool = self.bool();
+                    found.result = self.taken(scope, taker, bool, line)?;
+                }
+                _ => {}
+            }
         }
         Ok(found)
     }
@@ -484,11 +465,11 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         name: &str,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Option<Expr>, Fault> {
         let upper = name.to_ascii_uppercase();
-        if self.index.unit(name).is_some() || given.iter().any(|one| one.is_output) {
+        if self.index.unit(name).is_some() || given.iter().any(Given::is_output) {
             return Ok(None);
         }
         let (of, which) = match given {
@@ -496,10 +477,11 @@ impl Resolver<'_> {
             [of, which] => (of, Some(which)),
             _ => return Ok(None),
         };
-        let ast::Expr::Variable(path) = &of.value else { return Ok(None) };
+        let Some(Value::Written(of)) = of.value() else { return Ok(None) };
+        let ast::Expr::Variable(path) = of else { return Ok(None) };
         if which.is_none() && ["ADR", "REF", "__ISVALIDREF"].contains(&upper.as_str()) {
             if upper == "__ISVALIDREF" {
-                let word = self.address(scope, &of.value, line);
+                let word = self.address(scope, of, line);
                 let none = self.null(line);
                 return Ok(Some(self.operation(ast::Operator::NotEqual, word, none)));
             }
@@ -509,9 +491,9 @@ impl Resolver<'_> {
         if !["SIZEOF", "LOWER_BOUND", "UPPER_BOUND"].contains(&upper.as_str()) {
             return Ok(None);
         }
-        let which = match which {
+        let which = match which.and_then(Given::value) {
             None => Some(1),
-            Some(which) => self.expression(scope, &which.value, line).whole(),
+            Some(which) => self.value(scope, which, line).whole(),
         };
         let place = match self.one_path(scope, path, line) {
             Ok(Found::Place(place)) => place,
@@ -565,7 +547,7 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         name: &str,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Expr, Fault> {
         let Some(function) = Function::named(name) else {
@@ -573,8 +555,8 @@ impl Resolver<'_> {
             return Err(unknown_name(line, &format!("function {name}")).help(help));
         };
         let enable = self.enable(scope, given, line)?;
-        let inputs: Vec<&Argument> =
-            given.iter().filter(|one| !one.is_output && !is_named(one, "EN")).collect();
+        let inputs: Vec<&Given<'_>> =
+            given.iter().filter(|one| !one.is_output() && !one.is_named("EN")).collect();
         if inputs.len() > MAX_INPUTS {
             let told = format!("{} has more than {MAX_INPUTS} inputs", name.to_ascii_uppercase());
             let help = "give a part of them to another call";
@@ -582,16 +564,15 @@ impl Resolver<'_> {
         }
         let order = in_order(&inputs);
         let mut values = Vec::new();
-        for one in inputs {
-            values.push(self.expression(scope, &one.value, line));
+        for value in inputs.into_iter().filter_map(Given::value) {
+            values.push(self.value(scope, value, line));
         }
         let mut outputs = Vec::new();
-        for one in given.iter().filter(|one| one.is_output && !is_named(one, "ENO")) {
-            if let ast::Expr::Variable(path) = &one.value
-                && !path.first.is_empty()
-            {
+        for one in given.iter().filter(|one| !one.is_named("ENO")) {
+            if let Side::Out(taker) = &one.side {
                 let unknown = self.unknown();
-                outputs.push(self.target(scope, path, unknown, line)?);
+                let taken = self.taken(scope, taker, unknown, line)?;
+                outputs.extend(taken.filter(|(_, negated)| !negated).map(|(place, _)| place));
             }
         }
         let types: Vec<TypeId> = match &order {
@@ -608,7 +589,7 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         target: &Path,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<StatementKind, Fault> {
         let own = target.as_name().filter(|name| self.has_member(scope, name));
@@ -653,7 +634,7 @@ impl Resolver<'_> {
         }
         match target.as_name() {
             Some(name)
-                if self.index.function(name).is_some() || given.iter().any(|one| one.is_output) =>
+                if self.index.function(name).is_some() || given.iter().any(Given::is_output) =>
             {
                 self.called(scope, target, given, line).map(as_statement)
             }
@@ -668,7 +649,7 @@ impl Resolver<'_> {
         place: Place,
         unit: UnitId,
         name: &str,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<Option<StatementKind>, Fault> {
         if let Some(action) = self.index.action(unit, name) {
@@ -685,7 +666,7 @@ impl Resolver<'_> {
         &mut self,
         scope: Scope,
         place: Place,
-        given: &[Argument],
+        given: &[Given<'_>],
         line: u32,
     ) -> Result<StatementKind, Fault> {
         let (target, callee) = match *self.tree.types.get(place.ty) {
@@ -713,8 +694,8 @@ fn as_statement(one: Expr) -> StatementKind {
 }
 
 /// The order of a standard function's inputs, whichever order they are named in: indices. Nothing, if one is left out.
-fn in_order(given: &[&Argument]) -> Option<Vec<usize>> {
-    let names: Option<Vec<&str>> = given.iter().map(|one| one.name.as_deref()).collect();
+fn in_order(given: &[&Given<'_>]) -> Option<Vec<usize>> {
+    let names: Option<Vec<&str>> = given.iter().map(|one| one.name).collect();
     let Some(names) = names else { return Some((0..given.len()).collect()) };
     let mut ranked: Vec<(u32, usize)> =
         names.iter().enumerate().map(|(at, name)| (Function::rank(name), at)).collect();

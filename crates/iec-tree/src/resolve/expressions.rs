@@ -1,5 +1,6 @@
 //! Expressions with their types.
 
+use super::given::Given;
 use super::paths::{Found, property_here, start};
 use super::resolver::{Resolver, Scope, unknown_name};
 use crate::standard::{beside, operated};
@@ -69,13 +70,6 @@ impl Resolver<'_> {
                 let right = self.expression(scope, right, line);
                 return Ok(self.operation(*operator, left, right));
             }
-            ast::Expr::Either(None) => (ExprKind::Either(None), self.unknown()),
-            ast::Expr::Either(Some(both)) => {
-                let one = self.expression(scope, &both.0, line);
-                let other = self.expression(scope, &both.1, line);
-                let ty = crate::standard::meeting(&mut self.tree.types, one.ty, other.ty);
-                (ExprKind::Either(Some(Box::new((one, other)))), ty)
-            }
             ast::Expr::Kept(kept) => {
                 let Some(&id) = self.listed.get(&kept.number) else {
                     return Err(unknown_name(line, &kept.text));
@@ -93,7 +87,9 @@ impl Resolver<'_> {
                 let told = format!("{} is no value of one variable", show::expr(one));
                 return Err(Fault::new(line, told).code(Code::NotModelled));
             }
-            ast::Expr::Call(path, given) => return self.called(scope, path, given, line),
+            ast::Expr::Call(path, given) => {
+                return self.called(scope, path, &Given::written(given), line);
+            }
         };
         Ok(Expr { kind, ty, line })
     }

@@ -31,6 +31,12 @@ impl Resolver<'_> {
         self.begins_as(ty, written)
     }
 
+    /// What a variable of a type begins with for which nothing is written.
+    pub(super) fn begins_plainly(&self, ty: TypeId) -> Initial {
+        let of = TypeRef::Named(String::new());
+        self.begins_as(ty, Written { of: &of, initial: None, scope: &[] })
+    }
+
     fn begins_as(&self, ty: TypeId, written: Written<'_>) -> Initial {
         let (written, is_open) = self.underlying(written);
         match self.tree.types.get(ty) {

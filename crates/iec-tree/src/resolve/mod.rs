@@ -4,7 +4,9 @@ mod ambiguous;
 mod calls;
 mod charts;
 mod declared;
+mod drawing;
 mod expressions;
+mod given;
 mod index;
 mod initial;
 mod paths;
@@ -24,7 +26,7 @@ use crate::declarations::{
 use crate::tree::{Connected, Expr, ExprKind, Pair, Tree};
 use crate::types::{Type, TypeId};
 pub use declared::faults;
-use index::{ByName, Index};
+use index::Index;
 pub use resolver::Facts;
 use resolver::{Resolver, Scope, kept};
 use scanbound_base::code::Code as FaultCode;
@@ -42,7 +44,6 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         constants: Constants::new(project),
         tree: Tree { gives_parts: tasks::gives_parts(project), ..Tree::default() },
         index: Index::new(project),
-        kept: ByName::new(),
         listed: std::collections::BTreeMap::new(),
         before: Vec::new(),
         is_code: false,
@@ -368,10 +369,11 @@ impl<'p> Resolver<'p> {
             let unit = UnitId::at(number);
             let scope = Scope { unit: Some(unit), method: None, list: None };
             let Unit { body, actions, methods, .. } = self.tree.unit(unit).clone();
-            self.code(scope, body, &pou.body);
+            // Conditions read what actions for their blocks declare.
             for (id, one) in actions.into_iter().zip(&pou.actions) {
                 self.code(scope, id, &one.body);
             }
+            self.code(scope, body, &pou.body);
             for (id, one) in methods.into_iter().zip(&pou.methods) {
                 let scope = Scope { method: Some(id), ..scope };
                 self.code(scope, id, &one.body);

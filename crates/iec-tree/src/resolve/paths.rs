@@ -58,15 +58,6 @@ impl Resolver<'_> {
         (path, to_end): (&Path, bool),
         line: u32,
     ) -> Result<Found, Fault> {
-        if path.first.starts_with('~') && self.own_variable(scope, &path.first).is_none() {
-            return match self.kept.get(&path.first) {
-                Some(&id) if path.rest.is_empty() => {
-                    let start = start(Root::Temporary(id), self.tree.temporaries[id.index()].ty);
-                    Ok(Found::Place(Place { text: show::path(path).into(), ..start }))
-                }
-                _ => Err(unknown_name(line, &show::path(path))),
-            };
-        }
         let rest = &path.rest[..];
         if is_this(&path.first) {
             let Some(unit) = scope.unit else { return Err(unknown_name(line, &path.first)) };
@@ -133,46 +124,14 @@ impl Resolver<'_> {
         Err(self.not_declared(scope, path, line))
     }
 
-    /// Where a value of a type goes: a variable, or what a list or a drawing keeps.
-    pub(super) fn target(
-        &mut self,
-        scope: Scope,
-        path: &Path,
-        ty: TypeId,
-        line: u32,
-    ) -> Result<Place, Fault> {
-        if self.keeps(scope, path) {
-            self.temporary(&path.first, ty);
-        }
+    /// Where a value goes.
+    pub(super) fn target(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Place, Fault> {
         let around = self.before.len();
         let place = self.place(scope, path, line)?;
         match self.before.len() > around {
             true => Err(property_here(line, &show::path(path))),
             false => Ok(place),
         }
-    }
-
-    /// Whether a path is the name under which a list or a drawing keeps a value.
-    pub(super) fn keeps(&self, scope: Scope, path: &Path) -> bool {
-        path.first.starts_with('~')
-            && path.rest.is_empty()
-            && self.own_variable(scope, &path.first).is_none()
-    }
-
-    /// The value that is kept under a name.
-    pub(super) fn temporary(&mut self, name: &str, ty: TypeId) -> TempId {
-        if let Some(&known) = self.kept.get(name) {
-            return known;
-        }
-        let purpose = match name {
-            name if name.starts_with(ast::RESULT) => Purpose::Result,
-            name if name.starts_with(ast::LOADED) => Purpose::Loaded,
-            _ => Purpose::Between,
-        };
-        self.tree.temporaries.push(Temporary { purpose, ty, text: name.to_owned() });
-        let id = TempId::at(self.tree.temporaries.len() - 1);
-        self.kept.insert(name.to_owned(), id);
-        id
     }
 
     /// The value that a list keeps.
@@ -198,9 +157,16 @@ impl Resolver<'_> {
         start(Root::This, ty)
     }
 
-    fn start(&self, variable: VarId) -> Place {
-        let ty = self.tree.variable(variable).ty;
-        start(Root::Variable(variable), ty)
+    /// The path of a variable.
+    pub(super) fn start(&self, variable: VarId) -> Place {
+        let one = self.tree.variable(variable);
+        Place { text: one.name.as_str().into(), ..start(Root::Variable(variable), one.ty) }
+    }
+
+    /// The path of what is kept.
+    pub(super) fn kept_place(&self, id: TempId) -> Place {
+        let one = &self.tree.temporaries[id.index()];
+        Place { text: one.text.as_str().into(), ..start(Root::Temporary(id), one.ty) }
     }
 
     /// The variable of a method, or of the unit, by its name.

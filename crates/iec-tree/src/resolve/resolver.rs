@@ -17,8 +17,6 @@ pub(super) struct Resolver<'p> {
     pub(super) constants: Constants<'p>,
     pub(super) tree: Tree,
     pub(super) index: Index,
-    /// The values that the body keeps, by the names that its reader gave them.
-    pub(super) kept: ByName<TempId>,
     /// Those that a list keeps, by their numbers.
     pub(super) listed: BTreeMap<u32, TempId>,
     /// Calls of properties of which a part is named: they come before what names it.

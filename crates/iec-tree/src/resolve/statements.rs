@@ -1,5 +1,6 @@
 //! Statements with what they name.
 
+use super::given::{Given, Side, Value};
 use super::paths::{Found, property_here};
 use super::resolver::{Resolver, Scope};
 use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
@@ -16,13 +17,37 @@ pub(super) struct Labels {
     /// By their names in capitals.
     numbers: BTreeMap<String, u32>,
     /// Those that stand further up.
-    passed: BTreeSet<u32>,
+    pub(super) passed: BTreeSet<u32>,
 }
 
 impl Labels {
     fn number(&mut self, name: &str) -> u32 {
         let next = u32::try_from(self.numbers.len()).unwrap_or(u32::MAX);
         *self.numbers.entry(name.to_ascii_uppercase()).or_insert(next)
+    }
+
+    /// A jump to a label under a condition.
+    pub(super) fn jump(
+        &mut self,
+        label: &str,
+        condition: Expr,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        let number = self.number(label);
+        if self.passed.contains(&number) {
+            let help = "only jumps to labels further down are followed: write it as FOR";
+            return Err(Fault::new(line, format!("the jump to {label} goes back"))
+                .code(Code::JumpBack)
+                .help(help));
+        }
+        Ok(StatementKind::Jump(condition, number))
+    }
+
+    /// A label.
+    pub(super) fn label(&mut self, label: &str) -> StatementKind {
+        let number = self.number(label);
+        self.passed.insert(number);
+        StatementKind::Label(number)
     }
 }
 
@@ -35,7 +60,6 @@ impl Resolver<'_> {
         line: u32,
     ) -> Vec<Statement> {
         let mut labels = Labels::default();
-        self.kept.clear();
         self.listed.clear();
         let mut found = self.statements(scope, all, &mut labels);
         for (name, number) in &labels.numbers {
@@ -50,13 +74,27 @@ impl Resolver<'_> {
         found
     }
 
-    fn statements(
+    pub(super) fn statements(
         &mut self,
         scope: Scope,
         all: &[ast::Statement],
         labels: &mut Labels,
     ) -> Vec<Statement> {
-        all.iter().map(|one| self.statement(scope, one, labels)).collect()
+        let mut found = Vec::new();
+        for one in all {
+            match &one.kind {
+                Kind::Drawn(drawing) => match self.drawing(scope, drawing, labels) {
+                    Ok(all) => found.extend(all),
+                    Err(fault) => {
+                        let line = fault.line;
+                        let kind = StatementKind::Fault(Box::new(fault));
+                        found.push(Statement { kind, text: "".into(), line });
+                    }
+                },
+                _ => found.push(self.statement(scope, one, labels)),
+            }
+        }
+        found
     }
 
     pub(super) fn statement(
@@ -82,13 +120,6 @@ impl Resolver<'_> {
     ) -> Result<StatementKind, Fault> {
         let line = one.line;
         Ok(match &one.kind {
-            Kind::Assign(target, value) if self.keeps(scope, target) => {
-                let value = self.expression(scope, value, line);
-                if let ExprKind::Fault(fault) = value.kind {
-                    return Err(*fault);
-                }
-                StatementKind::Keep(self.temporary(&target.first, value.ty), value)
-            }
             Kind::Keep(kept, value) => {
                 let value = self.expression(scope, value, line);
                 if let ExprKind::Fault(fault) = value.kind {
@@ -96,66 +127,19 @@ impl Resolver<'_> {
                 }
                 StatementKind::Keep(self.listed(kept, value.ty), value)
             }
-            Kind::Assign(path, value) if self.takes_address(scope, path, line) => {
-                let target = self.reference_place(scope, path, line)?;
-                match self.address(scope, value, line) {
-                    Expr { kind: ExprKind::Fault(fault), .. } => StatementKind::Fault(fault),
-                    value => StatementKind::Assign(target, value),
-                }
-            }
-            Kind::Assign(path, value) => {
-                let target = match self.path(scope, path, line)? {
-                    Found::Property(property) => {
-                        return self.property_written(scope, &property, value, line);
-                    }
-                    Found::Place(place) => place,
-                    Found::Constant(_) => self.place(scope, path, line)?,
-                };
-                let value = self.expression(scope, value, line);
-                self.assigned(target, value, line)?
-            }
+            Kind::Assign(path, value) => self.assign(scope, path, &Value::Written(value), line)?,
             Kind::Latch(path, set, condition) => {
-                if let Found::Property(property) = self.one_path(scope, path, line)? {
-                    // A property is written where the condition holds.
-                    let value = ast::Expr::bool(*set);
-                    let kind = self.property_written(scope, &property, &value, line)?;
-                    let condition = self.expression(scope, condition, line);
-                    let text = show::path(path).into();
-                    let inner = Box::new(Statement { kind, text, line });
-                    return Ok(StatementKind::CallIf(condition, inner));
-                }
-                let target = self.place(scope, path, line)?;
-                match self.tree.types.get(target.ty) {
-                    // S and R of an instruction list call an instance with its input of that name.
-                    Type::Block(_) | Type::Standard(_) => {
-                        let name = Some(if *set { "S" } else { "R" }.to_owned());
-                        let value = condition.clone();
-                        let given = ast::Argument { name, is_output: false, value };
-                        return self.call_statement(scope, path, &[given], line);
-                    }
-                    Type::Elementary(of) if of.kind().is_some() => {
-                        let told =
-                            format!("{} is a number, which is not set or reset", target.text);
-                        return Err(Fault::new(line, told).code(Code::Operand));
-                    }
-                    _ => {}
-                }
-                let condition = self.expression(scope, condition, line);
-                StatementKind::Latch(target, *set, condition)
+                self.latch(scope, path, *set, &Value::Written(condition), line)?
             }
-            Kind::Call(target, given) => self.call_statement(scope, target, given, line)?,
+            Kind::Call(target, given) => {
+                self.call_statement(scope, target, &Given::written(given), line)?
+            }
             Kind::CallIf(condition, target, given) => {
-                let around = self.before.len();
-                let call = self.call_statement(scope, target, given, line)?;
-                if condition.is(true) {
-                    return Ok(call);
-                }
-                if self.before.len() > around {
-                    return Err(property_here(line, &show::path(target)));
-                }
-                let condition = self.expression(scope, condition, line);
-                let text = show::path(target).into();
-                StatementKind::CallIf(condition, Box::new(Statement { kind: call, text, line }))
+                let condition = match condition.is(true) {
+                    true => None,
+                    false => Some(self.expression(scope, condition, line)),
+                };
+                self.call_if(scope, condition, target, &Given::written(given), line)?
             }
             Kind::If(arms, otherwise) => {
                 let arms = arms.iter().map(|(condition, body)| {
@@ -205,20 +189,11 @@ impl Resolver<'_> {
                 StatementKind::Return(self.expression(scope, condition, line))
             }
             Kind::Jump(condition, label) => {
-                let number = labels.number(label);
-                if labels.passed.contains(&number) {
-                    let help = "only jumps to labels further down are followed: write it as FOR";
-                    return Err(Fault::new(line, format!("the jump to {label} goes back"))
-                        .code(Code::JumpBack)
-                        .help(help));
-                }
-                StatementKind::Jump(self.expression(scope, condition, line), number)
+                let condition = self.expression(scope, condition, line);
+                labels.jump(label, condition, line)?
             }
-            Kind::Label(label) => {
-                let number = labels.number(label);
-                labels.passed.insert(number);
-                StatementKind::Label(number)
-            }
+            Kind::Label(label) => labels.label(label),
+            Kind::Drawn(_) => StatementKind::Nothing,
             Kind::Unread(what) => {
                 return Err(Fault::new(line, what.clone()).code(Code::NotModelled));
             }
@@ -230,12 +205,89 @@ impl Resolver<'_> {
                 }
                 StatementKind::Assign(target, self.address(scope, value, line))
             }
-            Kind::Either(what, one, other) => {
-                let one = self.statements(scope, one, labels);
-                StatementKind::Either(what, one, self.statements(scope, other, labels))
-            }
             Kind::Foreign(text) => self.foreign(scope, text, line)?,
         })
+    }
+
+    /// An assignment.
+    pub(super) fn assign(
+        &mut self,
+        scope: Scope,
+        path: &ast::Path,
+        value: &Value<'_>,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        if self.takes_address(scope, path, line) {
+            let target = self.reference_place(scope, path, line)?;
+            return Ok(match self.value_for(scope, value, target.ty, line) {
+                Expr { kind: ExprKind::Fault(fault), .. } => StatementKind::Fault(fault),
+                value => StatementKind::Assign(target, value),
+            });
+        }
+        let target = match self.path(scope, path, line)? {
+            Found::Property(property) => {
+                return self.property_written(scope, &property, value, line);
+            }
+            Found::Place(place) => place,
+            Found::Constant(_) => self.place(scope, path, line)?,
+        };
+        let value = self.value(scope, value, line);
+        self.assigned(target, value, line)
+    }
+
+    /// A variable is set or reset under a condition.
+    pub(super) fn latch(
+        &mut self,
+        scope: Scope,
+        path: &ast::Path,
+        set: bool,
+        condition: &Value<'_>,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        if let Found::Property(property) = self.one_path(scope, path, line)? {
+            // A property is written where the condition holds.
+            let value = ast::Expr::bool(set);
+            let kind = self.property_written(scope, &property, &Value::Written(&value), line)?;
+            let condition = self.value(scope, condition, line);
+            let text = show::path(path).into();
+            let inner = Box::new(Statement { kind, text, line });
+            return Ok(StatementKind::CallIf(condition, inner));
+        }
+        let target = self.place(scope, path, line)?;
+        match self.tree.types.get(target.ty) {
+            // S and R of an instruction list call an instance with its input of that name.
+            Type::Block(_) | Type::Standard(_) => {
+                let name = Some(if set { "S" } else { "R" });
+                let given = [Given { name, side: Side::In(condition.clone()) }];
+                return self.call_statement(scope, path, &given, line);
+            }
+            Type::Elementary(of) if of.kind().is_some() => {
+                let told = format!("{} is a number, which is not set or reset", target.text);
+                return Err(Fault::new(line, told).code(Code::Operand));
+            }
+            _ => {}
+        }
+        let condition = self.value(scope, condition, line);
+        Ok(StatementKind::Latch(target, set, condition))
+    }
+
+    /// A call under a condition, if there is one.
+    pub(super) fn call_if(
+        &mut self,
+        scope: Scope,
+        condition: Option<Expr>,
+        target: &ast::Path,
+        given: &[Given<'_>],
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
+        let around = self.before.len();
+        let kind = self.call_statement(scope, target, given, line)?;
+        let Some(condition) = condition else { return Ok(kind) };
+        if self.before.len() > around {
+            return Err(property_here(line, &show::path(target)));
+        }
+        let text = show::path(target).into();
+        Ok(StatementKind::CallIf(condition, Box::new(Statement { kind, text, line })))
     }
 
     /// Whether an assignment to a path changes what a pointer or an interface means.
@@ -251,7 +303,12 @@ impl Resolver<'_> {
     }
 
     /// A value goes to a variable: an elementary one, or a whole.
-    fn assigned(&mut self, target: Place, value: Expr, line: u32) -> Result<StatementKind, Fault> {
+    pub(super) fn assigned(
+        &mut self,
+        target: Place,
+        value: Expr,
+        line: u32,
+    ) -> Result<StatementKind, Fault> {
         if let ExprKind::Fault(fault) = value.kind {
             return Ok(StatementKind::Fault(fault));
         }

@@ -18,7 +18,7 @@ pub fn never_both(one: &Expr, other: &Expr) -> bool {
 pub fn calls_nothing(chart: &Chart) -> bool {
     fn is_quiet(expr: &Expr) -> bool {
         match expr {
-            Expr::Call(..) | Expr::List(..) | Expr::Either(_) | Expr::Unread(_) => false,
+            Expr::Call(..) | Expr::List(..) | Expr::Unread(_) => false,
             Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) => true,
             Expr::Not(inner) | Expr::Negate(inner) => is_quiet(inner),
             Expr::Binary(_, left, right) => is_quiet(left) && is_quiet(right),

@@ -64,7 +64,6 @@ impl Memory {
             Expr::Literal(_)
             | Expr::Call(..)
             | Expr::List(..)
-            | Expr::Either(_)
             | Expr::Kept(_)
             | Expr::Unread(_) => Err(format!("{} is not carried out here", show::expr(expr))),
         }
@@ -120,6 +119,7 @@ impl Memory {
         for statement in statements {
             *left = left.checked_sub(1).ok_or("the body does not end")?;
             let goes_on = match &statement.kind {
+                Kind::Drawn(_) => return Err("a drawing is not executed here".to_owned()),
                 Kind::Assign(target, value) => {
                     let value = self.value(value)?;
                     let key = self.key(target)?;

@@ -1,7 +1,7 @@
 //! Bodies in any language.
 
 use super::checked::single;
-use super::graph::Graph;
+use super::drawn::drawing;
 use super::reading::{Reading, language};
 use crate::ast::{Expr, Kind, Statement};
 use crate::fault::Fault;
@@ -46,16 +46,21 @@ fn statements(
     match language {
         Language::St => parse::statements(&written, line),
         Language::Il => parse::instruction_list(&written, line),
-        _ => Graph::new(reading.text, inner)?.statements(reading),
+        _ => {
+            let drawing = drawing(reading.text, inner)?;
+            let kind = drawing.acts().then(|| Kind::Drawn(Box::new(drawing)));
+            let line = reading.text.line(inner);
+            Ok(kind.into_iter().map(|kind| Statement { line, kind }).collect())
+        }
     }
 }
 
-/// The body of a condition, as one assignment to a variable without a name.
+/// The body of a condition, as a return under it.
 pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     let language = language(node).map_or(Language::St, |(language, _)| language);
     match condition(reading, node) {
         Ok(condition) => {
-            let kind = Kind::Assign(crate::ast::Path::name("~"), condition);
+            let kind = Kind::Return(condition);
             Body::Code(language, vec![Statement { line: reading.text.line(node), kind }])
         }
         Err(fault) => {
@@ -89,6 +94,6 @@ pub(super) fn condition(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Re
             })
         }
         Language::Il => parse::instruction_list_value(&written, line),
-        _ => Graph::new(reading.text, inner)?.result(reading, inner),
+        _ => super::condition::of_body(reading, inner),
     }
 }

@@ -1,8 +1,8 @@
 //! Charts as PLCopen XML draws them: steps, transitions and the bars between them, joined by connections.
 
 use super::checked::{checked, single};
-use super::graph::Graph;
-use super::graph::rank;
+use super::condition::of_transition;
+use super::drawn::position;
 use super::node::{
     ACTIVE, BESIDE, ELEMENTS, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements,
     inputs, is, sources,
@@ -159,7 +159,7 @@ fn from_the_left<'a, 'i>(mut nodes: Vec<Node<'a, 'i>>) -> Vec<Node<'a, 'i>> {
     }
     for places in rivals.into_values().filter(|places| places.len() > 1) {
         let mut own: Vec<Node<'_, '_>> = places.iter().map(|&at| nodes[at]).collect();
-        own.sort_by_key(|&node| rank(node, 0).2);
+        own.sort_by_key(|&node| position(node).1);
         for (at, node) in places.into_iter().zip(own) {
             nodes[at] = node;
         }
@@ -404,9 +404,7 @@ fn drawn<'a, 'i>(
     from: &[(&str, Option<&str>)],
 ) -> Result<Expr, Fault> {
     // Elements of the chart itself have no value, but they have numbers.
-    let text = reading.text;
-    let mut graph = Graph::new(text, body)?;
-    match graph.condition(reading, node, from) {
+    match of_transition(reading, body, node, &called(node), from) {
         Ok(value) => Ok(value),
         Err(fault) if fault.code == Code::Syntax => Ok(any(&fault)),
         Err(fault) => Err(fault),
@@ -423,7 +421,7 @@ fn named(reading: &Reading<'_, '_>, name: &str, line: u32) -> Result<Expr, Fault
     let own = reading.pou.transitions.iter().find(|one| crate::same(&one.name, name));
     match own.map(|one| &one.body) {
         Some(Body::Code(_, statements)) => match &statements[..] {
-            [Statement { kind: Kind::Assign(_, value), .. }] => Ok(value.clone()),
+            [Statement { kind: Kind::Return(value), .. }] => Ok(value.clone()),
             _ => Ok(any(&Fault::new(line, format!("the transition {name} is empty")))),
         },
         Some(Body::Unread(_, fault)) => Ok(any(fault)),

@@ -1,21 +1,10 @@
 //! What an element may say that is not followed: it is refused, since what is left out makes a bound too low.
 
-use super::graph::order;
+use super::drawn::order;
 use super::node::{Text, child, children, elements, is};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;
-
-/// Elements of a drawing that carry nothing out by themselves.
-pub(super) const PASSIVE: &[&str] = &[
-    "leftPowerRail",
-    "rightPowerRail",
-    "contact",
-    "inVariable",
-    "inOutVariable",
-    "connector",
-    "continuation",
-];
 
 /// Elements that may be negated as a whole.
 const NEGATED: &[&str] =

@@ -6,6 +6,7 @@
 
 use super::kept::{Kept, number};
 use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT, child};
+use crate::ast::{Kind, visit};
 use crate::chart::{Block, COMPUTED, Chart, Step, Target, Transition};
 use crate::{Body, show};
 use roxmltree::Node;
@@ -445,9 +446,17 @@ fn is_inline(transition: Node<'_, '_>) -> bool {
 pub(super) fn in_text(body: &Body) -> Result<String, String> {
     match body {
         Body::Code(_, statements) => {
+            let mut formless = None;
+            visit(statements, &mut |one| match one.kind {
+                Kind::Drawn(_) => formless = Some("it is drawn, and has no form in text"),
+                Kind::Keep(..) => {
+                    formless = Some("it keeps a result for itself, and has no form in text")
+                }
+                _ => {}
+            });
             let text = show::statements(statements, 0);
-            if text.contains('~') {
-                return Err("it keeps a result for itself, and has no form in text".to_owned());
+            if let Some(why) = formless {
+                return Err(why.to_owned());
             }
             Ok(text)
         }

@@ -4,7 +4,6 @@ use crate::comment::{Comments, without_comments};
 use crate::fault::Fault;
 use roxmltree::{Document, Node};
 use scanbound_base::code::Code;
-use std::collections::BTreeMap;
 
 /// Additional data of an element of a chart, and the marks of a step's own actions there.
 pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
@@ -38,8 +37,6 @@ const LINES: &[&str] = &["br", "xhtml", "html", "body", "p", "div", "pre"];
 /// A file's text, of which lines are told.
 pub(super) struct Text {
     starts: Vec<usize>,
-    /// The addresses of global variables, and whether these are elementary ones.
-    addresses: BTreeMap<String, (String, bool)>,
     /// Whether CODESYS or TwinCAT wrote it.
     pub(super) is_codesys: bool,
     /// How comments are read, where that is stated.
@@ -50,30 +47,14 @@ impl Text {
     pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let elements = || document.descendants().filter(Node::is_element);
-        let globals = elements().filter(|one| one.tag_name().name() == "globalVars");
-        let variables = globals.flat_map(|list| children(list, "variable"));
-        let located = variables.filter_map(|one| {
-            let of = child(one, "type").and_then(|of| of.children().find(Node::is_element));
-            let is_plain = of.is_some_and(|of| {
-                !["array", "derived", "string", "wstring"].contains(&of.tag_name().name())
-            });
-            let at = (one.attribute("address")?.to_owned(), is_plain);
-            Some((one.attribute("name")?.to_lowercase(), at))
-        });
         let is_theirs = |name: &str| name.contains("3s-software.com");
         Text {
             comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
-            addresses: located.collect(),
             is_codesys: elements().any(|one| {
                 one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
             }),
         }
-    }
-
-    /// The address of a global variable, by its name in small letters, and whether it is an elementary one.
-    pub(super) fn address(&self, name: &str) -> Option<(&str, bool)> {
-        self.addresses.get(name).map(|(at, is_plain)| (at.as_str(), *is_plain))
     }
 
     /// What is written at a point in place of a connection, and in which line.

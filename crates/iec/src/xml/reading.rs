@@ -4,7 +4,7 @@ use super::node::{Text, elements};
 use crate::ast::{Expr, Statement};
 use crate::chart::COMPUTED;
 use crate::fault::Fault;
-use crate::{Body, Language, Named, Pou, Section, TypeRef, Variable, same};
+use crate::{Body, Language, Named, Pou, same};
 use roxmltree::Node;
 
 /// Reads a body, whatever its language.
@@ -18,7 +18,7 @@ pub(super) struct Reading<'t, 'p> {
     pub(super) pou: &'p mut Pou,
     /// The unit, and the action or transition in it, for messages and for names.
     pub(super) place: String,
-    part: String,
+    pub(super) part: String,
     pub(super) faults: Vec<Fault>,
     /// Whether blocks of drawn conditions are carried out by an action of their own.
     pub(super) computes: bool,
@@ -75,43 +75,16 @@ impl<'t, 'p> Reading<'t, 'p> {
         self.faults.push(fault);
     }
 
-    /// A variable of the unit that the drawing needs for itself: its name.
-    pub(super) fn hidden(&mut self, name: &str, of: &str, line: u32) -> String {
-        let name = format!("~{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
-        if !of.is_empty() {
-            self.declare(&name, TypeRef::Named(of.to_owned()), line);
-        }
-        name
-    }
-
     /// Adds to what the action of drawn conditions carries out.
-    pub(super) fn compute(&mut self, statements: Vec<Statement>) {
+    pub(super) fn compute(&mut self, statement: Statement) {
         let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
         match own.map(|one| &mut one.body) {
-            Some(Body::Code(_, all)) => all.extend(statements),
+            Some(Body::Code(_, all)) => all.push(statement),
             _ => {
-                let body = Body::Code(Language::Fbd, statements);
+                let body = Body::Code(Language::Fbd, vec![statement]);
                 self.pou.actions.push(Named { name: COMPUTED.to_owned(), body, line: 0 });
             }
         }
-    }
-
-    /// Declares a variable of the unit, once.
-    pub(super) fn declare(&mut self, name: &str, of: TypeRef, line: u32) {
-        if self.pou.variables.iter().any(|own| own.name == name) {
-            return;
-        }
-        self.pou.variables.push(Variable {
-            name: name.to_owned(),
-            section: Section::Local,
-            of,
-            initial: None,
-            at: None,
-            constant: false,
-            retain: false,
-            is_internal: true,
-            line,
-        });
     }
 }
 

@@ -1,35 +1,36 @@
 //! Whether generators look at each contact of an expression once: they write one way after the other, and take what ways end
 //! with alike out of them (Beremiz: `FactorizePaths` of `PLCGenerator.py`).
 
-use super::value::DEPTH;
-use super::{Graph, is_called};
-use crate::xml::node::inputs;
-use roxmltree::Node;
+use super::edges::has_edge;
+use super::state::{Output, Sheet};
+use super::worth::DEPTH;
+use scanbound_iec::drawing::{Connection, ElementId, ElementKind};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// More elements than this are not visited for one expression.
 const VISITS: usize = 5_000;
 
 /// A way: what it goes through, beginning at the end.
-type Way<'a> = Vec<Part<'a>>;
+type Way<'d> = Vec<Part<'d>>;
 
 /// A part of a way.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Part<'a> {
+enum Part<'d> {
     /// A contact, or what begins a way.
-    One(&'a str, String),
+    One(Output<'d>),
     /// Ways beside each other.
-    Several(Vec<Way<'a>>),
+    Several(Vec<Way<'d>>),
 }
 
-impl<'a> Graph<'a, '_> {
+impl<'d> Sheet<'d> {
     /// Whether a value that is asked for twice within one expression is written once: so it is where ways fork and join in
     /// pairs, and no edge is looked at by several of them.
-    pub(super) fn is_written_once(&self, from: &[(&str, Option<&str>)]) -> bool {
-        let mut known = BTreeMap::new();
-        let mut seen = BTreeSet::new();
+    pub(super) fn is_written_once(&self, from: &'d [Connection]) -> bool {
         let mut visits = VISITS;
-        let Some(ways) = self.ways(from, &mut known, &mut visits, 0) else { return false };
+        let Some(ways) = self.ways(from, &mut BTreeMap::new(), &mut visits, 0) else {
+            return false;
+        };
+        let mut seen = BTreeSet::new();
         factored(ways).iter().all(|way| counted(way, &mut seen))
             && self.edges_are_met_once(from, visits)
     }
@@ -37,15 +38,14 @@ impl<'a> Graph<'a, '_> {
     /// The ways that lead in; none where there are too many.
     fn ways(
         &self,
-        from: &[(&str, Option<&str>)],
-        known: &mut BTreeMap<(&'a str, String), Vec<Way<'a>>>,
+        from: &'d [Connection],
+        known: &mut BTreeMap<Output<'d>, Vec<Way<'d>>>,
         visits: &mut usize,
         depth: usize,
-    ) -> Option<Vec<Way<'a>>> {
+    ) -> Option<Vec<Way<'d>>> {
         let mut found = Vec::new();
-        for (id, output) in from {
-            let Some((&id, &node)) = self.nodes.get_key_value(*id) else { continue };
-            let key = (id, output.unwrap_or_default().to_owned());
+        for connection in from {
+            let key = (connection.from, connection.output.as_str());
             if let Some(ways) = known.get(&key) {
                 found.extend(ways.iter().cloned());
                 continue;
@@ -54,15 +54,15 @@ impl<'a> Graph<'a, '_> {
             if depth > DEPTH {
                 return None;
             }
-            // What leads back to itself is told elsewhere.
-            known.insert(key.clone(), Vec::new());
-            let ways = match node.tag_name().name() {
-                "leftPowerRail" => vec![Vec::new()],
-                "contact" => {
-                    let one = Part::One(id, String::new());
-                    let mut behind =
-                        factored(self.ways(&inputs(node), known, visits, depth + 1)?);
-                    let mut way = vec![one];
+            // What leads back to itself is a fault that is found elsewhere.
+            known.insert(key, Vec::new());
+            let one = self.drawing.element(connection.from);
+            let ways = match one.kind {
+                ElementKind::LeftRail => vec![Vec::new()],
+                ElementKind::Contact => {
+                    let behind = self.ways(&one.inputs, known, visits, depth + 1)?;
+                    let mut behind = factored(behind);
+                    let mut way = vec![Part::One((connection.from, ""))];
                     match behind.len() {
                         0 => {}
                         1 => way.extend(behind.remove(0)),
@@ -70,8 +70,10 @@ impl<'a> Graph<'a, '_> {
                     }
                     vec![way]
                 }
-                "coil" | "rightPowerRail" => self.ways(&inputs(node), known, visits, depth + 1)?,
-                _ => vec![vec![Part::One(id, key.1.clone())]],
+                ElementKind::Coil | ElementKind::RightRail => {
+                    self.ways(&one.inputs, known, visits, depth + 1)?
+                }
+                _ => vec![vec![Part::One(key)]],
             };
             known.insert(key, ways.clone());
             found.extend(ways);
@@ -80,47 +82,23 @@ impl<'a> Graph<'a, '_> {
     }
 
     /// Whether no edge is looked at by two ways.
-    fn edges_are_met_once(&self, from: &[(&str, Option<&str>)], mut visits: usize) -> bool {
+    fn edges_are_met_once(&self, from: &[Connection], mut visits: usize) -> bool {
         let mut met = BTreeSet::new();
-        let mut open: Vec<&str> = from.iter().map(|(id, _)| *id).collect();
+        let mut open: Vec<ElementId> = from.iter().map(|one| one.from).collect();
         while let Some(id) = open.pop() {
-            if !self.behind_edges.contains(id) {
+            if !self.behind_edges.contains(&id) {
                 continue;
             }
-            let node = self.nodes[id];
-            if has_edge(node) && !met.insert(id) {
+            let one = self.drawing.element(id);
+            if has_edge(one) && !met.insert(id) {
                 return false;
             }
             let Some(left) = visits.checked_sub(1) else { return false };
             visits = left;
-            open.extend(inputs(node).into_iter().map(|(id, _)| id));
+            open.extend(one.inputs.iter().map(|one| one.from));
         }
         true
     }
-}
-
-fn has_edge(node: Node<'_, '_>) -> bool {
-    is_called(node, "contact") && node.attribute("edge").is_some_and(|edge| edge != "none")
-}
-
-/// Contacts that look at edges, and what they lead to within one expression.
-pub(super) fn behind_edges<'a>(nodes: &BTreeMap<&'a str, Node<'a, '_>>) -> BTreeSet<&'a str> {
-    let leads_on = |node: Node<'_, '_>| {
-        ["contact", "coil", "rightPowerRail"].contains(&node.tag_name().name())
-    };
-    let mut ahead: BTreeMap<&str, Vec<&'a str>> = BTreeMap::new();
-    for (&id, &node) in nodes.iter().filter(|(_, node)| leads_on(**node)) {
-        inputs(node).into_iter().for_each(|(from, _)| ahead.entry(from).or_default().push(id));
-    }
-    let edges = nodes.iter().filter(|(_, node)| has_edge(**node));
-    let mut open: Vec<&'a str> = edges.map(|(&id, _)| id).collect();
-    let mut found = BTreeSet::new();
-    while let Some(id) = open.pop() {
-        if found.insert(id) {
-            open.extend(ahead.get(id).into_iter().flatten());
-        }
-    }
-    found
 }
 
 /// Ways of which those that end alike are joined.
@@ -152,9 +130,9 @@ fn factored(ways: Vec<Way<'_>>) -> Vec<Way<'_>> {
 }
 
 /// Whether nothing stands in a way that has been seen.
-fn counted<'a>(way: &Way<'a>, seen: &mut BTreeSet<(&'a str, String)>) -> bool {
+fn counted<'d>(way: &Way<'d>, seen: &mut BTreeSet<Output<'d>>) -> bool {
     way.iter().all(|part| match part {
-        Part::One(id, output) => seen.insert((id, output.clone())),
+        Part::One(output) => seen.insert(*output),
         Part::Several(ways) => ways.iter().all(|way| counted(way, seen)),
     })
 }

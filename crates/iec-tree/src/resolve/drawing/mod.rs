@@ -1,0 +1,247 @@
+//! Drawings: what their elements do, in each of the orders in which tools execute them.
+//!
+//! What an element gives is an expression of what leads to it: parallel ways are joined by OR. Each coil, output and pin has an
+//! expression of its own, as generators write it; within it, what forks and joins again is kept as a temporary value.
+
+mod block;
+mod differ;
+mod edges;
+mod loops;
+mod orders;
+mod output_types;
+mod state;
+mod touched;
+mod value;
+mod ways;
+mod worth;
+
+use super::resolver::{Resolver, Scope};
+use super::statements::Labels;
+use crate::declarations::{First, Owner, VarId, Variable};
+use crate::tree::{Expr, Statement, StatementKind};
+use crate::types::{Type, TypeId};
+use loops::Loops;
+use orders::Order;
+use scanbound_base::code::Code;
+use scanbound_iec::Section;
+use scanbound_iec::ast;
+use scanbound_iec::drawing::{Drawing, Element, ElementId, ElementKind, Goal};
+use scanbound_iec::fault::Fault;
+use state::{Drawer, Hidden, Progress, Sheet, resolved};
+
+impl Resolver<'_> {
+    /// All that a drawing does, in order; where tools keep different orders and these differ, in either.
+    pub(super) fn drawing(
+        &mut self,
+        scope: Scope,
+        drawing: &Drawing,
+        labels: &mut Labels,
+    ) -> Result<Vec<Statement>, Fault> {
+        let sheet = Sheet::new(drawing, scope)?;
+        if let Some(goal) = &drawing.goal {
+            return self.of_condition(&sheet, goal, labels);
+        }
+        let mut hidden = Hidden::default();
+        let before = (self.tree.temporaries.len(), labels.passed.clone());
+        loop {
+            let found = self.in_all_orders(&sheet, &mut hidden, labels);
+            if !std::mem::take(&mut hidden.is_stale) {
+                return found;
+            }
+            // Each round declares a variable more.
+            hidden.temporaries.clear();
+            self.tree.temporaries.truncate(before.0);
+            labels.passed.clone_from(&before.1);
+        }
+    }
+
+    fn in_all_orders<'d>(
+        &mut self,
+        sheet: &Sheet<'d>,
+        hidden: &mut Hidden<'d>,
+        labels: &mut Labels,
+    ) -> Result<Vec<Statement>, Fault> {
+        let mut ways: Vec<(&'static str, Progress<'d>)> = Vec::new();
+        let passed = labels.passed.clone();
+        for order in sheet.orders() {
+            labels.passed.clone_from(&passed);
+            let what = order.what;
+            let own = self.in_order(sheet, hidden, labels, order)?;
+            if ways.iter().all(|(_, known)| self.differ(known, &own)) {
+                ways.push((what, own));
+            }
+        }
+        let line = ways.first().and_then(|(_, first)| first.all.first());
+        let line = line.map_or(0, |first| sheet.drawing.element(first.owner).line);
+        let statements = |own: Progress<'_>| own.all.into_iter().map(|one| one.statement).collect();
+        let all = ways.into_iter().map(|(what, own)| (what, statements(own)));
+        let either = |(one, before): (_, Vec<Statement>), (what, other)| {
+            let kind = StatementKind::Either(what, other, before);
+            (one, vec![Statement { kind, text: "".into(), line }])
+        };
+        Ok(all.reduce(either).map(|(_, statements)| statements).unwrap_or_default())
+    }
+
+    /// What the blocks of a condition do.
+    fn of_condition<'d>(
+        &mut self,
+        sheet: &Sheet<'d>,
+        goal: &'d Goal,
+        labels: &mut Labels,
+    ) -> Result<Vec<Statement>, Fault> {
+        let mut hidden = Hidden::default();
+        let loops = Loops::default();
+        let mut drawer = Drawer::new(self, sheet, &mut hidden, labels, (loops, false));
+        if let Some(first) = sheet.drawing.elements.first() {
+            drawer.used(first, &goal.from)?;
+        }
+        Ok(drawer.progress.all.into_iter().map(|one| one.statement).collect())
+    }
+
+    fn in_order<'d>(
+        &mut self,
+        sheet: &Sheet<'d>,
+        hidden: &mut Hidden<'d>,
+        labels: &mut Labels,
+        order: Order,
+    ) -> Result<Progress<'d>, Fault> {
+        let how = (order.loops, order.is_generated);
+        let mut drawer = Drawer::new(self, sheet, hidden, labels, how);
+        for id in order.acting {
+            drawer.progress.acting = sheet.drawing.element(id).order;
+            drawer.act(id)?;
+        }
+        Ok(drawer.progress)
+    }
+}
+
+impl<'d> Drawer<'_, '_, 'd> {
+    /// Executes an element that does something.
+    fn act(&mut self, id: ElementId) -> Result<(), Fault> {
+        let outer = std::mem::replace(&mut self.progress.owner, id);
+        let done = self.act_as_owner(id);
+        self.progress.owner = outer;
+        done
+    }
+
+    fn act_as_owner(&mut self, id: ElementId) -> Result<(), Fault> {
+        let one = self.element(id);
+        let line = one.line;
+        match &one.kind {
+            ElementKind::Block(_) => self.block(id),
+            ElementKind::InOut if one.inputs.is_empty() => Ok(()),
+            ElementKind::Coil | ElementKind::Out | ElementKind::InOut => self.write(id, one),
+            ElementKind::Return => {
+                let returns = self.condition(one)?;
+                self.add(line, StatementKind::Return(returns), "RETURN".to_owned());
+                Ok(())
+            }
+            ElementKind::Jump(label) => {
+                let jumps = self.condition(one)?;
+                let jump = self.labels.jump(label, jumps, line);
+                self.add(line, resolved(jump), format!("JMP {label}"));
+                Ok(())
+            }
+            ElementKind::Label(label) => {
+                let kind = self.labels.label(label);
+                self.add(line, kind, format!("{label}:"));
+                Ok(())
+            }
+            // Generators look at the edges in front of it, whatever it leads to.
+            ElementKind::Connector if self.is_generated => self.used(one, &one.inputs).map(|_| ()),
+            ElementKind::Other(name) => {
+                let what = format!("elements {name} are not followed");
+                Err(one.fault(&what).code(Code::NotModelled))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What leads to a jump or a return.
+    fn condition(&mut self, one: &'d Element) -> Result<Expr, Fault> {
+        let value = self.used(one, &one.inputs)?;
+        Ok(if one.negated_in { value.not().expr } else { value.expr })
+    }
+
+    /// Writes the variable of a coil or an output.
+    fn write(&mut self, id: ElementId, one: &'d Element) -> Result<(), Fault> {
+        if !self.progress.done.insert(id) {
+            return Ok(());
+        }
+        let ast::Expr::Variable(target) = one.operand.as_ref().map_err(Fault::clone)? else {
+            return Err(one.fault("it writes to no variable"));
+        };
+        let is_coil = one.kind == ElementKind::Coil;
+        let mut value = self.used(one, &one.inputs)?;
+        if is_coil && one.uses > 0 {
+            value = self.store(one, (id, ""), value);
+        }
+        if let Some(edge) = one.edge {
+            let always = self.truth(true, one.line);
+            value = self.edge(one, (id, ""), edge, value, always);
+        }
+        if one.negated_in {
+            value = value.negated();
+        }
+        let is_taken = match &one.inputs[..] {
+            // Some controllers write nothing where nothing leads to it.
+            [] => self.any(one.line),
+            from if !is_coil => self.is_taken(from),
+            _ => self.truth(true, one.line),
+        };
+        let scope = self.sheet.scope;
+        let kind = match one.latch {
+            Some(set) => self.resolver.latch(scope, target, set, &value.value(), one.line),
+            None => self.resolver.assign(scope, target, &value.value(), one.line),
+        };
+        self.add_if(one.line, is_taken, resolved(kind), &scanbound_iec::show::path(target));
+        Ok(())
+    }
+}
+
+impl Resolver<'_> {
+    /// Declares a variable of the unit or the method, which only a drawing knows.
+    fn hidden_variable(&mut self, scope: Scope, name: String, ty: TypeId) -> VarId {
+        let owner = match (scope.method, scope.unit) {
+            (Some(method), _) => Owner::Routine(method),
+            (None, Some(unit)) => Owner::Unit(unit),
+            (None, None) => unreachable!("code belongs to a unit"),
+        };
+        let first = match self.tree.types.get(ty) {
+            Type::Elementary(_) => First::Zero,
+            _ => First::Unknown,
+        };
+        let begins = self.begins_plainly(ty);
+        let id = VarId::at(self.tree.variables.len());
+        let symbol = self.index.symbol(&name);
+        self.tree.variables.push(Variable {
+            name,
+            symbol,
+            section: Section::Local,
+            ty,
+            owner,
+            initial: None,
+            first,
+            begins,
+            type_calls: false,
+            at: None,
+            constant: false,
+            retain: false,
+            is_internal: true,
+            line: 0,
+        });
+        // The result of a function or a method stays the last.
+        let (variables, result) = match owner {
+            Owner::Routine(method) => {
+                let own = &mut self.tree.routines[method.index()];
+                (&mut own.variables, own.result)
+            }
+            _ => {
+                let own = &mut self.tree.units[scope.unit.map_or(0, |unit| unit.index())];
+                (&mut own.variables, own.result)
+            }
+        };
+        variables.insert(variables.len() - usize::from(result.is_some()), id);
+        id
+    }
+}

@@ -1,0 +1,376 @@
+//! What an output of a drawing's element is worth where it is asked for.
+
+use super::state::{Drawer, Output, Term, Use, resolved};
+use super::touched::{Held, Touched};
+use super::worth::{DEPTH, Kept, Shape, Worth};
+use crate::blocks::{Pin, StandardBlock};
+use crate::declarations::TempId;
+use crate::show;
+use crate::tree::{
+    Call, Enable, Expr, ExprKind, Parameter, Passed, Statement, StatementKind, Step, Target,
+};
+use crate::types::Type;
+use scanbound_base::code::Code;
+use scanbound_iec::ast::{self, Literal, Operator};
+use scanbound_iec::drawing::{Connection, Edge, Element, ElementId, ElementKind};
+use scanbound_iec::fault::Fault;
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+/// How many elements may be looked at for one expression that looks at some of them more than once.
+const VISITS: usize = 5_000;
+
+/// Beyond so many values that are one of two, the next may be any.
+const EITHERS: usize = 1000;
+
+/// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
+const ROW: usize = 100;
+
+impl<'d> Drawer<'_, '_, 'd> {
+    /// A truth value.
+    pub(super) fn truth(&self, value: bool, line: u32) -> Worth {
+        let expr = Expr { kind: ExprKind::Bool(value), ty: self.resolver.bool(), line };
+        Worth { expr, shape: Shape::Truth(value), written: None }
+    }
+
+    /// Any value.
+    pub(super) fn any(&mut self, line: u32) -> Worth {
+        let ty = self.resolver.unknown();
+        Worth::formula(Expr { kind: ExprKind::Either(None), ty, line })
+    }
+
+    /// What is written at an element.
+    pub(super) fn written(&mut self, of: &ast::Expr, line: u32) -> Worth {
+        let shape = match of {
+            ast::Expr::Literal(Literal::Bool(value)) => Shape::Truth(*value),
+            ast::Expr::Literal(_) => Shape::Constant,
+            ast::Expr::Variable(_) => Shape::Variable,
+            _ => Shape::Formula,
+        };
+        let expr = self.resolver.expression(self.sheet.scope, of, line);
+        Worth { expr, shape, written: Some(Rc::new(of.clone())) }
+    }
+
+    fn operand(&mut self, one: &Element) -> Result<Worth, Fault> {
+        let operand = one.operand.as_ref().map_err(Fault::clone)?;
+        Ok(self.written(operand, one.line))
+    }
+
+    fn binary(&mut self, operator: Operator, one: Worth, other: Worth) -> Worth {
+        Worth::formula(self.resolver.operation(operator, one.expr, other.expr))
+    }
+
+    fn and(&mut self, one: Worth, other: Worth) -> Worth {
+        match (one.is(true), other.is(true)) {
+            (true, _) => other,
+            (_, true) => one,
+            _ => self.binary(Operator::And, one, other),
+        }
+    }
+
+    /// One of two values. Beyond so many of these it is any value, since each makes the expression larger.
+    fn either(&mut self, one: Worth, other: Worth) -> Worth {
+        if one.expr == other.expr {
+            return one;
+        }
+        self.progress.eithers += 1;
+        if self.progress.eithers > EITHERS {
+            return self.any(one.expr.line);
+        }
+        self.one_of(one, other)
+    }
+
+    /// One of two values: controllers differ.
+    pub(super) fn one_of(&mut self, one: Worth, other: Worth) -> Worth {
+        let line = one.expr.line;
+        let types = &mut self.resolver.tree.types;
+        let ty = crate::standard::meeting(types, one.expr.ty, other.expr.ty);
+        let both = Some(Box::new((one.expr, other.expr)));
+        Worth::formula(Expr { kind: ExprKind::Either(both), ty, line })
+    }
+
+    fn any_of(&mut self, mut ways: Vec<Worth>) -> Option<Worth> {
+        if ways.len() > ROW {
+            let back = ways.split_off(ways.len() / 2);
+            let (front, back) = (self.any_of(ways)?, self.any_of(back)?);
+            return Some(self.binary(Operator::Or, front, back));
+        }
+        ways.into_iter().reduce(|one, other| self.binary(Operator::Or, one, other))
+    }
+
+    /// The value that leads in through connections, for one coil, output or pin: generators write an expression for each of
+    /// these, in which contacts are looked at anew.
+    pub(super) fn used(
+        &mut self,
+        one: &'d Element,
+        from: &'d [Connection],
+    ) -> Result<Worth, Fault> {
+        let is_written_once = self.sheet.is_written_once(from);
+        let term = Term { is_written_once, ..Term::default() };
+        let outer = std::mem::replace(&mut self.term, term);
+        let value = self.joined(one, from);
+        self.term = outer;
+        value
+    }
+
+    /// The value that leads in through connections.
+    fn joined(&mut self, one: &'d Element, from: &'d [Connection]) -> Result<Worth, Fault> {
+        let mut ways = Vec::new();
+        for connection in from {
+            ways.push(self.worth((connection.from, &connection.output))?);
+        }
+        // What is not connected carries no power.
+        Ok(self.any_of(ways).unwrap_or_else(|| self.truth(false, one.line)))
+    }
+
+    fn worth(&mut self, key: Output<'d>) -> Result<Worth, Fault> {
+        let id = key.0;
+        if let Some(value) = self.term.looked_at.get(&key).filter(|_| self.term.is_written_once) {
+            return Ok(value.clone());
+        }
+        let one = self.element(id);
+        self.term.visits += 1;
+        let refused =
+            |what: &str, help: &str| Err(one.fault(what).code(Code::NotModelled).help(help));
+        if self.term.visits > VISITS && !self.term.is_written_once {
+            let help = "put a coil in between, and use its variable";
+            return refused("ways through it fork and join too often", help);
+        }
+        if self.is_fed_back(id, one) {
+            return self.fed_back(key, one);
+        }
+        for first in self.loops.first(id, &self.open, &self.progress.done) {
+            if !self.comes_later(self.element(first)) {
+                self.block(first)?;
+            }
+        }
+        if self.depth >= DEPTH {
+            let what = format!("more than {DEPTH} elements stand in a row behind it");
+            return refused(&what, "put a coil in between");
+        }
+        if !self.open.insert(id) {
+            let what = "the ways through it come back to where they began";
+            return Err(one.fault(what).code(Code::Connection));
+        }
+        self.depth += 1;
+        let found = self.put_out(key, one);
+        self.depth -= 1;
+        self.open.remove(&id);
+        let found = found?;
+        // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is used.
+        let is_plain = match found.shape {
+            Shape::Truth(_) | Shape::Constant => true,
+            Shape::Variable => !matches!(one.kind, ElementKind::Contact | ElementKind::Coil),
+            Shape::Formula => false,
+        };
+        let value = match self.progress.kept.get(&key).cloned() {
+            _ if is_plain => found,
+            // Some controllers look at it again, and others do not.
+            Some(kept) if self.has_changed(kept.held) => self.either(kept.value, found),
+            _ => found,
+        };
+        let value = match is_plain || one.uses < 2 {
+            true => value,
+            false => self.store(one, key, value),
+        };
+        self.term.looked_at.insert(key, value.clone());
+        Ok(value)
+    }
+
+    /// Stores a value, since what it is made of may change before it is asked for again.
+    pub(super) fn store(&mut self, one: &Element, key: Output<'d>, value: Worth) -> Worth {
+        // What a condition is made of is written where it is asked for.
+        if self.sheet.drawing.goal.is_some() {
+            return value;
+        }
+        let own = self.next_key(Use::Way, key);
+        let id = self.temporary(own, value.expr.ty);
+        let (stored, touched) = self.keep(one.line, id, value.expr, None);
+        let held = Held::Temporary(id);
+        self.progress.stored.insert(held, (touched, self.progress.all.len()));
+        let kept = Kept { value: stored.clone(), held };
+        self.progress.kept.entry(key).or_insert(kept);
+        stored
+    }
+
+    /// Keeps a value in a temporary; what that is worth from then on, and what the value touches.
+    pub(super) fn keep(
+        &mut self,
+        line: u32,
+        id: TempId,
+        value: Expr,
+        shown: Option<String>,
+    ) -> (Worth, Touched) {
+        self.resolver.tree.temporaries[id.index()].ty = value.ty;
+        let place = self.resolver.kept_place(id);
+        let touched = self.resolver.touched_by(&value);
+        let kind = match value.kind {
+            ExprKind::Fault(fault) => StatementKind::Fault(fault),
+            _ => StatementKind::Keep(id, value),
+        };
+        let text = shown.map(|shown| format!("{} := {shown};", place.text));
+        let text = text.unwrap_or_else(|| show::statement(&self.resolver.tree, &kind, &place.text));
+        self.add(line, kind, text);
+        (Worth::variable(place, line), touched)
+    }
+
+    /// Whether a stored value might be another one if it was worked out again.
+    fn has_changed(&self, held: Held) -> bool {
+        let mut open = vec![held];
+        let mut seen = BTreeSet::new();
+        while let Some(held) = open.pop() {
+            let Some((value, since)) = self.progress.stored.get(&held) else { continue };
+            let later = self.progress.all[*since..].iter();
+            if { later }.any(|one| self.resolver.may_change(&one.touched, value)) {
+                return true;
+            }
+            open.extend(value.held.iter().copied().filter(|held| seen.insert(*held)));
+        }
+        false
+    }
+
+    fn comes_later(&self, one: &Element) -> bool {
+        one.order.zip(self.progress.acting).is_some_and(|(own, acting)| own > acting)
+    }
+
+    /// Whether an output is that of a block that is not executed before it is asked for: a way leads back to it, or its number
+    /// of execution is a later one. It holds what the scan before left in it.
+    fn is_fed_back(&self, id: ElementId, one: &Element) -> bool {
+        if one.block().is_none() {
+            return false;
+        }
+        let later = self.comes_later(one) && (one.is_instance() || self.loops.holds(id));
+        let is_done = self.progress.done.contains(&id);
+        self.open.contains(&id) || (!is_done && (later || self.loops.is_behind(id, &self.open)))
+    }
+
+    fn put_out(&mut self, key: Output<'d>, one: &'d Element) -> Result<Worth, Fault> {
+        let id = key.0;
+        match &one.kind {
+            ElementKind::LeftRail => Ok(self.truth(true, one.line)),
+            ElementKind::Contact => {
+                let way = self.joined(one, &one.inputs)?;
+                let mut value = self.operand(one)?;
+                if let Some(edge) = one.edge {
+                    let always = self.truth(true, one.line);
+                    value = self.edge(one, (id, ""), edge, value, always);
+                }
+                if one.negated_in {
+                    value = value.not();
+                }
+                Ok(self.and(way, value))
+            }
+            // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at again.
+            // Generators execute the coil in its own place, and join what leads to it by AND.
+            ElementKind::Coil => {
+                if !self.is_generated {
+                    self.act(id)?;
+                }
+                let any = self.joined(one, &one.inputs)?;
+                if !self.is_generated || one.inputs.len() < 2 {
+                    return Ok(any);
+                }
+                self.progress.joins_all = true;
+                let mut all = self.truth(true, one.line);
+                for input in &one.inputs {
+                    let way = self.joined(one, std::slice::from_ref(input))?;
+                    all = self.and(all, way);
+                }
+                Ok(self.either(any, all))
+            }
+            ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => {
+                self.joined(one, &one.inputs)
+            }
+            ElementKind::In | ElementKind::InOut => {
+                // What leads into it is written before it is read; by generators in its own place.
+                if !one.inputs.is_empty() && !self.is_generated {
+                    self.act(id)?;
+                }
+                let value = self.operand(one)?;
+                Ok(if one.negated_out { value.not() } else { value })
+            }
+            ElementKind::Continuation(from) => self.worth((*from, "")),
+            ElementKind::Block(_) => {
+                if !self.progress.done.contains(&id) {
+                    self.comes_in_time(one)?;
+                }
+                self.block(id)?;
+                Ok(self.block_output(id, key.1))
+            }
+            kind => {
+                let what = format!("elements {} are not followed", kind.name());
+                Err(one.fault(&what).code(Code::Syntax))
+            }
+        }
+    }
+
+    /// Refuses a block that what takes its result is executed before, by their numbers.
+    fn comes_in_time(&self, one: &Element) -> Result<(), Fault> {
+        let Some(acting) = self.progress.acting else { return Ok(()) };
+        let why = match one.order {
+            Some(own) if own > acting => "is executed before it, by their numbers",
+            Some(_) => return Ok(()),
+            None => {
+                "has an executionOrderId, and it has none: which of them comes first is not clear"
+            }
+        };
+        let what = format!("what takes its result {why}");
+        let help = "number it before what takes its result";
+        Err(one.fault(&what).code(Code::NotModelled).help(help))
+    }
+
+    /// Whether there is an edge, looked at under a condition. Generators make an instance for each place that asks for it;
+    /// others have one for all. They show the same as long as all of them see the same.
+    pub(super) fn edge(
+        &mut self,
+        one: &Element,
+        of: Output<'d>,
+        edge: Edge,
+        value: Worth,
+        looked_at: Worth,
+    ) -> Worth {
+        let block = match edge {
+            Edge::Rising => StandardBlock::RTrig,
+            Edge::Falling => StandardBlock::FTrig,
+        };
+        let ty = self.resolver.tree.types.id(Type::Standard(block));
+        let key = self.next_key(Use::Edge, of);
+        let id = self.variable(key, ty);
+        if key.2 == 1 && of.1.is_empty() {
+            self.name_for_condition(id, one, None);
+        }
+        let place = self.resolver.start(id);
+        let touched = self.resolver.touched_by(&value.expr);
+        let bool = self.resolver.bool();
+        let clock = Passed::ByValue(self.resolver.converted(value.expr, bool));
+        let call = Call {
+            target: Target::Standard(place.clone(), block),
+            passed: vec![(Parameter::Pin(Pin::Clk), clock)],
+            enable: Enable::default(),
+        };
+        let text = place.text.to_string();
+        let kind = match looked_at.is(true) {
+            true => StatementKind::Call(call),
+            false => {
+                let kind = StatementKind::Call(call);
+                let inner = Statement { kind, text: place.text.clone(), line: one.line };
+                StatementKind::CallIf(looked_at.expr, Box::new(inner))
+            }
+        };
+        self.add(one.line, resolved(Ok(kind)), text);
+        let mut shows = place;
+        shows.steps.push(Step::Pin(Pin::Q));
+        shows.ty = bool;
+        let shows = Worth::variable(shows, one.line);
+        let held = Held::Edge(id);
+        let Some(first) = self.progress.edges.get(&of).cloned() else {
+            self.progress.stored.insert(held, (touched, self.progress.all.len()));
+            self.progress.edges.insert(of, Kept { value: shows.clone(), held });
+            return shows;
+        };
+        match self.sheet.has_jumps || self.has_changed(first.held) {
+            true => self.either(first.value, shows),
+            false => first.value,
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Conditions that are drawn, as expressions. What their blocks put out is read from variables, where an action of its own
+//! executes the blocks in each scan.
+
+use super::drawn::drawing;
+use super::reading::Reading;
+use crate::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::drawing::{
+    Block, Connection, Drawing, Element, ElementId, ElementKind, Given, Goal, held,
+};
+use crate::fault::Fault;
+use roxmltree::Node;
+use scanbound_base::code::Code;
+use std::collections::BTreeSet;
+
+/// More elements are not looked at for one condition, each as often as ways lead through it.
+const VISITS: usize = 5_000;
+
+/// How deep ways may be followed.
+const DEPTH: usize = 150;
+
+/// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
+const ROW: usize = 100;
+
+/// The value of a condition whose body is a drawing: what leads to its only coil, or to the right rail, or out of it.
+pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Expr, Fault> {
+    let drawing = drawing(reading.text, body)?;
+    let is_end = |one: &&Element| match one.kind {
+        ElementKind::Coil | ElementKind::Out => true,
+        ElementKind::InOut => !one.inputs.is_empty(),
+        _ => false,
+    };
+    let mut ends: Vec<&Element> = drawing.elements.iter().filter(is_end).collect();
+    if ends.is_empty() {
+        let is_rail = |one: &&Element| one.kind == ElementKind::RightRail;
+        ends.extend(drawing.elements.iter().filter(is_rail));
+    }
+    let [end] = ends[..] else {
+        let message = match ends[..] {
+            [] => "nothing says what the condition is",
+            _ => "several elements say what the condition is",
+        };
+        return Err(reading.text.fault(body, message).help("leave one coil or output in it"));
+    };
+    let acts = |one: &&Element| {
+        matches!(one.kind, ElementKind::Jump(_) | ElementKind::Return | ElementKind::Label(_))
+    };
+    let remembers = end.edge.is_some() || end.latch.is_some();
+    let acting = drawing.elements.iter().find(acts);
+    if let Some(one) = acting.or(remembers.then_some(end)) {
+        return Err(one.fault("it is not followed in a condition"));
+    }
+    let (from, is_negated, called) = (end.inputs.clone(), end.negated_in, end.called());
+    let (value, reached) = value(reading, &drawing, from, &called, end.line)?;
+    let is_left =
+        |(id, one): &(ElementId, &Element)| one.block().is_some() && !reached.contains(id);
+    if let Some((_, one)) = drawing.all().find(is_left) {
+        return Err(one.fault("the condition does not depend on it"));
+    }
+    Ok(if is_negated { value.not() } else { value })
+}
+
+/// The value of a condition that leads to a transition through connections.
+pub(super) fn of_transition(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'_, '_>,
+    node: Node<'_, '_>,
+    called: &str,
+    from: &[(&str, Option<&str>)],
+) -> Result<Expr, Fault> {
+    let drawing = drawing(reading.text, body)?;
+    let wires = from.iter().map(|(id, output)| {
+        let missing = || {
+            let what = format!("{called}: a connection leads to localId {id}, which is not there");
+            reading.text.fault(node, what).code(Code::Connection)
+        };
+        let from = drawing.all().find(|(_, one)| one.local_id == **id).ok_or_else(missing)?.0;
+        Ok(Connection { from, output: output.unwrap_or_default().to_owned() })
+    });
+    let wires = wires.collect::<Result<Vec<_>, Fault>>()?;
+    value(reading, &drawing, wires, called, reading.text.line(node)).map(|(value, _)| value)
+}
+
+/// A condition's value, and the blocks that it depends on.
+fn value(
+    reading: &mut Reading<'_, '_>,
+    drawing: &Drawing,
+    from: Vec<Connection>,
+    called: &str,
+    line: u32,
+) -> Result<(Expr, BTreeSet<ElementId>), Fault> {
+    let mut walk = Walk {
+        drawing,
+        called,
+        apart: (reading.computes && !drawing.is_executed_as_drawn).then(|| reading.part.clone()),
+        acts: false,
+        reached: BTreeSet::new(),
+        open: BTreeSet::new(),
+        visits: 0,
+    };
+    let value = walk.joined(&from)?;
+    let mut reached = walk.reached;
+    let mut open: Vec<ElementId> = reached.iter().copied().collect();
+    while let Some(id) = open.pop() {
+        for from in drawing.element(id).sources().map(|one| one.from) {
+            if reached.insert(from) {
+                open.push(from);
+            }
+        }
+    }
+    if walk.acts {
+        let part = reading.part.clone();
+        let drawing = Drawing { goal: Some(Goal { part, from }), ..drawing.clone() };
+        reading.compute(Statement { line, kind: Kind::Drawn(Box::new(drawing)) });
+    }
+    Ok((value, reached))
+}
+
+struct Walk<'d> {
+    drawing: &'d Drawing,
+    /// What has the condition, for messages.
+    called: &'d str,
+    /// Where the blocks are executed apart, the name of the condition.
+    apart: Option<String>,
+    /// Whether there is anything to execute.
+    acts: bool,
+    /// The blocks that were met.
+    reached: BTreeSet<ElementId>,
+    open: BTreeSet<ElementId>,
+    visits: usize,
+}
+
+impl<'d> Walk<'d> {
+    fn refused(&self, line: u32, what: &str, help: &str) -> Fault {
+        Fault::new(line, format!("{}: {what}", self.called)).code(Code::NotModelled).help(help)
+    }
+
+    fn remembers(&self, line: u32) -> Fault {
+        let help = "carry the block out in an action, and use what it puts out";
+        self.refused(line, "a condition with a block that remembers is not followed", help)
+    }
+
+    fn joined(&mut self, from: &[Connection]) -> Result<Expr, Fault> {
+        let ways = from.iter().map(|one| self.worth(one.from, &one.output));
+        let ways = ways.collect::<Result<Vec<_>, _>>()?;
+        // What is not connected carries no power.
+        Ok(any_of(&ways).unwrap_or_else(|| Expr::bool(false)))
+    }
+
+    fn worth(&mut self, id: ElementId, output: &str) -> Result<Expr, Fault> {
+        let one = self.drawing.element(id);
+        self.visits += 1;
+        if self.visits > VISITS {
+            let help = "draw a part of it with a coil, and use that here";
+            let what = "its ways fork and join too often to be followed";
+            return Err(self.refused(one.line, what, help));
+        }
+        if self.open.len() > DEPTH {
+            let what = format!("more than {DEPTH} elements stand in a row behind it");
+            return Err(one.fault(&what).code(Code::NotModelled).help("put a coil in between"));
+        }
+        if !self.open.insert(id) {
+            let what = "the ways through it come back to where they began";
+            return Err(one.fault(what).code(Code::Connection));
+        }
+        let found = self.put_out(id, one, output);
+        self.open.remove(&id);
+        found
+    }
+
+    fn put_out(&mut self, id: ElementId, one: &'d Element, output: &str) -> Result<Expr, Fault> {
+        let negated = |value: Expr, negated: bool| if negated { value.not() } else { value };
+        match &one.kind {
+            ElementKind::LeftRail => Ok(Expr::bool(true)),
+            ElementKind::Contact => {
+                let way = self.joined(&one.inputs)?;
+                let value = match (&one.edge, &self.apart) {
+                    (None, _) => one.operand.clone()?,
+                    (Some(_), None) => return Err(self.remembers(one.line)),
+                    (Some(_), Some(part)) => {
+                        self.acts = true;
+                        Expr::Variable(Path::name(held(part, one, None)).with("Q"))
+                    }
+                };
+                Ok(way.and(negated(value, one.negated_in)))
+            }
+            ElementKind::RightRail | ElementKind::Connector => self.joined(&one.inputs),
+            ElementKind::In => Ok(negated(one.operand.clone()?, one.negated_out)),
+            ElementKind::InOut if one.inputs.is_empty() => {
+                Ok(negated(one.operand.clone()?, one.negated_out))
+            }
+            ElementKind::Continuation(from) => self.worth(*from, ""),
+            ElementKind::Block(block) => self.block(id, one, block, output),
+            ElementKind::Coil | ElementKind::Out | ElementKind::InOut => {
+                Err(self.remembers(one.line))
+            }
+            kind => {
+                let what = format!("{}: elements {} are not followed", one.called(), kind.name());
+                Err(Fault::new(one.line, what))
+            }
+        }
+    }
+
+    fn block(
+        &mut self,
+        id: ElementId,
+        one: &Element,
+        block: &Block,
+        output: &str,
+    ) -> Result<Expr, Fault> {
+        let is_first_time = self.reached.insert(id);
+        let first = block.results().next().unwrap_or_default();
+        let named = if output.is_empty() { first } else { output };
+        let is_given_back = block.has_input(named) && block.has_output(named);
+        let is_written = block.outputs.iter().any(|pin| pin.written.is_some());
+        if block.code.is_some() || is_written || is_given_back {
+            return Err(self.remembers(one.line));
+        }
+        let is_enable = named.eq_ignore_ascii_case("ENO");
+        let is_negated = block.outputs.iter().any(|pin| pin.name == named && pin.negated);
+        let value = match (&self.apart, &block.instance) {
+            (None, Some(_)) => return Err(self.remembers(one.line)),
+            (None, None) if !is_first_time || named != first => {
+                return Err(self.remembers(one.line));
+            }
+            (None, None) => self.called(one, block)?,
+            (Some(_), _) if is_enable && !block.gives_enable() => {
+                self.acts = true;
+                let pin = block.inputs.iter().find(|pin| pin.name.eq_ignore_ascii_case("EN"));
+                match pin {
+                    Some(pin) => self.given(&pin.given, pin.negated)?,
+                    None => None,
+                }
+                .unwrap_or_else(|| Expr::bool(true))
+            }
+            (Some(_), Some(instance)) => {
+                self.acts = true;
+                Expr::Variable(instance.clone()?.with(named))
+            }
+            (Some(part), None) => {
+                self.acts = true;
+                Expr::name(held(part, one, Some(named)))
+            }
+        };
+        Ok(if is_negated && !is_enable { value.not() } else { value })
+    }
+
+    /// What a pin is given, if it is given anything.
+    fn given(&mut self, given: &Given, is_negated: bool) -> Result<Option<Expr>, Fault> {
+        let value = match given {
+            Given::Nothing => return Ok(None),
+            Given::Written(value) => value.clone()?,
+            Given::Wired(from) => self.joined(from)?,
+        };
+        Ok(Some(if is_negated { Expr::Not(Box::new(value)) } else { value }))
+    }
+
+    /// A function with its inputs.
+    fn called(&mut self, one: &Element, block: &Block) -> Result<Expr, Fault> {
+        let mut given = Vec::new();
+        for pin in &block.inputs {
+            if pin.edge.is_some() {
+                return Err(self.remembers(one.line));
+            }
+            let Some(value) = self.given(&pin.given, pin.negated)? else { continue };
+            let name = Some(pin.name.clone()).filter(|name| !name.is_empty());
+            given.push(Argument { name, is_output: false, value });
+        }
+        if block.are_counted(given.iter().filter(|one| !is_enable(one)).count()) {
+            given.iter_mut().filter(|one| !is_enable(one)).for_each(|one| one.name = None);
+        }
+        Ok(Expr::Call(block.function.clone()?, given))
+    }
+}
+
+fn is_enable(one: &Argument) -> bool {
+    one.name.as_ref().is_some_and(|name| name.eq_ignore_ascii_case("EN"))
+}
+
+fn any_of(ways: &[Expr]) -> Option<Expr> {
+    if ways.len() <= ROW {
+        return ways.iter().cloned().reduce(Expr::or);
+    }
+    let (front, back) = ways.split_at(ways.len() / 2);
+    Some(any_of(front)?.or(any_of(back)?))
+}
