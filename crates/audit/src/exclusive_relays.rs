@@ -106,8 +106,8 @@ impl<'p> ExclusiveRelays<'p> {
         self.outputs.contains(&cell)
     }
 
-    /// Whether a bit holds at the start of a scan what the scan before left, even if that scan wrote an unknown value to
-    /// it, as timers do to their contacts.
+    /// Whether a bit holds at the start of a scan what the scan before left, even if that scan wrote an unknown value
+    /// to it, as timers do to their contacts.
     #[must_use]
     pub fn is_left_by_scan(&self, bit: BitTarget) -> bool {
         match self.start_unknown(bit) {
