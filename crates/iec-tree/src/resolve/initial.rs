@@ -234,7 +234,7 @@ impl Resolver<'_> {
 
 /// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is another
 /// one.
-fn given<'e>(initial: Option<&'e Expr>, kind: Listing) -> Option<&'e [Argument]> {
+fn given(initial: Option<&Expr>, kind: Listing) -> Option<&[Argument]> {
     match initial {
         None => Some(&[]),
         Some(Expr::List(own, given)) if *own == kind => Some(given),

@@ -62,7 +62,7 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
             Some(Argument { name: Some(name), is_output: false, value })
         })
         .collect();
-    (!given.is_empty()).then(|| Expr::List(Listing::Parts, given))
+    (!given.is_empty()).then_some(Expr::List(Listing::Parts, given))
 }
 
 /// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or cannot be
