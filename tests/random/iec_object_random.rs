@@ -8,6 +8,8 @@
 //! that `SCANBOUND_FIRST` names. `SCANBOUND_SHOW` shows the programs whose refusal has this in its text; with `seeds`, the number
 //! of each.
 
+#![allow(clippy::print_stdout, reason = "what is refused and found too low is shown for each seed")]
+
 use crate::common::iec::generate::Dice;
 use crate::common::iec::st::{place, print, project, reduce, run, standard, tree};
 

@@ -163,7 +163,7 @@ impl<'p> SteadyDevices<'p> {
             return false;
         }
         let effects = program.instructions[at].effects.iter();
-        let device = effects.filter_map(|effect| match &effect.write {
+        let mut device = effects.filter_map(|effect| match &effect.write {
             Write::Bit(BitTarget::Cell(cell), Logic::Bit(BitSource::Cell(device)))
                 if *cell == memory =>
             {
@@ -171,7 +171,7 @@ impl<'p> SteadyDevices<'p> {
             }
             _ => None,
         });
-        let Some(device) = device.last() else { return false };
+        let Some(device) = device.next_back() else { return false };
         let is_volatile = program.volatile.iter().any(|region| region.contains(device));
         let writes = self.written.iter().filter(|(_, region)| region.contains(device));
         let mut writers: Vec<usize> = writes.map(|(writer, _)| *writer).collect();

@@ -138,7 +138,7 @@ impl Draw<'_> {
                     _ => self.small(8),
                 };
                 let value = of.keep(value);
-                let value = if value < -(1 << 62) || value > 1 << 62 { 3 } else { value };
+                let value = if (-(1 << 62)..=1 << 62).contains(&value) { value } else { 3 };
                 let base = self.dice.one(&[10, 10, 10, 16, 2]);
                 Kind::Number(value, self.dice.chance(4), base)
             }

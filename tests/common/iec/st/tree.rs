@@ -298,6 +298,9 @@ pub struct Call {
     pub enable: Option<(Expr, Option<Place>)>,
 }
 
+/// The lowest and highest values of the labels of a CASE.
+pub type Ranges = Vec<(i128, i128)>;
+
 #[derive(Debug, Clone)]
 pub enum Statement {
     Assign(Place, Expr),
@@ -311,7 +314,7 @@ pub enum Statement {
     /// A property of an instance, or of the one whose code it is.
     Set(Option<Place>, &'static str, Expr),
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
-    Case(Expr, Vec<(Vec<(i128, i128)>, Vec<Statement>)>, Vec<Statement>),
+    Case(Expr, Vec<(Ranges, Vec<Statement>)>, Vec<Statement>),
     For(Box<For>),
     While(Expr, Vec<Statement>),
     Repeat(Vec<Statement>, Expr),
