@@ -169,7 +169,8 @@ impl<'g> Split<'g> {
         if trail.assume(literal).is_some() {
             return 0;
         }
-        let left = most - self.loses(trail.since(known));
+        // Where more is lost than the bound has left, no assignment remains.
+        let left = most.saturating_sub(self.loses(trail.since(known)));
         trail.back(level);
         left
     }
@@ -253,7 +254,7 @@ impl<'g> Split<'g> {
         if case.literals.iter().any(|&literal| trail.require(literal).is_some()) {
             return (Vec::new(), None);
         }
-        let most = self.most - self.loses(trail.since(self.propagator.length()));
+        let most = self.most.saturating_sub(self.loses(trail.since(self.propagator.length())));
         let off = Slices::of(&self.open(&trail), &mut trail).off;
         let case = Case { upper: case.upper.min(most.saturating_sub(off)), ..case };
         if case.upper <= known.lower() {
