@@ -28,7 +28,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale that shows this time with [`DIGITS`] significant digits.
+    /// The scale that shows this time with `DIGITS` significant digits.
     #[must_use]
     pub fn of(time: Picos) -> Scale {
         if time == Picos::ZERO {

@@ -112,7 +112,7 @@ pub enum Elementary {
 }
 
 impl Elementary {
-    /// All, in the order of their ids ([`Types::elementary`]).
+    /// All, in the order of their ids.
     pub const ALL: [Elementary; 17] = [
         Elementary::Bool,
         Elementary::Sint,
