@@ -359,14 +359,14 @@ impl Scans {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use scanbound_ir::{AreaId, Cell};
     use scanbound_model::{Circuit, Origin, Variable};
 
     /// A model of bits whose values at the end of a scan are these functions of their start values and of one free bit,
     /// the last one.
-    fn model(
+    pub(crate) fn model(
         bits: u32,
         ends: impl Fn(&mut Circuit, &[Lit], Lit) -> Vec<Lit>,
     ) -> (ScanModel, Vec<BitTransition>) {

@@ -170,29 +170,8 @@ impl<'a> Predecessors<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::inductive::tests::model;
     use super::*;
-    use scanbound_ir::{AreaId, Cell};
-    use scanbound_model::{Atom, Circuit, Origin, VarKind, Variable};
-
-    /// A model of bits whose values at the end of a scan are these functions of their start values and of one free bit,
-    /// the last one.
-    fn model(
-        bits: u32,
-        ends: impl Fn(&mut Circuit, &[Lit], Lit) -> Vec<Lit>,
-    ) -> (ScanModel, Vec<BitTransition>) {
-        let mut model = ScanModel::default();
-        for index in 0..=bits {
-            let origin = Origin::Start(Cell { area: AreaId(0), index });
-            model.variables.push(Variable { kind: VarKind::Bit, origin, name: String::new() });
-        }
-        let all: Vec<Lit> =
-            (0..=bits).map(|index| model.circuit.atom(Atom::Bit(VarId(index)))).collect();
-        let (starts, free) = (&all[..bits as usize], all[bits as usize]);
-        let ends = ends(&mut model.circuit, starts, free);
-        let kept =
-            starts.iter().zip(ends).map(|(&start, end)| BitTransition { start, end }).collect();
-        (model, kept)
-    }
 
     #[test]
     fn memories_of_one_input_are_never_different() {

@@ -124,7 +124,8 @@ impl Lowering<'_> {
 }
 
 /// Says which pulse contacts see one value of their device in every scan. What they remember is then that value,
-/// whenever in the scan the CPU compares it.
+/// whenever in the scan the CPU compares it. Only if others write the device between two scans may the CPU compare with
+/// another value (docs/melsec.md).
 struct SteadyDevices<'p> {
     program: &'p Program,
     again: &'p [bool],
