@@ -62,6 +62,10 @@ fn excludes((one, is): &Part<'_>, (other, other_is): &Part<'_>) -> bool {
             else {
                 return false;
             };
+            // What is no number is neither below nor above a limit: two such comparisons may both be false.
+            if !is && !other_is && is_order(*first) && is_order(*second) {
+                return false;
+            }
             let first = if *is { Some(*first) } else { negated(*first) };
             let second = if *other_is { Some(*second) } else { negated(*second) };
             let (Some(first), Some(second)) = (first, second) else { return false };
@@ -71,6 +75,10 @@ fn excludes((one, is): &Part<'_>, (other, other_is): &Part<'_>) -> bool {
         }
         _ => false,
     }
+}
+
+fn is_order(operator: Operator) -> bool {
+    !matches!(operator, Operator::Equal | Operator::NotEqual)
 }
 
 fn negated(operator: Operator) -> Option<Operator> {
@@ -156,6 +164,7 @@ mod tests {
             ("S0.X", "NOT S0.X"),
             ("S0.T > 3", "S0.T < 3"),
             ("n <= 3", "n >= 3"),
+            ("NOT (n > 3)", "NOT (n < 5)"),
             ("n > 3", "n <> 4"),
             ("n = 1", "n = 1"),
             ("n < 3.0", "n > 4.0"),
