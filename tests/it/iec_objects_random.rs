@@ -2,18 +2,8 @@
 //! the analysis.
 
 use super::iec_objects::may;
+use crate::common::iec::generate::Dice;
 use std::fmt::Write as _;
-
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, most: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        usize::try_from((self.0 >> 11) % most as u64).expect("small")
-    }
-}
 
 /// The blocks of the random programs: one has a method `Add`, one extends it and calls it twice, one does something else.
 const BLOCKS: &str = "
@@ -146,7 +136,7 @@ fn random_programs_agree_with_an_interpreter() {
     let more: u64 = std::env::var("SCANBOUND_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let variables = "o1 : A; o2, o4 : B; o3 : C; i0, i1 : I; x, y, z : INT; p : POINTER TO INT; r : REFERENCE TO INT;";
     for case in 0..12 * more {
-        let mut dice = Dice(case * 7919 + 12345);
+        let mut dice = Dice::new(case);
         let mut all = vec![Step::Mean(0, dice.below(4)), Step::Mean(1, dice.below(4))];
         all.extend([Step::Point(0, dice.below(3)), Step::Point(1, dice.below(3))]);
         all.extend(steps(&mut dice, 8, 2));

@@ -8,51 +8,26 @@
 use crate::common::iec::drawn;
 use crate::common::iec::generate;
 use crate::common::iec::machine;
+use crate::common::iec::probe::{self, PROBE, bound};
 use crate::common::tape::cases;
 
 use drawn::Manner;
 use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};
 use machine::{BOOL, Machine};
-use scanbound::audit::{Audit, Failure, Request, audit};
-use scanbound::base::facts::Facts;
-use scanbound::front::Input;
+use scanbound::audit::Audit;
 use scanbound::passes::values::Trust;
-use scanbound::timing::table::{CLASSES, Table};
 use std::collections::BTreeMap;
 
-/// What the probe takes, in microseconds; a store takes one, a coil that sets three, one that resets two.
-const PROBE: u64 = 1_000_000;
-
-fn table() -> Table {
-    let mut rows = "instruction,on_us,off_us\n".to_owned();
-    for class in CLASSES {
-        rows += &format!("@{class},0,0\n");
-    }
-    rows += &format!("ST,1,1\nS,3,0\nR,2,0\nLN,{PROBE},{PROBE}\n@end,0,\n");
-    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
-}
+/// A coil that sets takes three microseconds, one that resets two.
+const COILS: &str = "S,3,0\nR,2,0\n";
 
 /// The audit, or why there is none.
 fn audited(text: &str, trust: Trust) -> Result<Audit, String> {
-    let table = table();
-    let inputs = [Input { name: "main.xml".to_owned(), bytes: text.as_bytes().to_vec() }];
-    let facts = Facts::default();
-    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
-    match audit(&request) {
-        Ok(found) => Ok(found),
-        Err(Failure::Input(faults)) => {
-            Err(faults.first().map_or(String::new(), |one| one.message.clone()))
-        }
-        Err(other) => panic!("{other:?}\n{text}"),
-    }
-}
-
-fn bound(found: &Audit) -> u64 {
-    found.bound.upper.0 / 1_000_000
+    probe::audited(&[("main.xml", text)], COILS, trust)
 }
 
 /// What asks whether a scan ends with these values.
-fn probe(state: &BTreeMap<String, i64>) -> String {
+fn ends_with(state: &BTreeMap<String, i64>) -> String {
     let told = INPUTS.iter().chain(GLOBALS).map(|(name, ty)| {
         let value = state.get(*name).copied().unwrap_or(0);
         match *ty {
@@ -95,7 +70,7 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
             next(&mut machine, &mut dice);
             cost = run.scan(&mut machine);
         }
-        let text = case.xml(&probe(&machine.state));
+        let text = case.xml(&ends_with(&machine.state));
         match audited(&text, trust) {
             Ok(found) => {
                 let found = bound(&found);
@@ -117,7 +92,7 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
         let value = other.get(name).copied().unwrap_or(0);
         other.insert(name.to_owned(), ty.wrap(value + 1));
         asked += 1;
-        let text = case.xml(&probe(&other));
+        let text = case.xml(&ends_with(&other));
         excluded += u32::from(audited(&text, trust).is_ok_and(|found| bound(&found) < PROBE));
         // No scan of a longer run takes more than the bound.
         let most = (0..100)

@@ -11,45 +11,19 @@
 #![allow(clippy::print_stdout, reason = "what is refused and found too low is shown for each seed")]
 
 use crate::common::iec::generate::Dice;
+use crate::common::iec::probe::{self, PROBE, audited};
 use crate::common::iec::st::{place, print, project, reduce, run, standard, tree};
 
 use place::{Counting, Value};
 use run::Machine;
-use scanbound::audit::{Failure, Request, audit};
-use scanbound::base::facts::Facts;
-use scanbound::front::Input;
 use scanbound::passes::values::Trust;
-use scanbound::timing::table::{CLASSES, Table};
 use standard::Manner;
 use std::collections::BTreeMap;
 use tree::{Kind, Place, Project, Root, Section, Step, Ty};
 
-/// What the probe takes, in microseconds; a store takes one.
-const PROBE: u64 = 1_000_000;
-
-fn table() -> Table {
-    let mut rows = "instruction,on_us,off_us\n".to_owned();
-    for class in CLASSES {
-        rows += &format!("@{class},0,0\n");
-    }
-    rows += &format!("ST,1,1\nLN,{PROBE},{PROBE}\n@end,0,\n");
-    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
-}
-
 /// The bound in microseconds, or why there is none.
-fn bound(files: &[String; 2], trust: Trust) -> Result<u64, String> {
-    let table = table();
-    let inputs = [("GVL.st", &files[0]), ("main.st", &files[1])]
-        .map(|(name, text)| Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() });
-    let facts = Facts::default();
-    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
-    match audit(&request) {
-        Ok(found) => Ok(found.bound.upper.0 / 1_000_000),
-        Err(Failure::Input(faults)) => {
-            Err(faults.first().map_or(String::new(), |one| one.message.clone()))
-        }
-        Err(other) => panic!("{other:?}\n{}{}", files[0], files[1]),
-    }
+fn bound([globals, text]: &[String; 2], trust: Trust) -> Result<u64, String> {
+    audited(&[("GVL.st", globals), ("main.st", text)], "", trust).map(|found| probe::bound(&found))
 }
 
 fn manner(dice: &mut Dice) -> Manner {

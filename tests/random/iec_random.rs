@@ -4,41 +4,17 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_random::` runs more of them.
 
+use crate::common::iec::generate::Dice;
 use crate::common::iec::machine;
+use crate::common::iec::probe::{self, PROBE, audited};
 use crate::common::tape::cases;
 
 use machine::{
     BOOL, COLOUR, COLOURS, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT,
     Unit,
 };
-use scanbound::audit::{Failure, Request, audit};
-use scanbound::base::facts::Facts;
-use scanbound::front::Input;
 use scanbound::passes::values::Trust;
-use scanbound::timing::table::{CLASSES, Table};
 use std::collections::BTreeMap;
-
-/// What the probe takes, in microseconds; a store takes one.
-const PROBE: u64 = 1_000_000;
-
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, most: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        usize::try_from((self.0 >> 11) % most as u64).expect("small")
-    }
-
-    fn chance(&mut self, of: usize) -> bool {
-        self.below(of) == 0
-    }
-
-    fn one<T: Clone>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())].clone()
-    }
-}
 
 /// What statements of a unit can name.
 #[derive(Clone, Default)]
@@ -512,32 +488,13 @@ fn source(case: &Case, probe: &str) -> String {
     text
 }
 
-fn table() -> Table {
-    let mut rows = "instruction,on_us,off_us\n".to_owned();
-    for class in CLASSES {
-        rows += &format!("@{class},0,0\n");
-    }
-    rows += &format!("ST,1,1\nLN,{PROBE},{PROBE}\n@end,0,\n");
-    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
-}
-
 /// The bound in microseconds, or why there is none.
 fn bound(text: &str, trust: Trust) -> Result<u64, String> {
-    let table = table();
-    let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
-    let facts = Facts::default();
-    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
-    match audit(&request) {
-        Ok(found) => Ok(found.bound.upper.0 / 1_000_000),
-        Err(Failure::Input(faults)) => {
-            Err(faults.first().map_or(String::new(), |one| one.message.clone()))
-        }
-        Err(other) => panic!("{other:?}\n{text}"),
-    }
+    audited(&[("main.st", text)], "", trust).map(|found| probe::bound(&found))
 }
 
 /// What asks whether a scan ends with these values.
-fn probe(state: &BTreeMap<String, i64>) -> String {
+fn ends_with(state: &BTreeMap<String, i64>) -> String {
     let mut known: Vec<(String, Ty)> = named(INPUTS).into_iter().chain(named(OWN)).collect();
     known.extend((0..4).map(|at| (format!("arr[{at}]"), INT)));
     known.extend((0..4).map(|at| (format!("set[{at}]"), BOOL)));
@@ -618,14 +575,11 @@ fn run(case: &Case, dice: &mut Dice) -> (BTreeMap<String, i64>, u64) {
 fn no_scan_of_random_programs_is_left_out_of_the_bound() {
     let (mut followed, mut refused, mut asked, mut excluded) = (0, BTreeMap::new(), 0_u32, 0_u32);
     for seed in 1..=cases(12_u64) {
-        let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        for _ in 0..4 {
-            dice.below(2);
-        }
+        let mut dice = Dice::new(seed);
         let case = case(&mut dice);
         let trust = if seed % 2 == 0 { Trust::All } else { Trust::None };
         let (mut state, stores) = run(&case, &mut dice);
-        let text = source(&case, &probe(&state));
+        let text = source(&case, &ends_with(&state));
         match bound(&text, trust) {
             Ok(found) => {
                 assert!(
@@ -645,7 +599,7 @@ fn no_scan_of_random_programs_is_left_out_of_the_bound() {
         let next = if ty == COLOUR { if value == 5 { 3 } else { 5 } } else { ty.wrap(value + 1) };
         state.insert(name.to_owned(), next);
         asked += 1;
-        let other = bound(&source(&case, &probe(&state)), trust).unwrap_or(u64::MAX);
+        let other = bound(&source(&case, &ends_with(&state)), trust).unwrap_or(u64::MAX);
         excluded += u32::from(other < PROBE);
     }
     assert!(followed >= cases(9_u32), "most are followed: {followed}, {refused:#?}");

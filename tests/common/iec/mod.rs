@@ -5,6 +5,7 @@ pub mod drawn;
 pub mod generate;
 pub mod list;
 pub mod machine;
+pub mod probe;
 pub mod ring;
 pub mod st;
 pub mod xml;
