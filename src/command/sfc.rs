@@ -191,7 +191,7 @@ fn bodies(pou: &mut Pou) -> Vec<(String, &mut Chart)> {
 /// Something in a unit, besides its charts, that reads steps of macro steps. Without the macro steps, these have other
 /// names.
 fn asking(pou: &Pou, without: &Pou) -> Option<String> {
-    let is_code = |body: &Body| matches!(body, Body::Code(..));
+    let is_code = |body: &Body| matches!(body, Body::Code(..) | Body::Drawn(..));
     let actions = pou.actions.iter().zip(&without.actions).map(|pair| ("action", pair));
     let ways = pou.transitions.iter().zip(&without.transitions).map(|pair| ("transition", pair));
     let mut all = actions.chain(ways);

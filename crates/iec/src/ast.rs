@@ -1,6 +1,10 @@
 //! Expressions and statements, as all textual and graphic languages of IEC 61131-3 come down to them.
 
-use crate::drawing::Drawing;
+/// Whether two names are the same: upper and lower case do not tell them apart.
+#[must_use]
+pub fn same(one: &str, other: &str) -> bool {
+    one.eq_ignore_ascii_case(other)
+}
 
 /// A part of a variable's path, behind its first name.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -363,8 +367,6 @@ pub enum Kind {
     Label(String),
     /// A coil that sets (true) or resets its variable where the value is true.
     Latch(Path, bool, Expr),
-    /// All that a drawing does.
-    Drawn(Box<Drawing>),
     /// What is not understood, in words; it may have done anything.
     Unread(String),
     /// A pragma that may hold code of another language, with its braces.
@@ -462,7 +464,6 @@ pub fn change(
             Kind::Return(condition) | Kind::Jump(condition, _) | Kind::Keep(_, condition) => {
                 expr(condition);
             }
-            Kind::Drawn(drawing) => drawing.change(expr, path),
             Kind::Exit | Kind::Continue | Kind::Label(_) | Kind::Unread(_) | Kind::Foreign(_) => {}
         }
     }

@@ -78,3 +78,9 @@ pub fn short(text: &str) -> String {
     }
     words
 }
+
+/// The fault of code in a pragma where none is carried out, or nothing is stated of it.
+pub(crate) fn foreign(text: &str, line: u32) -> Fault {
+    let told = format!("what the pragma {} does is not known", short(text));
+    Fault::new(line, told).code(Code::Pragma).text(text)
+}

@@ -1,18 +1,12 @@
 //! Lists of global variables that are named after their files, as CODESYS and TwinCAT have them: `GVL.Level`.
 
-use super::ast::{Expr, Part, Path, change, path_of, paths_of};
-use super::chart::Target;
+use super::ast::{Expr, Part, Path, path_of, paths_of};
+use super::parse::file_stem;
 use super::{Body, Pou, Project, TypeRef, Variable, same};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A list's name, and those of its variables.
-pub type List = (String, Vec<String>);
-
-/// The name that a file gives to its lists of global variables.
-pub(super) fn of_file(name: &str) -> &str {
-    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    base.split_once('.').map_or(base, |(stem, _)| stem)
-}
+type List = (String, Vec<String>);
 
 impl Project {
     /// Takes a list's name away where it stands before one of its variables, when all files are read; unless that name, or the
@@ -65,7 +59,7 @@ impl Project {
                 }
             }
         }
-        let name = |file: usize| of_file(&self.files[file]).to_owned();
+        let name = |file: usize| file_stem(&self.files[file]).to_owned();
         let has_list = |name: &str| self.lists.iter().any(|(list, _)| same(list, name));
         if !differ.iter().all(|&file| has_list(&name(file)) && !self.has_name(&name(file))) {
             return;
@@ -153,25 +147,9 @@ fn in_type(of: &mut TypeRef, see: &mut dyn FnMut(&mut Path)) {
 }
 
 fn in_body(body: &mut Body, see: &mut dyn FnMut(&mut Path)) {
-    match body {
-        Body::Code(_, statements) => {
-            let see = std::cell::RefCell::new(see);
-            change(
-                statements,
-                &mut |expr: &mut Expr| paths_of(expr, &mut |path| (see.borrow_mut())(path)),
-                &mut |path| path_of(path, &mut |path| (see.borrow_mut())(path)),
-            );
-        }
-        Body::Chart(chart) => {
-            chart.transitions.iter_mut().for_each(|one| paths_of(&mut one.condition, see));
-            for block in chart.steps.iter_mut().flat_map(|step| &mut step.blocks) {
-                block.time.iter_mut().for_each(|time| paths_of(time, see));
-                match &mut block.target {
-                    Target::Inline(_, body) => in_body(body, see),
-                    Target::Path(path) => path_of(path, see),
-                }
-            }
-        }
-        Body::Unread(..) => {}
-    }
+    let see = std::cell::RefCell::new(see);
+    body.change(
+        &mut |expr: &mut Expr| paths_of(expr, &mut |path| (see.borrow_mut())(path)),
+        &mut |path| path_of(path, &mut |path| (see.borrow_mut())(path)),
+    );
 }

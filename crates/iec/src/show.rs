@@ -196,9 +196,6 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
             }
             let _ = writeln!(text, "{pad}END_IF;");
         }
-        Kind::Drawn(_) => {
-            let _ = writeln!(text, "{pad}(* a drawing, which has no form in text *)");
-        }
         Kind::Case(of, arms, otherwise) => {
             let _ = writeln!(text, "{pad}CASE {} OF", expr(of));
             for (selectors, body) in arms {

@@ -49,7 +49,7 @@ fn one<'p>(body: &'p Body, name: String, see: &mut dyn FnMut(String, &'p Body)) 
     if let Body::Chart(chart) = body {
         blocks(chart, &name, see);
     }
-    if !matches!(body, Body::Code(_, statements) if statements.is_empty()) {
+    if !body.is_empty() {
         see(name, body);
     }
 }

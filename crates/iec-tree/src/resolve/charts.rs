@@ -101,7 +101,9 @@ impl Resolver<'_> {
             Target::Path(path) => path,
             Target::Inline(_, body) => {
                 let code = match &**body {
-                    Body::Code(_, all) => Code::Statements(self.body(scope, all, line)),
+                    own @ (Body::Code(..) | Body::Drawn(..)) => {
+                        Code::Statements(self.body(scope, own, line))
+                    }
                     Body::Unread(_, fault) => Code::Unread(fault.clone()),
                     Body::Chart(_) => {
                         let told = "a chart within an action block is not followed";

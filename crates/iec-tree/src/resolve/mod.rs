@@ -384,7 +384,7 @@ impl<'p> Resolver<'p> {
     fn code(&mut self, scope: Scope, id: RoutineId, body: &Body) {
         let line = self.tree.routine(id).line;
         let code = match body {
-            Body::Code(_, statements) => Code::Statements(self.body(scope, statements, line)),
+            Body::Code(..) | Body::Drawn(..) => Code::Statements(self.body(scope, body, line)),
             Body::Chart(chart) => {
                 let unit = self.tree.routine(id).unit;
                 Code::Chart(Box::new(self.chart(scope, unit, chart)))

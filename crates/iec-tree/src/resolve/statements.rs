@@ -7,8 +7,9 @@ use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, Statement
 use crate::types::{Refers, Type};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Kind};
+use scanbound_iec::drawing::Drawing;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::show;
+use scanbound_iec::{Body, show};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The labels of a body.
@@ -53,15 +54,17 @@ impl Labels {
 
 impl Resolver<'_> {
     /// The statements of a body that begins in a line.
-    pub(super) fn body(
-        &mut self,
-        scope: Scope,
-        all: &[ast::Statement],
-        line: u32,
-    ) -> Vec<Statement> {
+    pub(super) fn body(&mut self, scope: Scope, body: &Body, line: u32) -> Vec<Statement> {
         let mut labels = Labels::default();
         self.listed.clear();
-        let mut found = self.statements(scope, all, &mut labels);
+        let mut found = match body {
+            Body::Code(_, all) => self.statements(scope, all, &mut labels),
+            Body::Drawn(_, all) => {
+                let all = all.iter().flat_map(|one| self.drawn(scope, one, &mut labels));
+                all.collect()
+            }
+            Body::Chart(_) | Body::Unread(..) => Vec::new(),
+        };
         for (name, number) in &labels.numbers {
             if !labels.passed.contains(number) {
                 let help = "only jumps to labels further down are followed";
@@ -80,21 +83,15 @@ impl Resolver<'_> {
         all: &[ast::Statement],
         labels: &mut Labels,
     ) -> Vec<Statement> {
-        let mut found = Vec::new();
-        for one in all {
-            match &one.kind {
-                Kind::Drawn(drawing) => match self.drawing(scope, drawing, labels) {
-                    Ok(all) => found.extend(all),
-                    Err(fault) => {
-                        let line = fault.line;
-                        let kind = StatementKind::Fault(Box::new(fault));
-                        found.push(Statement { kind, text: "".into(), line });
-                    }
-                },
-                _ => found.push(self.statement(scope, one, labels)),
-            }
-        }
-        found
+        all.iter().map(|one| self.statement(scope, one, labels)).collect()
+    }
+
+    fn drawn(&mut self, scope: Scope, one: &Drawing, labels: &mut Labels) -> Vec<Statement> {
+        self.drawing(scope, one, labels).unwrap_or_else(|fault| {
+            let line = fault.line;
+            let kind = StatementKind::Fault(Box::new(fault));
+            vec![Statement { kind, text: "".into(), line }]
+        })
     }
 
     pub(super) fn statement(
@@ -193,7 +190,6 @@ impl Resolver<'_> {
                 labels.jump(label, condition, line)?
             }
             Kind::Label(label) => labels.label(label),
-            Kind::Drawn(_) => StatementKind::Nothing,
             Kind::Unread(what) => {
                 return Err(Fault::new(line, what.clone()).code(Code::NotModelled));
             }

@@ -8,7 +8,7 @@
 
 use super::draft::{Draft, DraftMacro, DraftTransition};
 use super::{Block, Chart, Macro, Step, Target, Transition};
-use crate::ast::{Expr, Part, Path, change, paths_of};
+use crate::ast::{Expr, Part, Path, paths_of};
 use crate::fault::Fault;
 use crate::{Body, same};
 use scanbound_base::code::Code;
@@ -155,9 +155,7 @@ impl Scope<'_> {
         block.time.iter_mut().for_each(|time| self.complete_all(time));
         if let Target::Inline(name, body) = &mut block.target {
             *name = join(within, name);
-            if let Body::Code(_, statements) = body.as_mut() {
-                change(statements, &mut |expr| self.complete_all(expr), &mut |_| {});
-            }
+            body.change(&mut |expr| self.complete_all(expr), &mut |_| {});
         }
     }
 }
@@ -423,11 +421,7 @@ pub fn complete(pou: &mut crate::Pou) {
         }
     };
     let mut expr = |one: &mut Expr| paths_of(one, &mut see);
-    bodies(pou, &mut |body| match body {
-        Body::Code(_, statements) => change(statements, &mut expr, &mut |_| {}),
-        Body::Chart(chart) => in_chart(chart, &mut expr),
-        Body::Unread(..) => {}
-    });
+    bodies(pou, &mut |body| body.change(&mut expr, &mut |_| {}));
 }
 
 /// Shows the bodies of a unit: its own, those of actions, transitions and methods.
@@ -435,19 +429,4 @@ pub(super) fn bodies(pou: &mut crate::Pou, see: &mut dyn FnMut(&mut Body)) {
     see(&mut pou.body);
     pou.actions.iter_mut().chain(&mut pou.transitions).for_each(|one| see(&mut one.body));
     pou.methods.iter_mut().for_each(|method| bodies(method, see));
-}
-
-/// Shows the expressions of a chart, and those in its action blocks.
-pub(super) fn in_chart(chart: &mut Chart, expr: &mut dyn FnMut(&mut Expr)) {
-    for Transition { condition, .. } in &mut chart.transitions {
-        expr(condition);
-    }
-    for block in chart.steps.iter_mut().flat_map(|step| &mut step.blocks) {
-        block.time.iter_mut().for_each(&mut *expr);
-        if let Target::Inline(_, body) = &mut block.target
-            && let Body::Code(_, statements) = body.as_mut()
-        {
-            change(statements, expr, &mut |_| {});
-        }
-    }
 }

@@ -1,10 +1,10 @@
 //! Charts without macro steps: the steps in them get names of their own, `M1_S3` for `M1.S3`, and what asks for them is
 //! changed with them, so that any tool reads what is written.
 
-use super::expansion::{bodies, in_chart, named};
+use super::expansion::{bodies, named};
 use super::names::Taken;
 use super::{Chart, Step, Target};
-use crate::ast::{Expr, Path, change, paths_of};
+use crate::ast::{Expr, Path, paths_of};
 use crate::{Body, Pou, same, show};
 
 /// The unit with its macro steps replaced, if it has any.
@@ -34,15 +34,13 @@ pub fn plain_beside(pou: &Pou, taken: &mut Taken) -> Result<Option<Pou>, String>
             }
         }
     };
-    bodies(&mut pou, &mut |body| match body {
-        Body::Code(_, statements) => change(statements, &mut asks, &mut |_| {}),
-        Body::Chart(chart) => {
-            in_chart(chart, &mut asks);
-            if let Some(own) = names.iter().find(|one| one.line == (chart.line, chart.span)) {
-                own.rename(chart);
-            }
+    bodies(&mut pou, &mut |body| {
+        body.change(&mut asks, &mut |_| {});
+        if let Body::Chart(chart) = body
+            && let Some(own) = names.iter().find(|one| one.line == (chart.line, chart.span))
+        {
+            own.rename(chart);
         }
-        Body::Unread(..) => {}
     });
     wrong.map_or(Ok(Some(pou)), Err)
 }

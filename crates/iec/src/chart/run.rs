@@ -186,7 +186,7 @@ impl<'a> Run<'a> {
             match self.chart.body(self.pou, action) {
                 None => self.memory.set(action, Value::Bool(output.q)),
                 Some(Body::Code(_, statements)) if output.runs => self.memory.run(statements)?,
-                Some(Body::Code(..)) => {}
+                Some(Body::Code(..) | Body::Drawn(..)) if !output.runs => {}
                 Some(_) => return Err(format!("the action {action} is not carried out here")),
             }
         }

@@ -1,6 +1,6 @@
 //! A place in a list of tokens.
 
-use crate::fault::Fault;
+use crate::fault::{Fault, foreign};
 use crate::lexer::{Placed, Token, tokens};
 use crate::same;
 
@@ -146,7 +146,7 @@ impl Cursor {
         let found = match self.peek() {
             Token::Pragma(text) => {
                 let help = "only between statements it can be stated what a pragma does: take it out of a copy of the file if it does nothing";
-                return super::foreign(text, line).help(help);
+                return foreign(text, line).help(help);
             }
             Token::Word(text) | Token::Number(text) | Token::Direct(text) => format!("'{text}'"),
             Token::Text(text) => format!("the text '{text}'"),

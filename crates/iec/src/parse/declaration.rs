@@ -69,27 +69,16 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
         };
         cursor.sign(";")?;
         for name in names {
-            let own = Variable {
-                name: edge_memory(&name),
-                section: Section::Local,
-                of: TypeRef::Named(String::new()),
-                initial: None,
-                at: None,
-                constant: false,
-                retain,
-                is_internal: true,
-                line,
-            };
-            found.extend(edge.clone().map(|of| Variable { of, ..own.clone() }));
+            if let Some(of) = edge.clone() {
+                let memory = Variable::new(edge_memory(&name), Section::Local, of, line);
+                found.push(Variable { retain, is_internal: true, ..memory });
+            }
             found.push(Variable {
-                name,
-                section,
-                of: of.clone(),
                 initial: initial.clone(),
                 at: at.clone(),
                 constant,
-                is_internal: false,
-                ..own
+                retain,
+                ..Variable::new(name, section, of.clone(), line)
             });
         }
     }
@@ -263,15 +252,8 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
             let start = if cursor.take_sign(":=") { Some(cursor.deeper(initial)?) } else { None };
             cursor.sign(";")?;
             parts.extend(names.into_iter().map(|name| Variable {
-                name,
-                section: Section::Local,
-                of: of.clone(),
                 initial: start.clone(),
-                at: None,
-                constant: false,
-                retain: false,
-                is_internal: false,
-                line,
+                ..Variable::new(name, Section::Local, of.clone(), line)
             }));
         }
         return Ok(TypeRef::Struct(parts));

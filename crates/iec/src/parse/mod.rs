@@ -9,45 +9,15 @@ mod statement;
 mod unit;
 
 use super::ast::{Expr, Statement};
-use super::fault::{Fault, short};
+use super::fault::{Fault, foreign};
 use super::lexer::{Token, tokens};
-use super::{Pou, PouKind, Project, Section, TypeRef, Variable};
+use super::{TypeRef, Variable};
 use cursor::Cursor;
 pub(crate) use declaration::{MAX_LISTED, values_in};
 pub use expression::duration;
 use scanbound_base::code::Code;
-
-/// A method without a body and variables.
-pub(super) fn method(name: &str, result: Option<TypeRef>, line: u32) -> Pou {
-    Pou { result, ..Pou::new(name, PouKind::Function, line) }
-}
-
-/// The method that reads (or writes) a property, without its body. What is written is an input of the property's name.
-pub(super) fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> Pou {
-    if reads {
-        return method(&super::getter(property), Some(of.clone()), line);
-    }
-    let value = Variable {
-        name: property.to_owned(),
-        section: Section::Input,
-        of: of.clone(),
-        initial: None,
-        at: None,
-        constant: false,
-        retain: false,
-        is_internal: false,
-        line,
-    };
-    Pou { variables: vec![value], ..method(&super::setter(property), None, line) }
-}
-
-/// Gives VAR_STAT and VAR_INST of a unit a place of their own.
-///
-/// # Errors
-/// Where that is not followed.
-pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
-    unit::apart(project, pou)
-}
+pub(crate) use unit::{apart, file_stem};
+pub use unit::{begins as is_units, file};
 
 /// Reads an expression that begins at a line.
 ///
@@ -125,12 +95,6 @@ pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
     }
 }
 
-/// The fault of code in a pragma where none is carried out, or nothing is stated of it.
-pub(crate) fn foreign(text: &str, line: u32) -> Fault {
-    let told = format!("what the pragma {} does is not known", short(text));
-    Fault::new(line, told).code(Code::Pragma).text(text)
-}
-
 /// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not ASCII.
 pub fn reads_alike(one: &str, other: &str) -> bool {
     let plain = |text: &str| -> String {
@@ -157,18 +121,4 @@ pub fn type_ref(text: &str, line: u32) -> Result<TypeRef, Fault> {
     let found = declaration::type_ref(&mut cursor)?;
     cursor.end()?;
     Ok(found)
-}
-
-/// Reads a file of units, types and configurations. Charts are checked to be whole: each step that is named is there.
-///
-/// # Errors
-/// Its faults, all that could be found.
-pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
-    unit::file(name, text)
-}
-
-/// Whether a text may be a file of units in the textual languages.
-#[must_use]
-pub fn is_units(text: &str) -> bool {
-    unit::begins(text)
 }

@@ -9,7 +9,6 @@ use crate::ast::{Argument, Expr, Kind, Path, Statement};
 use crate::comment::Comments;
 use crate::fault::Fault;
 use crate::lexer::{Token, first_words};
-use crate::lists;
 use crate::{
     Body, Connected, Language, Named, Pou, PouKind, Project, Section, Task, Variable, same,
 };
@@ -25,8 +24,9 @@ const BEGIN: &[&str] = &[
     "RESOURCE",
 ];
 
-/// Whether a text begins as a file of units does.
-pub(super) fn begins(text: &str) -> bool {
+/// Whether a text may be a file of units in the textual languages.
+#[must_use]
+pub fn begins(text: &str) -> bool {
     // A name, or a declaration, follows: `PROGRAM main VAR`.
     let begins = |reading| match &first_words(text, reading)[..] {
         [first, _] => BEGIN.iter().any(|own| same(own, first)),
@@ -35,8 +35,17 @@ pub(super) fn begins(text: &str) -> bool {
     begins(Comments::Nested) || begins(Comments::Flat)
 }
 
-/// Reads a file.
-pub(super) fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
+/// The name that a file gives to its lists of global variables.
+pub(crate) fn file_stem(name: &str) -> &str {
+    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    base.split_once('.').map_or(base, |(stem, _)| stem)
+}
+
+/// Reads a file of units, types and configurations. Charts are checked to be whole: each step that is named is there.
+///
+/// # Errors
+/// Its faults, all that could be found.
+pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     let mut project = Project { files: vec![name.to_owned()], ..Project::default() };
     let mut cursor = Cursor::new(text, 1).map_err(|fault| vec![fault])?;
     let mut faults = Vec::new();
@@ -76,7 +85,7 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     if let Some(section) = section(cursor) {
         let found = variables(cursor, section)?;
         let names = found.iter().map(|one| one.name.clone()).collect();
-        project.lists.push((lists::of_file(&project.files[0]).to_owned(), names));
+        project.lists.push((file_stem(&project.files[0]).to_owned(), names));
         project.globals.push((String::new(), found));
         return Ok(());
     }
@@ -221,7 +230,7 @@ fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
 fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
     modifiers(cursor);
     let name = cursor.name("a method's name")?;
-    let mut method = super::method(&name, None, line);
+    let mut method = Pou::new(&name, PouKind::Function, line);
     if cursor.take_sign(":") {
         method.result = Some(super::declaration::type_ref(cursor)?);
     }
@@ -255,7 +264,7 @@ fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
             return Err(cursor.unexpected("GET or SET"));
         }
         cursor.next();
-        let mut method = super::accessor(&name, &of, reads, line);
+        let mut method = Pou::accessor(&name, &of, reads, line);
         method.variables.extend(common.clone());
         while let Some(section) = section(cursor) {
             method.variables.extend(variables(cursor, section)?);
@@ -277,7 +286,10 @@ fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
 
 /// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is one for
 /// each instance (VAR_INST) those of its unit, each under a name that nothing else has.
-pub(super) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
+///
+/// # Errors
+/// Where that is not followed.
+pub(crate) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
     let unit = pou.name.clone();
     let mut methods = std::mem::take(&mut pou.methods);
     let found = methods.iter_mut().try_for_each(|method| {
@@ -338,28 +350,19 @@ fn move_out(
 
 /// Gives variables in code the names that they have elsewhere.
 fn rename(body: &mut Body, owner: &str, names: &[String]) -> Result<(), Fault> {
-    if names.is_empty() {
-        return Ok(());
+    if matches!(body, Body::Chart(_)) && !names.is_empty() {
+        let what = "VAR_STAT and VAR_INST of what has a chart are not followed";
+        let help = "declare the variables as VAR, or VAR_GLOBAL";
+        return Err(Fault::new(0, what).within(owner).help(help));
     }
-    let statements = match body {
-        Body::Code(_, statements) => statements,
-        Body::Unread(..) => return Ok(()),
-        Body::Chart(_) => {
-            let what = "VAR_STAT and VAR_INST of what has a chart are not followed";
-            let help = "declare the variables as VAR, or VAR_GLOBAL";
-            return Err(Fault::new(0, what).within(owner).help(help));
-        }
-    };
     let change = |path: &mut Path| {
         if let Some(own) = names.iter().find(|own| same(own, &path.first)) {
             path.first = format!("{owner}.{own}");
         }
     };
-    crate::ast::change(
-        statements,
-        &mut |expr| crate::ast::paths_of(expr, &mut |path| change(path)),
-        &mut |path| crate::ast::path_of(path, &mut |path| change(path)),
-    );
+    body.change(&mut |expr| crate::ast::paths_of(expr, &mut |path| change(path)), &mut |path| {
+        crate::ast::path_of(path, &mut |path| change(path))
+    });
     Ok(())
 }
 

@@ -1,13 +1,24 @@
-//! Bodies in any language.
+//! Bodies in any language, and charts as PLCopen XML draws them: steps, transitions and the bars between them, joined by
+//! connections.
 
-use super::checked::single;
+use super::checked::{checked, single};
+use super::condition::{of_body, of_transition};
 use super::drawn::drawing;
+use super::node::{
+    ACTIVE, BESIDE, ELEMENTS, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements,
+    inputs, is, position, sources,
+};
 use super::reading::{Reading, language};
-use crate::ast::{Expr, Kind, Statement};
+use crate::ast::{Expr, Kind, Literal, Statement};
+use crate::chart::draft::{Draft, DraftMacro, DraftTransition};
+use crate::chart::expansion::DEEPEST;
+use crate::chart::{Block, Chart, Qualifier, Step, Target};
+use crate::drawing::Drawing;
 use crate::fault::Fault;
-use crate::{Body, Language, parse};
+use crate::{Body, Language, parse, same};
 use roxmltree::Node;
 use scanbound_base::code::Code;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a body does.
 pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
@@ -17,7 +28,7 @@ pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
         return Body::Unread(language, fault);
     }
     if language == Language::Sfc {
-        return match super::chart::chart(reading, inner) {
+        return match chart(reading, inner) {
             Ok(chart) => Body::Chart(Box::new(chart)),
             Err(fault) => {
                 reading.refuse(fault.clone());
@@ -25,8 +36,8 @@ pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
             }
         };
     }
-    match statements(reading, language, inner) {
-        Ok(statements) => Body::Code(language, statements),
+    match executed(reading, language, inner) {
+        Ok(found) => found,
         Err(fault) => {
             // What is wrong with the drawing itself is refused; what is only not understood is listed.
             if matches!(fault.code, Code::Connection | Code::Xml) {
@@ -37,28 +48,26 @@ pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     }
 }
 
-fn statements(
+fn executed(
     reading: &mut Reading<'_, '_>,
     language: Language,
     inner: Node<'_, '_>,
-) -> Result<Vec<Statement>, Fault> {
+) -> Result<Body, Fault> {
     let (written, line) = reading.text.content(inner);
-    match language {
-        Language::St => parse::statements(&written, line),
-        Language::Il => parse::instruction_list(&written, line),
+    Ok(match language {
+        Language::St => Body::Code(language, parse::statements(&written, line)?),
+        Language::Il => Body::Code(language, parse::instruction_list(&written, line)?),
         _ => {
-            let drawing = drawing(reading.text, inner)?;
-            let kind = drawing.acts().then(|| Kind::Drawn(Box::new(drawing)));
-            let line = reading.text.line(inner);
-            Ok(kind.into_iter().map(|kind| Statement { line, kind }).collect())
+            let drawing = Some(drawing(reading.text, inner)?).filter(Drawing::acts);
+            Body::Drawn(language, drawing.into_iter().collect())
         }
-    }
+    })
 }
 
 /// The body of a condition, as a return under it.
 pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     let language = language(node).map_or(Language::St, |(language, _)| language);
-    match condition(reading, node) {
+    match condition_in(reading, node) {
         Ok(condition) => {
             let kind = Kind::Return(condition);
             Body::Code(language, vec![Statement { line: reading.text.line(node), kind }])
@@ -73,7 +82,7 @@ pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) 
 }
 
 /// The value that a condition has, whose body stands in an element.
-pub(super) fn condition(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Result<Expr, Fault> {
+fn condition_in(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Result<Expr, Fault> {
     let Some((language, inner)) = language(node) else {
         return Err(reading.text.fault(node, "the condition is empty"));
     };
@@ -94,6 +103,517 @@ pub(super) fn condition(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Re
             })
         }
         Language::Il => parse::instruction_list_value(&written, line),
-        _ => super::condition::of_body(reading, inner),
+        _ => of_body(reading, inner),
     }
+}
+
+struct Elements<'a, 'i> {
+    nodes: BTreeMap<&'a str, Node<'a, 'i>>,
+}
+
+/// Which way connections are followed to, from an element against their direction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sought {
+    /// The steps in front of a transition.
+    Steps,
+    /// The transitions in front of a step.
+    Transitions,
+}
+
+fn called(node: Node<'_, '_>) -> String {
+    let name = node.attribute("name").map(|name| format!(" {name}")).unwrap_or_default();
+    format!(
+        "{}{name} with localId {}",
+        node.tag_name().name(),
+        node.attribute("localId").unwrap_or("?")
+    )
+}
+
+/// Reads a chart.
+fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Chart, Fault> {
+    // A transition in front of nothing clears into nothing: tools draw it while a chart is being made.
+    let mut chart = draft(reading, body, &mut Vec::new())?.finish()?;
+    chart.span = Some((body.range().start, body.range().end));
+    Ok(chart)
+}
+
+/// Reads a chart, or that of a macro step: `within` names those around it.
+fn draft(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'_, '_>,
+    within: &mut Vec<String>,
+) -> Result<Draft, Fault> {
+    let text = reading.text;
+    let mut drawing = Elements { nodes: BTreeMap::new() };
+    for node in elements(body) {
+        let name = node.tag_name().name();
+        if matches!(name, "comment" | "vendorElement" | "addData" | "documentation") {
+            continue;
+        }
+        let id = node
+            .attribute("localId")
+            .ok_or_else(|| text.fault(node, format!("an element {name} has no localId")))?;
+        if drawing.nodes.insert(id, node).is_some() {
+            return Err(text.fault(node, format!("two elements have the localId {id}")));
+        }
+        checked(text, node)?;
+    }
+    nothing_is_left_out(text, body)?;
+    let mut draft = Draft::new(text.line(body));
+    let in_order = from_the_left(elements(body).collect());
+    let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
+    for &node in &in_order {
+        match node.tag_name().name() {
+            "macroStep" if is_expanded(node) => {
+                let one = macro_step(reading, node, draft.steps.len(), within)?;
+                draft.macros.push(one);
+            }
+            "step" | "macroStep" => draft.steps.push(step(reading, node)?),
+            "transition" => {
+                let id = node.attribute("localId").unwrap_or_default();
+                numbers.insert(id, draft.transitions.len());
+                let from = steps_before(reading, &drawing, node)?;
+                let condition = condition(reading, body, node)?;
+                draft.transitions.push(DraftTransition {
+                    name: None,
+                    from,
+                    to: Vec::new(),
+                    condition,
+                    priority: priority(text, node)?,
+                    line: text.line(node),
+                    id: Some(id.to_owned()),
+                });
+            }
+            _ => {}
+        }
+    }
+    for &node in &in_order {
+        let target = match node.tag_name().name() {
+            "step" | "macroStep" => node.attribute("name"),
+            "jumpStep" => node.attribute("targetName"),
+            "actionBlock" => {
+                action_block(reading, &drawing, node, &mut draft)?;
+                continue;
+            }
+            _ => continue,
+        };
+        let target = target.unwrap_or_default();
+        for id in before(reading, &drawing, node, &inputs(node), Sought::Transitions)? {
+            if let Some(&number) = numbers.get(id) {
+                draft.transitions[number].to.push(target.to_owned());
+            }
+        }
+    }
+    Ok(draft)
+}
+
+/// Refuses elements beside a chart that would act by themselves: only conditions are drawn there.
+fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
+    let is_used = |node: Node<'_, '_>| {
+        let id = node.attribute("localId");
+        body.descendants()
+            .any(|one| one.tag_name().name() == "connection" && one.attribute("refLocalId") == id)
+    };
+    for node in elements(body) {
+        let name = node.tag_name().name();
+        let is_of_the_chart = [ELEMENTS, BESIDE, LOOKED_AT].iter().any(|all| all.contains(&name));
+        if is_of_the_chart || (name == "block" && is_used(node)) {
+            continue;
+        }
+        let message = format!("{}: nothing of a chart carries it out", called(node));
+        let help = "move it into an action of a step";
+        return Err(text.fault(node, message).help(help));
+    }
+    Ok(())
+}
+
+/// What conditions are drawn with, and does nothing by itself.
+const LOOKED_AT: &[&str] =
+    &["leftPowerRail", "rightPowerRail", "contact", "inVariable", "connector", "continuation"];
+
+/// A transition's number of priority.
+fn priority(text: &Text, node: Node<'_, '_>) -> Result<Option<u32>, Fault> {
+    let written = node.attribute("priority").map(str::trim).filter(|text| !text.is_empty());
+    let number = written.map(str::parse).transpose();
+    number.map_err(|_| text.fault(node, format!("{}: its priority is no number", called(node))))
+}
+
+/// Elements as the file has them, but of transitions behind the same element those that stand further left first.
+fn from_the_left<'a, 'i>(mut nodes: Vec<Node<'a, 'i>>) -> Vec<Node<'a, 'i>> {
+    let mut rivals: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (at, node) in nodes.iter().enumerate().filter(|(_, node)| is_transition(**node)) {
+        if let Some((id, _)) = inputs(*node).first() {
+            rivals.entry(id).or_default().push(at);
+        }
+    }
+    for places in rivals.into_values().filter(|places| places.len() > 1) {
+        let mut own: Vec<Node<'_, '_>> = places.iter().map(|&at| nodes[at]).collect();
+        own.sort_by_key(|&node| position(node).1);
+        for (at, node) in places.into_iter().zip(own) {
+            nodes[at] = node;
+        }
+    }
+    nodes
+}
+
+fn is_transition(node: Node<'_, '_>) -> bool {
+    node.tag_name().name() == "transition"
+}
+
+/// Whether a macro step has a chart of its own.
+fn is_expanded(node: Node<'_, '_>) -> bool {
+    child(node, "body").is_some_and(|body| elements(body).next().is_some())
+}
+
+fn macro_step(
+    reading: &mut Reading<'_, '_>,
+    node: Node<'_, '_>,
+    at: usize,
+    within: &mut Vec<String>,
+) -> Result<DraftMacro, Fault> {
+    let text = reading.text;
+    let wrong = |message: String| text.fault(node, message).code(Code::Chart);
+    let name = node
+        .attribute("name")
+        .ok_or_else(|| text.fault(node, format!("{}: it has no name", called(node))))?;
+    if within.iter().any(|outer| same(outer, name)) {
+        return Err(wrong(format!("{}: it stands in a macro step of its own name", called(node)))
+            .help("give one of them another name; a macro step cannot hold itself"));
+    }
+    if within.len() == DEEPEST {
+        let message = format!("{}: it stands in {DEEPEST} macro steps", called(node));
+        return Err(wrong(message).help("draw the chart with fewer of them in each other"));
+    }
+    let inner = child(node, "body").and_then(language);
+    let Some((Language::Sfc, inner)) = inner else {
+        let message = format!("{}: its body is no chart", called(node));
+        return Err(wrong(message).help("draw what it does as SFC"));
+    };
+    within.push(name.to_owned());
+    // Elements of a macro step's chart have numbers of their own.
+    let outer = std::mem::replace(&mut reading.computes, false);
+    let inside = reading.apart(&format!("{name}."), |reading| draft(reading, inner, within));
+    reading.computes = outer;
+    let inside = inside?;
+    within.pop();
+    Ok(DraftMacro {
+        name: name.to_owned(),
+        initial: is(node, "initialStep"),
+        blocks: Vec::new(),
+        inside,
+        at,
+        line: text.line(node),
+    })
+}
+
+fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
+    let name = node
+        .attribute("name")
+        .ok_or_else(|| reading.text.fault(node, format!("{}: it has no name", called(node))))?;
+    let mut step = Step::new(name, is(node, "initialStep"), reading.text.line(node));
+    step.id = node.attribute("localId").map(str::to_owned);
+    step.is_macro = node.tag_name().name() == "macroStep";
+    let attributes = node.descendants().filter(|one| one.tag_name().name() == "attribute");
+    for one in attributes {
+        let (written, line) = reading.text.content(one);
+        let (written, guid) = (written.trim(), one.attribute("guid").unwrap_or_default());
+        let refused = |what: &str| {
+            let message = format!("{}: {what} ({written}), which is not followed", called(node));
+            Err(reading.text.fault(node, message).code(Code::NotModelled))
+        };
+        let slot = match guid {
+            ACTIVE => &mut step.active,
+            ENTRY => &mut step.entry,
+            EXIT => &mut step.exit,
+            EXCLUDED if same(written, "TRUE") => return refused("it is excluded"),
+            LEAST if !is_no_time(written) => return refused("it has a least time"),
+            EXCLUDED | LEAST | MOST => continue,
+            // What another attribute makes of an action is not known.
+            _ if reading.has_action(written) && written != name => {
+                return refused("an attribute names an action");
+            }
+            _ => continue,
+        };
+        if written.is_empty() {
+            continue;
+        }
+        match parse::expression(written, line) {
+            Ok(Expr::Variable(path)) => *slot = Some(path),
+            _ => return refused("its action is no name"),
+        }
+    }
+    Ok(step)
+}
+
+/// Whether no time is written, or none that passes.
+fn is_no_time(written: &str) -> bool {
+    written.is_empty() || parse::duration(written) == Some(0) || written == "0"
+}
+
+/// Follows connections back to steps, or to transitions.
+fn before<'a>(
+    reading: &Reading<'_, '_>,
+    drawing: &Elements<'a, '_>,
+    node: Node<'_, '_>,
+    from: &[(&str, Option<&str>)],
+    sought: Sought,
+) -> Result<Vec<&'a str>, Fault> {
+    let text = reading.text;
+    let wrong = |node, message: String| text.fault(node, message).code(Code::Connection);
+    let mut found = Vec::new();
+    let mut seen = BTreeSet::new();
+    one_way(text, node, sought)?;
+    let mut open: Vec<(String, Node<'_, '_>)> =
+        from.iter().rev().map(|(id, _)| ((*id).to_owned(), node)).collect();
+    while let Some((id, behind)) = open.pop() {
+        let Some((&id, &one)) = drawing.nodes.get_key_value(id.as_str()) else {
+            let message = format!(
+                "{}: a connection leads to localId {id}, which is not there",
+                called(behind)
+            );
+            return Err(wrong(behind, message));
+        };
+        if !seen.insert(id) {
+            if matches!(one.tag_name().name(), "step" | "macroStep" | "transition") {
+                continue;
+            }
+            let message =
+                format!("{}: the ways through it come back to where they began", called(one));
+            return Err(wrong(one, message));
+        }
+        match (one.tag_name().name(), sought) {
+            ("step" | "macroStep", Sought::Steps) | ("transition", Sought::Transitions) => {
+                found.push(id)
+            }
+            ("selectionDivergence" | "simultaneousConvergence", Sought::Steps)
+            | ("selectionConvergence" | "simultaneousDivergence", Sought::Transitions) => {
+                one_way(text, one, sought)?;
+                open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
+            }
+            // A branch that ends in a jump converges into nothing: a join does not wait for it.
+            ("jumpStep", _)
+                if ["selectionConvergence", "simultaneousConvergence"]
+                    .contains(&behind.tag_name().name()) => {}
+            // A selection that converges right in front of the next one.
+            ("selectionConvergence", Sought::Steps) if is_of_steps(drawing, one) => {
+                open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
+            }
+            (other, _) => {
+                let what = if sought == Sought::Steps { "a transition" } else { "a step" };
+                let message =
+                    format!("{}: {what} cannot follow {} ({other})", called(behind), called(one));
+                return Err(wrong(behind, message).code(Code::Chart));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Refuses several steps that lead straight to one point: whether all of them or one of them is meant is not clear.
+fn one_way(text: &Text, node: Node<'_, '_>, sought: Sought) -> Result<(), Fault> {
+    let are_several = |point: Node<'_, '_>| children(point, "connection").nth(1).is_some();
+    let waits_for_all = node.tag_name().name() == "simultaneousConvergence";
+    if sought == Sought::Transitions
+        || waits_for_all
+        || !children(node, "connectionPointIn").any(are_several)
+    {
+        return Ok(());
+    }
+    let message = format!("{}: several steps lead straight to it", called(node));
+    let help =
+        "draw a simultaneous convergence, if it waits for all of them, or a transition for each";
+    Err(text.fault(node, message).code(Code::Chart).help(help))
+}
+
+/// Whether what converges comes from one step alone, beside branches that end in jumps, so that nothing is joined.
+fn is_of_steps(drawing: &Elements<'_, '_>, node: Node<'_, '_>) -> bool {
+    let kind = |(id, _): &(&str, Option<&str>)| {
+        drawing.nodes.get(id).map_or("", |one| one.tag_name().name())
+    };
+    let all: Vec<&str> = inputs(node).iter().map(kind).filter(|kind| *kind != "jumpStep").collect();
+    matches!(all[..], ["step" | "macroStep"])
+}
+
+fn steps_before(
+    reading: &Reading<'_, '_>,
+    drawing: &Elements<'_, '_>,
+    node: Node<'_, '_>,
+) -> Result<Vec<String>, Fault> {
+    let from = inputs(node);
+    let found = before(reading, drawing, node, &from, Sought::Steps)?;
+    if found.is_empty() && !from.is_empty() {
+        let message = format!("{}: only branches that end in jumps lead to it", called(node));
+        return Err(reading.text.fault(node, message).code(Code::Chart));
+    }
+    let name = |id: &&str| drawing.nodes[*id].attribute("name").unwrap_or_default().to_owned();
+    Ok(found.iter().map(name).collect())
+}
+
+fn condition<'a, 'i>(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'a, 'i>,
+    node: Node<'a, 'i>,
+) -> Result<Expr, Fault> {
+    let text = reading.text;
+    let Some(own) = child(node, "condition") else {
+        return Err(text.fault(node, format!("{}: it has no condition", called(node))));
+    };
+    let ways = ["inline", "reference", "connectionPointIn"].into_iter();
+    if ways.filter(|name| child(own, name).is_some()).count() > 1 {
+        let message = format!("{}: its condition is told in two ways", called(node));
+        return Err(text.fault(node, message).code(Code::Chart).help("leave one of them"));
+    }
+    let value = if let Some(inline) = child(own, "inline") {
+        single(text, inline)?;
+        let own = format!("t{}", node.attribute("localId").unwrap_or_default());
+        match reading.apart(&own, |reading| condition_in(reading, inline)) {
+            Ok(value) => value,
+            Err(fault) if fault.code == Code::Syntax => any(&fault),
+            Err(fault) => return Err(fault),
+        }
+    } else if let Some(reference) = child(own, "reference") {
+        named(reading, reference.attribute("name").unwrap_or_default(), text.line(node))?
+    } else {
+        let point = child(own, "connectionPointIn").unwrap_or(own);
+        let from = sources(point);
+        if from.is_empty() {
+            return Err(text.fault(node, format!("{}: its condition is empty", called(node))));
+        }
+        let own = format!("t{}", node.attribute("localId").unwrap_or_default());
+        reading.apart(&own, |reading| drawn(reading, body, node, &from))?
+    };
+    Ok(if is(own, "negated") { value.not() } else { value })
+}
+
+/// A condition that is drawn beside the chart.
+fn drawn<'a, 'i>(
+    reading: &mut Reading<'_, '_>,
+    body: Node<'a, 'i>,
+    node: Node<'a, 'i>,
+    from: &[(&str, Option<&str>)],
+) -> Result<Expr, Fault> {
+    // Elements of the chart itself have no value, but they have numbers.
+    match of_transition(reading, body, node, &called(node), from) {
+        Ok(value) => Ok(value),
+        Err(fault) if fault.code == Code::Syntax => Ok(any(&fault)),
+        Err(fault) => Err(fault),
+    }
+}
+
+/// A condition that is not understood: it may be true or not.
+fn any(fault: &Fault) -> Expr {
+    Expr::Unread(fault.message.clone())
+}
+
+/// The condition of a named transition, or of a Boolean variable.
+fn named(reading: &Reading<'_, '_>, name: &str, line: u32) -> Result<Expr, Fault> {
+    let own = reading.pou.transitions.iter().find(|one| same(&one.name, name));
+    match own.map(|one| &one.body) {
+        Some(Body::Code(_, statements)) => match &statements[..] {
+            [Statement { kind: Kind::Return(value), .. }] => Ok(value.clone()),
+            _ => Ok(any(&Fault::new(line, format!("the transition {name} is empty")))),
+        },
+        Some(Body::Unread(_, fault)) => Ok(any(fault)),
+        _ => parse::expression(name, line),
+    }
+}
+
+fn action_block(
+    reading: &mut Reading<'_, '_>,
+    drawing: &Elements<'_, '_>,
+    node: Node<'_, '_>,
+    draft: &mut Draft,
+) -> Result<(), Fault> {
+    // A block that hangs on nothing does nothing.
+    for (id, _) in inputs(node) {
+        let Some(owner) = drawing.nodes.get(id) else {
+            let message =
+                format!("{}: a connection leads to localId {id}, which is not there", called(node));
+            return Err(reading.text.fault(node, message).code(Code::Connection));
+        };
+        let name = owner.attribute("name").unwrap_or_default();
+        let steps = draft.steps.iter_mut().map(|step| (&step.name, &mut step.blocks));
+        let macros = draft.macros.iter_mut().map(|one| (&one.name, &mut one.blocks));
+        let is_step = matches!(owner.tag_name().name(), "step" | "macroStep");
+        let own = steps.chain(macros).find(|(own, _)| *own == name).filter(|_| is_step);
+        let Some((_, blocks)) = own else {
+            let message = format!("{}: it belongs to no step", called(node));
+            return Err(reading.text.fault(node, message).code(Code::Chart));
+        };
+        for action in children(node, "action") {
+            let block = block(reading, action, name, blocks.len())?;
+            blocks.extend(block);
+        }
+    }
+    Ok(())
+}
+
+fn block(
+    reading: &mut Reading<'_, '_>,
+    node: Node<'_, '_>,
+    step: &str,
+    number: usize,
+) -> Result<Option<Block>, Fault> {
+    let text = reading.text;
+    let line = text.line(node);
+    let word = node.attribute("qualifier").filter(|word| !word.is_empty()).unwrap_or("N");
+    let qualifier = Qualifier::named(word).ok_or_else(|| {
+        let message = format!("step {step}: '{word}' is no action qualifier");
+        let help = "the qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL";
+        text.fault(node, message).code(Code::Chart).help(help)
+    })?;
+    let duration = node.attribute("duration").map(str::trim).filter(|text| !text.is_empty());
+    let time = match duration.filter(|_| qualifier.is_timed()) {
+        None => None,
+        Some(written) => {
+            let parsed = parse::duration(written).map(|time| Expr::Literal(Literal::Time(time)));
+            match parsed {
+                Some(time) => Some(time),
+                None => Some(parse::expression(written, line)?),
+            }
+        }
+    };
+    if time.is_none() && qualifier.is_timed() {
+        let message = format!("step {step}: the qualifier {word} has no time");
+        let help = "say how long: duration=\"T#2s\"";
+        return Err(text.fault(node, message).code(Code::Chart).help(help));
+    }
+    if elements(node).filter(|one| ["reference", "inline"].contains(&one.tag_name().name())).count()
+        > 1
+    {
+        let message = format!("step {step}: one block names several actions");
+        return Err(text
+            .fault(node, message)
+            .code(Code::Chart)
+            .help("give each a block of its own"));
+    }
+    let target = if let Some(reference) = child(node, "reference") {
+        let name = reference.attribute("name").unwrap_or_default();
+        match parse::expression(name, line)? {
+            Expr::Variable(path) => Target::Path(path),
+            _ => return Err(text.fault(node, format!("step {step}: '{name}' is no action"))),
+        }
+    } else if let Some(inline) = child(node, "inline") {
+        single(text, inline)?;
+        if language(inline).is_none() {
+            if elements(inline).next().is_some() {
+                let message = format!("step {step}: an action is in a language that is not read");
+                return Err(text.fault(inline, message).code(Code::Chart));
+            }
+            return Ok(None);
+        }
+        let mut name = format!("{step}_{}", number + 1);
+        // A declared action of that name is another one.
+        let is_taken = |name: &str| reading.declares(name);
+        while is_taken(&name) {
+            name.push('_');
+        }
+        let outer = std::mem::replace(&mut reading.computes, false);
+        let body = reading.apart(&name, |reading| body(reading, inline));
+        reading.computes = outer;
+        Target::Inline(name, Box::new(body))
+    } else {
+        return Ok(None);
+    };
+    Ok(Some(Block { qualifier, time, target, line }))
 }

@@ -1,7 +1,6 @@
 //! What an element may say that is not followed: it is refused, since what is left out makes a bound too low.
 
-use super::drawn::order;
-use super::node::{Text, child, children, elements, is};
+use super::node::{Text, child, children, elements, is, order};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;

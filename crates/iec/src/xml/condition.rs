@@ -3,7 +3,7 @@
 
 use super::drawn::drawing;
 use super::reading::Reading;
-use crate::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::ast::{Argument, Expr, Path};
 use crate::drawing::{
     Block, Connection, Drawing, Element, ElementId, ElementKind, Given, Goal, held,
 };
@@ -50,7 +50,7 @@ pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Resu
         return Err(one.fault("it is not followed in a condition"));
     }
     let (from, is_negated, called) = (end.inputs.clone(), end.negated_in, end.called());
-    let (value, reached) = value(reading, &drawing, from, &called, end.line)?;
+    let (value, reached) = value(reading, &drawing, from, &called)?;
     let is_left =
         |(id, one): &(ElementId, &Element)| one.block().is_some() && !reached.contains(id);
     if let Some((_, one)) = drawing.all().find(is_left) {
@@ -77,7 +77,7 @@ pub(super) fn of_transition(
         Ok(Connection { from, output: output.unwrap_or_default().to_owned() })
     });
     let wires = wires.collect::<Result<Vec<_>, Fault>>()?;
-    value(reading, &drawing, wires, called, reading.text.line(node)).map(|(value, _)| value)
+    value(reading, &drawing, wires, called).map(|(value, _)| value)
 }
 
 /// A condition's value, and the blocks that it depends on.
@@ -86,7 +86,6 @@ fn value(
     drawing: &Drawing,
     from: Vec<Connection>,
     called: &str,
-    line: u32,
 ) -> Result<(Expr, BTreeSet<ElementId>), Fault> {
     let mut walk = Walk {
         drawing,
@@ -109,8 +108,7 @@ fn value(
     }
     if walk.acts {
         let part = reading.part.clone();
-        let drawing = Drawing { goal: Some(Goal { part, from }), ..drawing.clone() };
-        reading.compute(Statement { line, kind: Kind::Drawn(Box::new(drawing)) });
+        reading.compute(Drawing { goal: Some(Goal { part, from }), ..drawing.clone() });
     }
     Ok((value, reached))
 }

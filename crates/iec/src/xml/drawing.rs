@@ -446,20 +446,15 @@ fn is_inline(transition: Node<'_, '_>) -> bool {
 pub(super) fn in_text(body: &Body) -> Result<String, String> {
     match body {
         Body::Code(_, statements) => {
-            let mut formless = None;
-            visit(statements, &mut |one| match one.kind {
-                Kind::Drawn(_) => formless = Some("it is drawn, and has no form in text"),
-                Kind::Keep(..) => {
-                    formless = Some("it keeps a result for itself, and has no form in text")
-                }
-                _ => {}
-            });
-            let text = show::statements(statements, 0);
-            if let Some(why) = formless {
-                return Err(why.to_owned());
+            let mut keeps = false;
+            visit(statements, &mut |one| keeps |= matches!(one.kind, Kind::Keep(..)));
+            match keeps {
+                true => Err("it keeps a result for itself, and has no form in text".to_owned()),
+                false => Ok(show::statements(statements, 0)),
             }
-            Ok(text)
         }
+        Body::Drawn(_, drawings) if drawings.is_empty() => Ok(String::new()),
+        Body::Drawn(..) => Err("it is drawn, and has no form in text".to_owned()),
         Body::Unread(_, fault) => Err(format!("line {}: {}", fault.line, fault.message)),
         Body::Chart(_) => Err("a chart has no form in an action block".to_owned()),
     }

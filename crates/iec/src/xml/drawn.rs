@@ -2,7 +2,7 @@
 
 use super::checked::checked;
 use super::execute::code;
-use super::node::{Text, child, children, elements, is};
+use super::node::{Text, child, children, elements, is, name_of, order, pins, position};
 use crate::ast::{Expr, Path};
 use crate::drawing::{
     Block, Connection, Drawing, Edge, Element, ElementId, ElementKind, Given, InputPin, OutputPin,
@@ -291,45 +291,10 @@ fn named(name: &str, line: u32) -> Result<Path, Fault> {
     }
 }
 
-/// The pins of a block in one of its lists.
-pub(super) fn pins<'a, 'i: 'a>(
-    node: Node<'a, 'i>,
-    list: &'static str,
-) -> impl Iterator<Item = Node<'a, 'i>> {
-    child(node, list).into_iter().flat_map(|list| children(list, "variable"))
-}
-
-/// The name of a pin.
-pub(super) fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
-    pin.attribute("formalParameter").unwrap_or_default()
-}
-
 fn edge(node: Node<'_, '_>) -> Option<Edge> {
     match node.attribute("edge") {
         Some("rising") => Some(Edge::Rising),
         Some("falling") => Some(Edge::Falling),
         _ => None,
     }
-}
-
-/// How far down and how far to the right an element stands, in tenths of the file's unit.
-pub(super) fn position(node: Node<'_, '_>) -> (i64, i64) {
-    let position = child(node, "position");
-    let coordinate =
-        |name: &str| position.and_then(|one| tenths(one.attribute(name)?)).unwrap_or(0);
-    (coordinate("y"), coordinate("x"))
-}
-
-/// An element's number of execution, if it has one.
-pub(super) fn order(node: Node<'_, '_>) -> Option<u64> {
-    let number = node.attribute("executionOrderId")?.parse().ok();
-    number.filter(|&order| order > 0)
-}
-
-/// A coordinate in tenths of its unit.
-fn tenths(text: &str) -> Option<i64> {
-    let (whole, part) = text.trim().split_once('.').unwrap_or((text.trim(), ""));
-    let tenth = part.chars().next().and_then(|digit| digit.to_digit(10)).map_or(0, i64::from);
-    let sign = if whole.starts_with('-') { -1 } else { 1 };
-    whole.parse::<i64>().ok()?.checked_mul(10)?.checked_add(sign * tenth)
 }

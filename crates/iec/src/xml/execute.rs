@@ -1,8 +1,7 @@
 //! EXECUTE boxes: structured text in a drawing, as CODESYS, TwinCAT and OpenPLC write it.
 
 use super::allowed::data_name;
-use super::drawn::{name_of, pins};
-use super::node::{Text, child, children, elements};
+use super::node::{Text, child, children, elements, name_of, pins};
 use crate::ast::{Kind, Statement, visit};
 use crate::fault::Fault;
 use crate::parse;

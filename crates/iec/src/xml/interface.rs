@@ -31,19 +31,16 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
         .filter_map(|one| {
             let line = text.line(one);
             let of = child(one, "type").map(|of| type_ref(text, of));
+            let of = of.unwrap_or_else(|| TypeRef::Named(String::new()));
             let begins = child(one, "initialValue");
             let initial =
                 begins.map(|value| begins_with(value, line)).or_else(|| constructed(one, line));
             Some(Variable {
-                name: one.attribute("name")?.to_owned(),
-                section,
-                of: of.unwrap_or_else(|| TypeRef::Named(String::new())),
                 initial,
                 at: one.attribute("address").map(str::to_ascii_uppercase),
                 constant: is(list, "constant"),
                 retain: is(list, "retain") || is(list, "persistent"),
-                is_internal: false,
-                line,
+                ..Variable::new(one.attribute("name")?, section, of, line)
             })
         })
         .collect()

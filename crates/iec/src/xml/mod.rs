@@ -4,7 +4,6 @@
 
 mod allowed;
 mod body;
-mod chart;
 mod checked;
 mod condition;
 mod drawing;

@@ -1,7 +1,7 @@
 //! The project's tree: types, units, global variables, tasks.
 
 use super::allowed::{attribute, data_name, unread};
-use super::body::{body, condition, condition_body};
+use super::body::{body, condition_body};
 use super::interface::{addresses, begins_with, extends, list_of, type_ref, variables};
 use super::node::{Text, child, children, elements};
 use super::reading::Reading;
@@ -162,7 +162,7 @@ impl<'t> Reader<'t> {
         let of = of.map_or(TypeRef::Named(String::new()), |of| type_ref(self.text, of));
         for (element, reads) in [("GetAccessor", true), ("SetAccessor", false)] {
             let Some(one) = child(node, element) else { continue };
-            let mut method = parse::accessor(name, &of, reads, self.text.line(one));
+            let mut method = Pou::accessor(name, &of, reads, self.text.line(one));
             let own = self.unit(one, PouKind::Function);
             method.variables.extend(own.variables);
             method.body = own.body;
@@ -214,7 +214,7 @@ impl<'t> Reader<'t> {
         }
         for one in named("transitions", "transition") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
-            let mut reading = Reading::new(text, pou, &name, body, condition);
+            let mut reading = Reading::new(text, pou, &name);
             reading.computes = true;
             let found = child(one, "body").map(|inner| condition_body(&mut reading, inner));
             self.faults.append(&mut reading.faults);
@@ -223,14 +223,14 @@ impl<'t> Reader<'t> {
         }
         for one in named("actions", "action") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
-            let mut reading = Reading::new(text, pou, &name, body, condition);
+            let mut reading = Reading::new(text, pou, &name);
             let found = child(one, "body").map(|inner| body(&mut reading, inner));
             self.faults.append(&mut reading.faults);
             let body = found.unwrap_or_else(Body::empty);
             pou.actions.push(Named { name, body, line: text.line(one) });
         }
         if let Some(one) = child(node, "body") {
-            let mut reading = Reading::new(text, pou, "", body, condition);
+            let mut reading = Reading::new(text, pou, "");
             reading.computes = true;
             let found = body(&mut reading, one);
             self.faults.append(&mut reading.faults);

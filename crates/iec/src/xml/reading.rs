@@ -1,16 +1,11 @@
 //! What is read of one unit, and what its drawings need for themselves.
 
 use super::node::{Text, elements};
-use crate::ast::{Expr, Statement};
 use crate::chart::COMPUTED;
+use crate::drawing::Drawing;
 use crate::fault::Fault;
 use crate::{Body, Language, Named, Pou, same};
 use roxmltree::Node;
-
-/// Reads a body, whatever its language.
-pub(super) type ReadBody = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Body;
-/// Reads the value of a condition.
-pub(super) type ReadCondition = fn(&mut Reading<'_, '_>, Node<'_, '_>) -> Result<Expr, Fault>;
 
 /// Reads the bodies of one unit. What a drawing has to remember becomes variables of the unit.
 pub(super) struct Reading<'t, 'p> {
@@ -22,31 +17,12 @@ pub(super) struct Reading<'t, 'p> {
     pub(super) faults: Vec<Fault>,
     /// Whether blocks of drawn conditions are carried out by an action of their own.
     pub(super) computes: bool,
-    /// How bodies within a chart are read.
-    pub(super) body: ReadBody,
-    /// How conditions are read.
-    pub(super) condition: ReadCondition,
 }
 
 impl<'t, 'p> Reading<'t, 'p> {
-    pub(super) fn new(
-        text: &'t Text,
-        pou: &'p mut Pou,
-        part: &str,
-        body: ReadBody,
-        condition: ReadCondition,
-    ) -> Reading<'t, 'p> {
+    pub(super) fn new(text: &'t Text, pou: &'p mut Pou, part: &str) -> Reading<'t, 'p> {
         let place = if part.is_empty() { pou.name.clone() } else { format!("{}.{part}", pou.name) };
-        Reading {
-            text,
-            pou,
-            place,
-            part: part.to_owned(),
-            faults: Vec::new(),
-            computes: false,
-            body,
-            condition,
-        }
+        Reading { text, pou, place, part: part.to_owned(), faults: Vec::new(), computes: false }
     }
 
     /// Reads something whose elements have numbers of their own: what it needs for itself has names of its own, too.
@@ -76,12 +52,12 @@ impl<'t, 'p> Reading<'t, 'p> {
     }
 
     /// Adds to what the action of drawn conditions carries out.
-    pub(super) fn compute(&mut self, statement: Statement) {
+    pub(super) fn compute(&mut self, drawing: Drawing) {
         let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
         match own.map(|one| &mut one.body) {
-            Some(Body::Code(_, all)) => all.push(statement),
+            Some(Body::Drawn(_, all)) => all.push(drawing),
             _ => {
-                let body = Body::Code(Language::Fbd, vec![statement]);
+                let body = Body::Drawn(Language::Fbd, vec![drawing]);
                 self.pou.actions.push(Named { name: COMPUTED.to_owned(), body, line: 0 });
             }
         }
