@@ -73,7 +73,7 @@ fn read(option: &str, name: &str) -> Result<Parsed, Failure> {
             format!(
                 "{option}{name}: neither a built-in timing table nor a file that can be read: {error}"
             ),
-            format!("{meant}built in are {}", names.join(", ")),
+            format!("{meant}the built-in tables are {}", names.join(", ")),
         )])
     })?;
     Ok(Table::parse(name, &bytes)?)

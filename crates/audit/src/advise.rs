@@ -1,5 +1,5 @@
-//! Which additional statement of the user lowers the bound most. Candidates are taken from the longest scan, and the
-//! worth of each is measured: the audit is repeated with it.
+//! Which additional statement of the user lowers the bound most. Candidates come from the longest scan. For each, the
+//! audit is repeated with the statement.
 
 use super::names::Names;
 use super::pipeline::Concluded;
@@ -108,8 +108,8 @@ impl AdviceKind {
 struct Candidate {
     statement: Statement,
     facts: Facts,
-    /// An upper limit of the time by which the statement can lower the bound. Candidates with a larger one are tried
-    /// first.
+    /// The largest time by which the statement can lower the bound, if that is known before it is tried. Candidates
+    /// with the largest one are tried first.
     hope: Picos,
 }
 
@@ -239,7 +239,7 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
             kind: AdviceKind::Internal,
             table: "internal",
             line: offer::listed(facts.internal.iter()),
-            what: "state this if only the program writes these devices, no operator panel and no second PLC: then they keep the values that the program wrote, and relays that the program keeps mutually exclusive are never both on".to_owned(),
+            what: "state this if only the program writes these devices, and no operator panel or second PLC does: then they keep the values that the program wrote, and relays that the program keeps mutually exclusive are never both on".to_owned(),
             places: Vec::new(),
         },
         facts,
@@ -350,7 +350,7 @@ fn bits_on(
         let variable = &model.variables[atom.variable().0 as usize];
         let Origin::Start(cell) = variable.origin else { return None };
         let is_hidden = program.area(cell.area).role == Role::Internal;
-        // Flags of the first scan have nothing to do with interlocks.
+        // The flags of the first scan take part in no interlock.
         if is_hidden
             || program.power_up.first_scan.contains(&cell)
             || !values.get(Lit::positive(index))

@@ -62,7 +62,8 @@ pub struct Audit {
     pub weighed: Picos,
     /// The scans of a run from power-up to one that takes `Bound::lower`, if such a run was found.
     pub witness_run: Vec<RunScan>,
-    /// Why the scan that takes `Bound::lower` stopped early, or may take longer than is known.
+    /// Why the simulation of the scan that takes `Bound::lower` stopped early, or may take longer than this time.
+    /// `None` if neither.
     pub stands_between: Option<String>,
     /// The path of that scan through the program, if not every instruction runs exactly once. Otherwise empty.
     pub path: Vec<PathStep>,

@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 /// The time limit for the search for contradicting facts, unless the request sets a shorter one.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// The upper limits that are offered for a number of iterations or units. The first one that some scan satisfies is
-/// used.
+/// The upper limits that may be offered for a number of iterations or units. The first one with which some scan
+/// satisfies all facts is offered.
 const OFFERED: [u32; 5] = [20, 100, 1_000, 10_000, i16::MAX as u32];
 
 /// The functions that read and audit a project. The pipeline passes them, so that this module does not depend on it.
@@ -48,7 +48,7 @@ fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     }
 }
 
-/// The moment at which the search for contradicting facts ends.
+/// The deadline of the search for contradicting facts.
 fn end(request: &Request<'_>) -> Instant {
     Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
 }

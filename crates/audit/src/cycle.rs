@@ -17,8 +17,8 @@ pub struct SettingUse {
     pub from: Option<String>,
 }
 
-/// A part of a scan that was run, between restarts of the watchdog, and the longest time to which the watchdog can be
-/// set in it.
+/// A part of a simulated scan between two restarts of the watchdog, and the largest watchdog time that can be set in
+/// it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stretch {
     /// A lower bound on the time of the part, from a simulated scan.

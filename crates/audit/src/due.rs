@@ -1,4 +1,4 @@
-//! How often interrupts at fixed intervals are due in a scan of a known time.
+//! How often interrupts with fixed intervals are due in a scan of a given time.
 
 use super::doubt::Doubt;
 use scanbound_base::facts::Facts;
@@ -7,16 +7,16 @@ use scanbound_ir::{Frame, Interrupt, Program};
 use scanbound_replay::RealRun;
 use std::collections::BTreeSet;
 
-/// How often an interrupt of this interval runs at most in a scan of this time: once at the start, and again each time
-/// the interval has passed. One that occurs during END processing waits for the next scan; since one that occurs in the
-/// END processing of this scan waits, too, this adds none. If the program can let interrupts wait (`holds_interrupts`),
-/// one more may be left from earlier scans.
+/// The largest number of runs of an interrupt of this interval in a scan of this time: one at its start, and one each
+/// time the interval has passed. An interrupt during END processing waits for the next scan. That does not add a run,
+/// because one in the END processing of this scan waits, too. If the program can let interrupts wait
+/// (`holds_interrupts`), one more may be left over from earlier scans.
 pub(super) fn due(scan: Picos, interval: Picos, holds_interrupts: bool) -> u64 {
     let due = scan.0.div_ceil(interval.0.max(1)).max(1);
     due.saturating_add(holds_interrupts.into())
 }
 
-/// The interrupts that the longest scan was charged too few of: their intervals make them due more often in it.
+/// The interrupts of which the longest scan was charged too few: by their intervals, more are due in it.
 pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
     let of = |one: &Interrupt| {
         let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;
@@ -28,8 +28,8 @@ pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<D
     program.interrupts.iter().filter_map(of).collect()
 }
 
-/// How much shorter a scan that was found can be if interrupts ran in it more often than they are due in its time.
-/// Removing these interrupts shortens the scan, so that others may no longer be due; this is repeated.
+/// The time of the interrupts that a scan was given although they are not due in a scan of its length. Without them the
+/// scan is shorter, so that others may no longer be due; this is repeated.
 pub(super) fn not_due(program: &Program, facts: &Facts, run: &RealRun, took: Picos) -> Picos {
     let mut less = Picos::ZERO;
     loop {

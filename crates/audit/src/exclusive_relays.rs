@@ -52,7 +52,7 @@ pub struct ExclusiveRelays<'p> {
     written: BTreeSet<BitTarget>,
     /// The relays into which an instruction writes an unknown value.
     unknown: BTreeSet<BitTarget>,
-    /// Regions that may be written at any moment after an instruction has requested it.
+    /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,
     /// The words of I/O points that serve outputs: the program writes them and reads no bit of them that it does not
     /// write.

@@ -93,7 +93,7 @@ pub enum Fact {
     },
     /// Memory may have any values when a scan starts, as after a download.
     Download,
-    /// Whether all transitions of a step without priorities clear that are true, or the first of them.
+    /// Whether all true transitions after a step fire if they have no priorities (`true`), or only the first one.
     AllClear(bool),
     /// The order in which a chart's actions run.
     ActionOrder(ActionOrder),

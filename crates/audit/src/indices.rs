@@ -35,7 +35,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         }
         for choice in found {
             let Some(indexed) = program.indexed.get_mut(&choice) else { continue };
-            // A register and a place may name the same index: both statements apply.
+            // An index may be stated by its register and by its place: both statements apply.
             let bits = 16 * indexed.indices.iter().map(Vec::len).min().unwrap_or(1);
             let largest = (1i64 << (bits - 1)) - 1;
             let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));

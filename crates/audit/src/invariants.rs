@@ -10,15 +10,18 @@ use scanbound_solve::{Limits, export, unreachable_charges};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// The files are not written for a model with more circuit nodes than this, ...
+/// The files are not written for a model with more circuit nodes than this.
 const NODES: usize = 2_000_000;
+/// The files are not written if one execution of an instruction adds more than this to the model.
 const NODES_EACH: usize = 1 << 15;
-/// ... or if writing takes longer than this.
+/// The files are not written if that takes longer than this.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// The names of the files.
+/// The file about the state at power-up.
 const POWER_UP: &str = "invariants-power-up.smt2";
+/// The file about what every scan preserves.
 const KEPT: &str = "invariants-kept.smt2";
+/// The file about counts and indices.
 const COUNTS: &str = "counts.smt2";
 
 /// The files, and the lines of the index that say what each file shows.

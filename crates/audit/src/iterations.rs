@@ -1,4 +1,4 @@
-//! The largest number of iterations of summarised loops, by what a model knows about their counts.
+//! The largest number of iterations of summarised loops, from what a model knows about their counts.
 
 use scanbound_base::time::Picos;
 use scanbound_model::groups;

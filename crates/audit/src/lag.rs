@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 type Reads = BTreeSet<Region>;
 
-/// An instruction that writes something.
+/// An instruction that writes a device, with the cells that it reads.
 struct Site {
     at: usize,
     /// Whether the instruction runs at its own place in the scan, not where a routine is called.
@@ -19,9 +19,9 @@ struct Site {
     writes: Vec<Region>,
 }
 
-/// The most additional scans from the change of an input until the last output that follows from it has changed. Each
-/// relay on the way changes as soon as the values that it is computed from have changed. Relays that are computed from
-/// each other count as if the change passed through all of them.
+/// The largest number of additional scans from the change of an input to the change of the last output that follows
+/// from it. Each relay on the way is assumed to change as soon as the values change from which it is computed. Of
+/// relays that are computed from each other, the change is assumed to pass through all.
 pub fn further_scans(program: &Program) -> u64 {
     let sites = sites(program);
     let mut graph: DiGraphMap<usize, bool> = DiGraphMap::new();

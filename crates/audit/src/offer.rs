@@ -1,4 +1,4 @@
-//! What of a project is worth stating: suggested lines for a facts file.
+//! Suggests lines for a facts file: what is worth stating about a project.
 
 use super::Audit;
 use super::contradiction;

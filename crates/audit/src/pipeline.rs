@@ -408,7 +408,7 @@ impl Followed {
             loops.open = unbounded::unasked(&self.program);
         }
         if !loops.open.is_empty() {
-            budget.record_stop("searching for endless loops", "some loops were not decided");
+            budget.record_stop("searching for endless loops", "whether some loops end was not decided");
         }
         Ok(loops)
     }

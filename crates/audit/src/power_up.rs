@@ -15,8 +15,9 @@ use std::collections::BTreeMap;
 
 /// The largest number of scans of a run in which the inputs change.
 const LONGEST: usize = 8;
-/// The most scans with the same inputs before they change, and the most times that a run waits for a timer with them.
+/// The largest number of scans with the same inputs before the inputs change.
 const SAME: usize = 6;
+/// The largest number of times that a run waits for a timer before the inputs change.
 const MAX_WAITS: usize = 24;
 /// The number of runs that are tried with random changes of the inputs.
 const RANDOM: u64 = 64;
@@ -53,9 +54,9 @@ struct Plan {
 }
 
 /// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
-/// sequences leads there. If the last scan takes longer, it becomes the longest scan found.
-/// Where the program alone writes and an error stops the CPU in each run that is tried, no scan is known to be
-/// possible.
+/// sequences leads there. If the last scan takes longer, it becomes the longest scan found. If each tried run ends with
+/// an operation error that stops the CPU and that the program alone causes, the time of the longest scan found is
+/// removed: nothing shows that it is possible.
 pub fn run(
     search: &Search<'_>,
     prices: &Prices,

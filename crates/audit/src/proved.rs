@@ -20,19 +20,22 @@ use scanbound_solve::{Limits, unreachable_charges};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-/// The check is skipped for models with more circuit nodes than this, ...
+/// The check is skipped for models with more circuit nodes than this.
 const NODES: usize = 2_000_000;
+/// The check is skipped if one execution of an instruction adds more than this to the model.
 const NODES_EACH: usize = 1 << 15;
-/// ... and the check may take at most this time, and this fraction of the remaining time.
+/// The check may take at most this time.
 const LONGEST: Duration = Duration::from_secs(10);
+/// The check may take at most 1/`PARTS` of the remaining time.
 const PARTS: u32 = 8;
 /// If there are more facts than this, none of them is checked.
 const MAX_FACTS: usize = 100;
 /// The number of rounds in which a scan that violates a fact is searched for. Each round uses what the runs before it
 /// showed.
 const ROUNDS: usize = 3;
-/// The largest number of scans of a run from power-up, and the largest number of instructions in all of them.
+/// The largest number of scans of a run from power-up.
 const SCANS: usize = 100;
+/// The largest number of instructions in all scans of such a run.
 const MAX_INSTRUCTIONS: u64 = 400_000;
 
 /// The facts that the program is proved to keep.
@@ -112,7 +115,7 @@ pub fn proved(
         return Ok(proved);
     }
     let open: Vec<usize> = (0..asked.len()).filter(|&at| !asked[at].is_broken(found)).collect();
-    // If no scan can start as stated, every fact would count as kept.
+    // If no scan can start as stated, every fact would count as proved.
     let is_provable = !facts.download && found.best.is_possible();
     let kept = if is_provable { kept(&search, &asked, &open) } else { BTreeSet::new() };
     seek(&search, &asked, found)?;
@@ -170,7 +173,7 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
         let scan = run.scan(&given, MAX_INSTRUCTIONS - executed);
         executed += scan.replay.events.len() as u64;
         found.violations.note(search.program, &scan, Some(number));
-        // After a violated fact, the state is not as stated.
+        // The scans after a violation start in a state that contradicts the facts.
         let goes_on = scan.is_possible() && scan.stopped.is_none() && executed < MAX_INSTRUCTIONS;
         if !goes_on
             || !scan.range_violations.is_empty()

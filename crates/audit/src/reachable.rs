@@ -18,8 +18,9 @@ use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
 pub const STAGE: &str = "searching for invariants";
-/// The stage may use this fraction of the time limit, and each of its searches this fraction of the time that is left.
+/// The stage may use 1/`UNTIL` of the time limit.
 const UNTIL: u32 = 2;
+/// Each search of the stage may use 1/`PARTS` of the remaining time.
 const PARTS: u32 = 8;
 /// The time limit of the stage if the user gives none.
 const LONGEST: Duration = Duration::from_secs(20);

@@ -18,17 +18,21 @@ use std::collections::BTreeSet;
 
 /// The largest number of instructions that a real run executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
-/// Limits of the search in models that grow with what is learned: the size of each, the gates in all, and the rounds.
+/// The largest size of one model that includes what real runs showed.
 const LARGEST: usize = 2_000_000;
+/// The search for longer runs ends when its models have more gates in total.
 const MAX_GATES: usize = 1_000_000;
+/// The largest number of rounds of the search for longer runs.
 const MAX_ROUNDS: usize = 400;
 /// The largest model, in gates, in which the longest scan after power-up is searched for separately.
 const LARGEST_FIRST: usize = 100_000;
-/// A model with more gates takes as long as a good part of the bound's search. With such models, rounds go on only as
-/// long as each makes the run longer by one part in `WORTH`.
+/// A model with more gates takes as long as a good part of the bound's search. With such models, the search goes on
+/// only as long as each round makes the run longer by 1/`WORTH`.
 const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
+/// See [`MAX_GATES_FOR_SMALL_GAINS`].
 const WORTH: u64 = 100;
-/// The most decisions of a solver per group and round: a long scan is wanted, not a proof that no longer one exists.
+/// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
+/// longer.
 const MAX_DECISIONS: u64 = 200_000;
 
 /// The longest real run found, and what all runs showed.
@@ -216,7 +220,7 @@ impl Search<'_> {
         let purpose = Purpose::LowerBound;
         let model =
             scan_model_with_knowledge(self.program, self.least, knowledge, purpose, &limits);
-        // If its times cannot be added up, the audit is refused elsewhere.
+        // If its times cannot be added up, another stage refuses the audit.
         model.ok().filter(|model| model.sum_of_largest() <= u128::from(LONGEST_SCAN.0))
     }
 

@@ -1,5 +1,5 @@
-//! The longest time between two restarts of the watchdog, by the model of a scan: what conditions let run together
-//! counts.
+//! An upper bound on the longest time between two restarts of the watchdog, from the model of a scan: it uses the
+//! conditions that exclude each other.
 
 use scanbound_base::time::Picos;
 use scanbound_ir::{Frame, Program, Step};
@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 /// The largest number of watchdog restarts in a scan that are examined. Each is a search as long as that of the bound.
 const MAX_RESTARTS: usize = 16;
 
-/// No longer time passes in a scan without a restart, where the model can tell, without interrupts. `around` is what
-/// passes outside of the program. `None` where a summarised loop or routine restarts the watchdog, or too much does, or
-/// where the result is not below `useful`.
+/// An upper bound on the time that passes in a scan without a restart, interrupts not included. `around` is the time
+/// outside of the program. `None` if a summarised loop or routine restarts the watchdog, if there are too many
+/// restarts, or if the result is not less than `useful`.
 pub fn upper(
     program: &Program,
     model: &ScanModel,
@@ -23,7 +23,7 @@ pub fn upper(
     let entries = program.interrupt_entries();
     let is_main = |charge: &&Charge| !Frame::in_interrupt(&charge.frames, &entries);
     let restarts = &program.scan_control.restarts;
-    // What is summarised is charged in no order.
+    // The charges of a summary have no order.
     let is_summarised = program.instructions.iter().any(|one| match &one.step {
         Step::Summary(summary) => summary.charges.iter().any(|(at, _)| restarts.contains(at)),
         _ => false,
@@ -44,8 +44,8 @@ pub fn upper(
     Some(longest)
 }
 
-/// The longest time from the scan's begin, or from a restart that fires, to the next restart that fires or the scan's
-/// end.
+/// The longest time from the beginning of the scan, or from a restart that fires, to the next restart that fires or the
+/// end of the scan.
 fn behind(
     model: &ScanModel,
     charges: &[&Charge],
@@ -54,7 +54,7 @@ fn behind(
     limits: &Limits<'_>,
 ) -> Option<Picos> {
     let mut part = ScanModel { charges: Vec::new(), ..model.clone() };
-    // Whether time still counts where control stands.
+    // Whether no restart has fired since the beginning of this part.
     let mut counts = from.map_or(Lit::TRUE, |from| charges[from].fires);
     for (at, &charge) in charges.iter().enumerate().skip(from.unwrap_or(0)) {
         let mut along = |lit| part.circuit.and(lit, counts);
@@ -63,13 +63,13 @@ fn behind(
             Box::new(ByUnits { base: by.base, units })
         });
         let (reached, fires) = (along(charge.reached), along(charge.fires));
-        // What a restart itself takes may count before it and after it.
+        // The time of the restart instruction itself may belong to either part, so it counts in both.
         part.charges.push(Charge { reached, fires, counted, ..charge.clone() });
         if restarts.contains(&charge.instruction) && from != Some(at) {
             counts = part.circuit.and(counts, !charge.fires);
         }
     }
-    // The scan's begin restarts it, too.
+    // The beginning of a scan restarts the watchdog, too.
     let end = if from.is_none() { Lit::TRUE } else { counts };
     let outside = Charge {
         instruction: 0,

@@ -147,7 +147,7 @@ impl Search<'_> {
             for (&group, again) in open.iter().zip(again) {
                 better(&mut found[group], again);
             }
-            // A search that ended undecided before its time limit would do so again.
+            // A search that ended before its time limit without a decision would do so again.
             if start.elapsed() < (end - start) / 2
                 && found.iter().filter(|one| is_open(one)).count() == open.len()
             {

@@ -20,16 +20,17 @@ use scanbound_timing::price::Prices;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// The most states that are excluded, and the longest time for all.
+/// The largest number of states that are excluded.
 const MAX_ROUNDS: usize = 100;
+/// The longest time that excluding states may take.
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// The most relays of the program whose states are examined.
+/// The largest number of relays of the program whose states are examined.
 const MAX_RELAYS: usize = 200;
 
-/// Replaces the longest real run as long as no scan can leave the state in which it starts. `longest` is the start of
-/// the model's longest scan, which takes `upper`.
+/// Replaces the longest real run until some scan can leave the state in which it starts. `longest` is the start of the
+/// model's longest scan, which takes `upper`.
 pub(super) fn keep_possible(
     search: &Search<'_>,
     prices: &Prices,
@@ -45,7 +46,7 @@ pub(super) fn keep_possible(
     let limits = Limits { deadline: Some(deadline), ..search.limits };
     let mut program: Option<Program> = None;
     if trust == Trust::All {
-        // Where only the program writes, its earlier scans decide how far a counter has come.
+        // If only the program writes, earlier scans determine a counter's value.
         let earlier = earlier_choices(search.program);
         let rests = |key: &ChoiceKey| earlier.contains(&key.choice);
         if found.witness.choices.iter().any(|(key, &value)| value != 0 && rests(key)) {
@@ -56,7 +57,7 @@ pub(super) fn keep_possible(
     }
     let mut known = BTreeSet::new();
     while found.best.is_possible() {
-        // Others may write a present value without its flag; no lower bound rests on that.
+        // Others may write a present value and not its flag. No lower bound may rest on that.
         let keeping = search.program.timekeeping.consistency.iter();
         let given = keeping.filter(|(present, _)| found.witness.start.contains_key(present));
         let new: Vec<Logic> = given
@@ -93,7 +94,7 @@ pub(super) fn keep_possible(
             return Ok(found);
         }
     }
-    // Whether a scan leaves this state is not decided: no lower bound rests on it.
+    // It is not decided whether a scan leaves this state, so no lower bound may rest on it.
     found.best.replay.total = Picos::ZERO;
     found.best.replay.events.clear();
     Ok(found)

@@ -52,11 +52,13 @@ struct Part {
     head: Option<u128>,
     /// The longest time between two watchdog restarts within the part.
     inner: u128,
-    /// The times at the end of the part, and at the returns in it.
+    /// The times at the end of the part.
     out: Passed,
+    /// The times at the returns in the part.
     returned: Passed,
-    /// The times where the main routine ends, and where the scan ends, within the part.
+    /// The times at the places where the main routine ends within the part.
     ended: Passed,
+    /// The times at the places where the scan ends within the part.
     stopped: Passed,
     /// The times at jumps out of the part, by the target of the jump.
     exits: BTreeMap<usize, Passed>,

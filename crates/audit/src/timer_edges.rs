@@ -15,8 +15,9 @@ use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "comparing timers with edges";
-/// The stage may use this fraction of the time limit, and at most the time in the next constant.
+/// The stage may use 1/`UNTIL` of the time limit.
 const UNTIL: u32 = 4;
+/// The stage may use at most this time.
 const LONGEST: Duration = Duration::from_secs(5);
 /// The most pairs that are checked.
 const MAX_PAIRS: usize = 4_000;

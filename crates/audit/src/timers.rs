@@ -1,4 +1,5 @@
-//! Timers that cannot run out in the scan that starts them, because no scan takes as long as their set value.
+//! Finds how many units of a timer one scan can take. A timer with a longer setting cannot run out in the scan that
+//! starts it.
 
 use super::doubt::{self, Doubt};
 use scanbound_base::time::Picos;

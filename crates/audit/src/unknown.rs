@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A word is listed if its iterations or units take at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// A number about which something is known is listed if it may still be this large.
+/// A number whose range is known is listed if it may still be this large.
 const WIDE: i64 = 1000;
 
 /// The end of the range that is offered for an index.
@@ -183,7 +183,7 @@ impl Unknown {
                 [(at, _)] => key(program, at),
                 _ => word.to_string(),
             };
-            // A count cannot account for more than the whole bound.
+            // The time of a count cannot exceed the bound.
             let counts = Counts { cost: counts.cost.min(upper), ..counts };
             // A quoted name: the escapes of Rust are valid in TOML, too.
             let fact = format!("{key:?} = [0, 20]");

@@ -106,7 +106,7 @@ impl Assumed {
     /// The assumed part of the longest scan found.
     fn of_lower(audit: &Audit) -> Assumed {
         let of = audit.lower_without_points();
-        // Neither a clock's tolerance nor refresh that may not occur is part of it.
+        // The clock's tolerance, and refresh that may not occur, are not part of it.
         let factor = audit.table.factor.as_ref();
         let tolerance = match factor.is_some_and(|one| one.evidence == Evidence::Assumed) {
             true => audit.bound.lower.checked_sub(audit.possible()).unwrap_or_default(),

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// that cause it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Violations {
-    /// Violated ranges, by index into `Program::ranges`.
+    /// Violated ranges, by index into `Program::stated_ranges`.
     pub ranges: BTreeMap<usize, RangeViolation>,
     /// Violated exclusions, by index into `Program::invariants`.
     pub exclusions: BTreeMap<usize, ExclusionViolation>,

@@ -14,11 +14,12 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The number of scans that are simulated to see which times they set, and the largest number of instructions in each.
+/// The number of scans that are simulated to see which times they set.
 const SCANS: usize = 3;
+/// The largest number of instructions in each of these scans.
 const MAX_INSTRUCTIONS: u64 = 400_000;
-/// With the largest margin that a check may add, a time counts this many times: what is proved does not depend on the
-/// margin.
+/// The factor by which the largest margin of a check (1000 %) multiplies a time. If a time multiplied by it is still
+/// below the watchdog's, a closer bound proves nothing more.
 const LARGEST_MARGIN: u64 = 11;
 
 /// The program and settings for which runs are examined.
@@ -109,11 +110,11 @@ impl ScanControlAnalysis<'_> {
             true => set.min(),
             false => set.chain(extended).min(),
         };
-        // The model is asked where the structure of the program does not prove enough.
+        // The model is searched if the structure of the program does not prove enough.
         let upper = stretch::upper(self.program, &times, around).map(|upper| {
             let with_margin = Picos(upper.0.saturating_mul(LARGEST_MARGIN));
             let is_enough = least.or(default).is_none_or(|least| with_margin <= least);
-            // Against a watchdog of unknown time nothing is proved.
+            // If the watchdog's time is unknown, a check proves nothing.
             let model = self.model.filter(|_| !is_enough && least != Some(Picos::ZERO));
             let useful = upper.checked_sub(interrupts).unwrap_or_default();
             let closer = model

@@ -10,7 +10,7 @@ const LANES: usize = 64;
 
 /// A changed value that is tried for a variable.
 struct Trial {
-    /// The index of the variable in the list of requested variables.
+    /// The variable that is tried, as an index into the list of requested variables.
     of: usize,
     variable: usize,
     value: u16,

@@ -76,7 +76,7 @@ impl Unit {
         }
         let digits = format!("{whole}{fraction}");
         let digits = digits.trim_start_matches('0');
-        // The position of the decimal point of the value in picoseconds, counted in digits.
+        // The position of the decimal point in a value in picoseconds, counted in digits.
         let point = i64::try_from(digits.len()).ok()? - i64::try_from(fraction.len()).ok()?
             + i64::from(exponent)
             + i64::from(self.digits);

@@ -34,7 +34,7 @@ pub struct Diagnostic {
     pub help: String,
 }
 
-/// The longest word, in bytes, of a message. A longer word is a text of the source; the rest of it is left out.
+/// The longest word of a message, in bytes. A longer word is text of the source, and is cut.
 const LONGEST_WORD: usize = 160;
 /// The largest number of bytes of a source line that a finding keeps.
 const LONGEST_LINE: usize = 20_000;

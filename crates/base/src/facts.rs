@@ -22,15 +22,15 @@ pub struct Facts {
     pub read_from: Option<(String, String)>,
     /// By device as written (`D100`): the least and the largest value of the device at the start of a scan, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
-    /// By place (`MAIN.csv:543`) or word (`D100`) as written: the least and the largest count that the instruction
-    /// there, or that the word, ever gives: iterations of a loop, length of a block.
+    /// By place (`MAIN.csv:543`) or word (`D100`) as written: the smallest and the largest count. A count is the
+    /// iterations of a loop or the length of a block.
     pub counts: BTreeMap<String, (i64, i64)>,
     /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: its time and
     /// writes.
     pub calls: BTreeMap<String, StatedCall>,
     /// By interrupt label in upper case (`I0`): the largest number of runs of the interrupt's routine in one scan.
     pub interrupts: BTreeMap<String, u32>,
-    /// By interrupt label in upper case (`I28`): the interval in which the interrupt occurs once.
+    /// By interrupt label in upper case (`I28`): the interrupt occurs once in each interval of this length.
     pub intervals: BTreeMap<String, Picos>,
     /// The number of input points that the CPU refreshes.
     pub inputs: Option<u32>,
@@ -70,13 +70,13 @@ pub struct Facts {
     pub exclusive: Vec<Vec<String>>,
     /// Whether the bound also covers scans after a download or a change in RUN, in which memory may hold any values.
     pub download: bool,
-    /// A rule of charts, if it is known: whether, if several transitions of one step are enabled and one of them has no
-    /// priority, all of them are cleared.
+    /// How a controller executes charts: whether all true transitions after a step fire if they have no priorities
+    /// (`true`), or only the first one (`false`). `None` if this is not stated.
     pub all_clear: Option<bool>,
     /// The order in which a chart's actions are executed in one scan, if known.
     pub action_order: Option<ActionOrder>,
-    /// Whether the blocks of conditions that are drawn in charts are executed in each scan, and the conditions read
-    /// what these gave in the last one.
+    /// How a controller executes charts: whether it executes the blocks of drawn transition conditions in each scan,
+    /// and the conditions read the outputs of the previous scan.
     pub drawn_last_scan: bool,
     /// The positions of these facts in the facts file.
     pub places: FactPositions,

@@ -89,7 +89,7 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
     let numbered = graph.map(|node, ()| member[&node], |_, &back| back);
     let parts = condensation(numbered, true);
     let mut most = vec![0_usize; parts.node_count()];
-    let order = toposort(&parts, None).expect("a condensation has no circles");
+    let order = toposort(&parts, None).expect("a condensed graph has no cycles");
     let mut longest = 0;
     for &node in &order {
         let own = parts[node].first().and_then(|part| within.get(part)).copied().unwrap_or(0);

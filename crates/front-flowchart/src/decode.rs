@@ -25,8 +25,11 @@ use scanbound_ir::{
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+/// The area of the inputs.
 const INPUTS: AreaId = AreaId(0);
+/// The area of the outputs.
 const OUTPUTS: AreaId = AreaId(1);
+/// The area of the timers that were started in an earlier pass.
 const TIMERS: AreaId = AreaId(2);
 const HEADS: AreaId = AreaId(3);
 const BACK: AreaId = AreaId(4);

@@ -3,8 +3,8 @@
 use super::{Op, Routine, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the program does not determine. A question is not repeated while its answer holds. An input is asked for at
-/// each test, or once in a pass if there is an input image.
+/// Chooses the values that the program does not determine. Each is asked for once as long as it cannot have changed: an
+/// input at each test, or once in a pass if there is an input image.
 pub trait Plant {
     /// The state of an input or output when the pass starts, if nothing has set it before.
     fn bit(&mut self, bit: u32) -> bool;

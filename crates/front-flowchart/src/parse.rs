@@ -239,7 +239,7 @@ impl Line<'_> {
                 faults,
                 0..0,
                 Code::BareAddress,
-                "an address without an instruction",
+                "the line has an address, but no instruction",
                 FORM,
             );
         }

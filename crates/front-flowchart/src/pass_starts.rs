@@ -35,7 +35,7 @@ pub struct PassStarts {
     pub timers: BTreeSet<u32>,
     /// The outputs that states contain; other outputs may be on or off.
     pub outputs: BTreeSet<u32>,
-    /// The inputs that are read again at each test.
+    /// The inputs without an image, which are read again at each test.
     direct: BTreeSet<u32>,
     /// The assumed effect of CNR TIM on a timer.
     reset: Reset,

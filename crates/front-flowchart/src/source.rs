@@ -1,4 +1,4 @@
-//! A flowchart program as read from a file, with all that it names found.
+//! A flowchart program as read from a file, with resolved labels, groups and timers.
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;

@@ -235,7 +235,7 @@ impl Reader<'_, '_> {
                 found.push((
                     Code::MixedCondition,
                     one,
-                    "a timer combined with other tests is not defined",
+                    "a condition combines a timer with other tests, which is not defined",
                     "use one CJP or WAIT for the timer and a second CJP or WAIT for the other tests",
                 ));
             }

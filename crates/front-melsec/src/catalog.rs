@@ -107,7 +107,7 @@ pub enum Operation {
     SetBit,
     /// Clears the bit of the first operand whose number is the second operand (its low four bits).
     ResetBit,
-    /// The bit takes the value of the bit with the next lower number, which is then cleared.
+    /// Copies the bit with the next lower number to the bit, and clears the copied bit.
     ShiftOne,
     /// Inverts the bit of the operand.
     Alternate,
@@ -174,10 +174,11 @@ const SYNCHRONOUS: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
 /// The largest number of words that a dedicated instruction moves, apart from file access: that of MRECV of an Ethernet
 /// module (QJ71E71 manual).
 const DEDICATED_WORDS: u64 = 6517;
-/// File access instructions, for which their control data say how many words they move.
+/// File access instructions: a word of their control data says how many words they move.
 const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
+/// The largest number of words that this word can give.
 const FILE_WORDS: u64 = 65_535;
-/// A mnemonic is suggested only if at most one letter in this many would have to change.
+/// A mnemonic is suggested only if at most one letter in this many differs.
 const LETTERS_PER_SLIP: usize = 3;
 
 /// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up

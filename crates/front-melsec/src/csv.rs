@@ -58,10 +58,13 @@ pub(super) const MARKS: [&str; 12] = [
 
 /// The number of rows at the beginning in which the headings must be.
 const HEADING_ROWS: usize = 6;
-/// The numbers of the columns, from 0.
+/// The column of the step number; columns are counted from 0.
 const STEP: usize = 0;
+/// The column of the line statement.
 const STATEMENT: usize = 1;
+/// The column of the instruction.
 const INSTRUCTION: usize = 2;
+/// The column of the device.
 const DEVICE: usize = 3;
 
 /// The layout of a program's CSV, from the beginning of the file; `None` if the file is not such a CSV.

@@ -78,13 +78,16 @@ const OWN: [(&str, &[&str]); 47] = [
     ("STOP", &[""]),
 ];
 
-/// The parts of comparison mnemonics: connections, operand types and relations.
+/// The first part of comparison mnemonics: how the contact is connected.
 const JOINS: [&str; 3] = ["LD", "AND", "OR"];
+/// The second part of comparison mnemonics: the operand type.
 const KINDS: [&str; 4] = ["", "D", "E", "$"];
+/// The third part of comparison mnemonics: the relation.
 const RELATIONS: [&str; 6] = ["=", "<>", "<", "<=", ">", ">="];
 
-/// Prefixes and suffixes of variants of an instruction.
+/// Prefixes of variants of an instruction.
 const BEFORE: [&str; 2] = ["D", "E"];
+/// Suffixes of variants of an instruction.
 const BEHIND: [&str; 4] = ["P", "_U", "P_U", "I"];
 
 /// The names of all instructions.

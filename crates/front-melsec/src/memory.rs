@@ -240,7 +240,7 @@ pub const fn area(name: &str) -> AreaId {
         }
         at += 1;
     }
-    panic!("only names of the list above are asked for")
+    panic!("the area is in the list of areas")
 }
 
 /// `==` for use in constant expressions.
@@ -325,7 +325,7 @@ static NAMES: [Name; 55] = [
     name("L", bit("L")),
     name("LC", DeviceType::Timed(LONG_COUNTER)),
     name("LCC", DeviceType::Bit(LONG_COUNTER.coil)),
-    // Each has two words, which are not modelled.
+    // These have two words, which are not modelled.
     name("LCN", DeviceType::VolatileWord),
     name("LCS", DeviceType::Bit(LONG_COUNTER.contact)),
     name("LST", DeviceType::Timed(LONG_RETENTIVE)),

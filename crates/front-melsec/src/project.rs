@@ -31,7 +31,7 @@ pub fn read(
     }
     check_cpus(&mut project);
     for input in comment_files {
-        // Comments are only shown, so an error in them does not stop the audit.
+        // Comments are only shown in reports, so an error in them does not stop the audit.
         match decoded(input, &known_words()) {
             Ok(text) => comments::read(&text, &mut project.comments),
             Err(fault) => project.warnings.push(fault.warning()),

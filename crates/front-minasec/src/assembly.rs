@@ -141,7 +141,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     let (mnemonic, device) = match words {
         [mnemonic, device] => (*mnemonic, *device),
         [] => {
-            return fault(Code::BareAddress, "an address without an instruction".into(), FORM, "");
+            return fault(Code::BareAddress, "the line has an address, but no instruction".into(), FORM, "");
         }
         [mnemonic] if Opcode::from_mnemonic(mnemonic).is_some() => {
             return fault(Code::NoDevice, format!("{mnemonic} has no device"), FORM, mnemonic);
@@ -192,7 +192,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
         Some(other) if other != word => fault(
             Code::OtherPattern,
             format!(
-                "{word} has the bits {}, but the line has {}",
+                "the bits of {word} are {}, but the line gives the bits {}",
                 pattern_of(word),
                 pattern_of(other)
             ),

@@ -25,8 +25,11 @@ const AREAS: [(&str, Role); 7] = [
     ("C", Role::Memory),
     ("ACC", Role::Memory),
 ];
+/// The index of the area of the timers.
 const TIMERS: u16 = 4;
+/// The index of the area of the counter.
 const COUNTER: u16 = 5;
+/// The index of the area of the accumulator.
 const ACCUMULATOR: u16 = 6;
 
 /// Lowers a source. Each scan executes all 256 words.

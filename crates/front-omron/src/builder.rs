@@ -18,7 +18,7 @@ use scanbound_ir::{
     TimingKey, Units, Write,
 };
 
-/// From this number on, saved branches belong to an instruction; lower numbers are those of TR0 to TR15.
+/// The first slot for branches that an instruction saves. Lower slots are those of TR0 to TR15.
 pub(super) const BRANCHES: u32 = 16;
 
 /// A program under construction.
@@ -45,11 +45,12 @@ pub(super) struct OmronBuilder {
     edges: u32,
     /// For each counter, the hidden bits of each instruction that counts it.
     pub(super) counters: BTreeMap<Cell, Vec<Vec<Cell>>>,
-    /// The effects that store values of the current instruction in hidden bits; they are added last.
+    /// The effects that store the current instruction's inputs in hidden bits; they are added after its other effects.
     remembered: Vec<Effect>,
     /// Loops whose number of iterations is in a word: the index of the FOR, and the word if it is known.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
-    /// Index registers that operands of the current instruction increment or decrement; these effects are added last.
+    /// The index registers that operands of the current instruction increment or decrement; these effects are added
+    /// last.
     moved: Vec<Cell>,
 }
 
@@ -150,7 +151,7 @@ impl OmronBuilder {
                     *value = self.out.free_bit();
                     self.out.program.approximate(
                         at,
-                        "several instructions count this counter: which input it compares with the last one is open",
+                        "several instructions count with this counter: it is unknown whether each of them detects the edges of its own input",
                     );
                 }
             }
@@ -319,8 +320,8 @@ impl OmronBuilder {
         }
     }
 
-    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because its
-    /// condition does not match the on-time and off-time of tables.
+    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because in a
+    /// timing table the two times depend on another condition than in the lowered program.
     pub(super) fn key(&self, item: &Item<'_>, use_larger_time: bool) -> TimingKey {
         let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];

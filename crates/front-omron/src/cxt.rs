@@ -48,7 +48,7 @@ struct Block {
     name: String,
     /// The line where the block begins.
     line: usize,
-    /// The number of blocks with rungs that were found in the block; for a rung, the number of mnemonic lists.
+    /// The number of blocks with rungs that were found in the block so far; for a rung, the number of mnemonic lists.
     held: u32,
     /// The number of entries that the file states for the block.
     told: Option<u32>,

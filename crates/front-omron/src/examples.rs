@@ -20,8 +20,9 @@ const FRAMES: [&str; 12] = [
     "LD {in0}\nOUT {out}\n{}",
 ];
 
-/// Prefixes and suffixes of variants of an instruction.
+/// Prefixes of variants of an instruction.
 const BEFORE: [&str; 2] = ["@", "%"];
+/// Suffixes of variants of an instruction.
 const BEHIND: [&str; 4] = ["L", "D", "B", "F"];
 
 /// The names of all instructions.

@@ -110,7 +110,7 @@ fn sign(operand: &str, name: &str, evidence: &mut Evidence) -> bool {
             .is_some_and(|rest| digits(rest.split('.').next().unwrap_or(rest)))
     };
     if ["X", "Y", "M", "K", "S", "B", "R"].iter().any(|letter| numbered(letter)) {
-        // It could be a symbol, but not in most lines of a program.
+        // It may be a symbol, but a program has few lines with such symbols.
         evidence.unknown += 1;
         return false;
     }

@@ -426,7 +426,7 @@ impl<'a> Lowering<'a> {
             "jump" | "jump-if" | "jump-zero" => self.jump(at, item, interlocked),
             "break" => {
                 let fires = self.builder.fires(item.raw.edge);
-                // It has the time of what it passes over only where it leaves the loop.
+                // BREAK takes the time for skipped instructions only if it leaves the loop.
                 let mut key = self.builder.key(item, false);
                 let flags = data::flags(self.builder, item).into_iter().map(always).collect();
                 if let Some(&next) = self.structure.targets.get(&at) {
@@ -574,14 +574,13 @@ impl<'a> Lowering<'a> {
             ("jump-if", true) => Logic::Any(vec![jumps, self.builder.free_bit()]),
             (_, true) => Logic::All(vec![jumps, self.builder.free_bit()]),
         };
-        // CJP jumps where its condition is true, as the columns of tables say; JMP where it is false.
+        // CJP jumps if its condition is true, as the on-time of a table requires; JMP jumps if it is false.
         let is_by_condition = item.meaning() == "jump-if" && !interlocked;
         let mut key = self.builder.key(item, !is_by_condition);
         let Some(&target) = self.structure.targets.get(&at) else { return };
         let zero = self.builder.memory.family == Family::C && item.number(Family::C) == Some(0);
         if zero || item.meaning() == "jump-zero" {
-            // These execute the skipped instructions as NOP. No manual says how long that takes, nor that it takes
-            // nothing.
+            // These jumps execute the skipped instructions as NOP. No manual says how long that takes.
             key.names.insert(0, format!("{}:0", item.name));
             key.units = Units::AtMost((target - at - 1) as u64);
         }
@@ -589,7 +588,7 @@ impl<'a> Lowering<'a> {
         self.patches.push((index, target));
         if zero || item.meaning() == "jump-zero" {
             self.builder.approximate(
-                "the instructions between this jump and its JME are charged as passed over in every scan: each may take the time of a NOP or none",
+                "it is unknown how long the PLC takes to skip an instruction: the jump is charged in every scan as if it skipped all instructions up to its JME",
             );
         }
         if interlocked {

@@ -77,6 +77,7 @@ const CS_AREAS: [AreaDefinition; 15] = [
 
 /// The number of banks of the E area.
 const BANKS: u32 = 25;
+/// The number of words of a bank.
 const BANK: u32 = 32_768;
 
 /// The memory map of a family.

@@ -68,14 +68,14 @@ fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
 }
 
 impl Setting {
-    /// Whether the timer has timed out, or the counter reached its set value. A choice decides this, since earlier
-    /// scans determine it.
+    /// Whether the timer has timed out, or the counter has reached its set value. Earlier scans decide this, so it is a
+    /// choice.
     fn over(&self, builder: &mut OmronBuilder) -> Logic {
         let over = builder.earlier_choice();
         self.over_by(builder, over)
     }
 
-    /// As `over`, but with the choice `over` for whether the timer has expired.
+    /// As [`Setting::over`], with the given choice for whether the timer has timed out.
     fn over_by(&self, builder: &mut OmronBuilder, over: ChoiceId) -> Logic {
         let over = Logic::Bit(BitSource::Free(over));
         match self.odd {
@@ -117,7 +117,7 @@ impl Setting {
         Logic::All(vec![self.over_by(builder, over), has_started])
     }
 
-    /// `value`, or the old value of `bit` if the set value may be an error.
+    /// `value`; if the set value is not valid BCD, possibly the old value of `bit`.
     fn unless_wrong(&self, builder: &mut OmronBuilder, value: Logic, bit: Cell) -> Logic {
         match &self.wrong {
             Logic::Const(false) => value,
@@ -146,7 +146,7 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     match (item.meaning(), item.operands.first()) {
         ("timer", Some(Operand::Flag(flag))) => {
             let setting = setting(builder, item);
-            // It can be done only while the condition is on.
+            // A timer can have timed out only while its condition is on.
             let done = Logic::All(vec![Logic::Condition, setting.elapsed(builder, item, *flag)]);
             let value = setting.unless_wrong(builder, done, *flag);
             effects.push(always(Write::Bit(BitTarget::Cell(*flag), value)));
@@ -232,7 +232,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
         Some(operand) => operand.bit_target(),
         None => None,
     };
-    // The inputs that it remembers after everything else.
+    // The instruction stores its inputs after all other effects.
     let mut remembered: Option<Inputs> = None;
     match (item.meaning(), target, item.operands.first()) {
         ("keep", Some(target), _) => {
@@ -337,7 +337,7 @@ impl Inputs {
         Inputs(branches.iter().map(|&branch| (branch, builder.edge_memory())).collect())
     }
 
-    /// Those of an instruction that counts this counter.
+    /// The branches of an instruction that counts with this counter.
     fn of_counter(builder: &mut OmronBuilder, flag: Cell, branches: &[u32]) -> Inputs {
         let inputs = Inputs::of(builder, branches);
         let memories = inputs.0.iter().filter_map(|(_, memory)| *memory).collect();
@@ -410,8 +410,8 @@ fn keep_time(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell,
     keeping.instructions.insert(at, timed);
 }
 
-/// What holds of the present value and the flag after each execution, and before the first one. A setting in a word may
-/// have changed since.
+/// A condition on the present value and the flag that is true after each execution, and before the first one. The word
+/// with the setting may have changed since.
 fn consistency(timed: &TimerOrCounter) -> Logic {
     let number = |word| Number::Words(vec![word]);
     let present = |relation, right| {

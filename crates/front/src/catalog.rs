@@ -329,7 +329,7 @@ fn optional_operand(word: &str) -> Option<&str> {
     word.strip_prefix('[')?.strip_suffix(']')
 }
 
-/// What the column `units` says: which operand counts the units, and their size and limit.
+/// The content of the column `units`: which operand counts the units, and their size and limit.
 struct Counting {
     operand: Option<usize>,
     size: u64,

@@ -117,8 +117,8 @@ pub struct MachineOptions {
     pub clock: bool,
     /// Whether the user may state that the CPU reads its inputs only once in a scan.
     pub latched: bool,
-    /// How indices and indirect addresses work: the number of bits of an index of an extended register, and the devices
-    /// that are written through `@`.
+    /// Whether the user may state how indices and indirect addresses work: the number of bits of an index of an
+    /// extended register, and the devices that are written through `@`.
     pub index: bool,
 }
 

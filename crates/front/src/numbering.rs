@@ -28,7 +28,7 @@ pub fn check<'a>(lines: impl IntoIterator<Item = NumberedLine<'a>>, faults: &mut
     if faults.any_error() {
         return;
     }
-    // The last address, and the one that must follow it, if known.
+    // The address of the line before, and the address that must follow it, if known.
     let mut last: Option<(u32, Option<u32>)> = None;
     for NumberedLine { line, address, takes, text, restarts } in lines {
         let wrong = match (address, last) {

@@ -85,7 +85,7 @@ pub fn stem(name: &str) -> &str {
 pub fn empty_comment_files(comment_files: &[&Input]) -> Vec<Diagnostic> {
     let is_blank = |input: &&&Input| beginning(&input.bytes, &[]).trim().is_empty();
     let warnings = comment_files.iter().filter(is_blank).map(|input| {
-        let help = "export the comments again if devices have any";
+        let help = "export the comments again, if any device has a comment";
         Diagnostic::file(Code::EmptyFile, &input.name, "the device comments are empty", help)
             .warning()
     });

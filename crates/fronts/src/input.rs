@@ -67,7 +67,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     found.extend(copies(&inputs));
     found.extend(ignore.unused().map(|pattern| {
         let message = format!("--ignore {pattern} matches no file");
-        let help = "a pattern without / is compared with file names, one with / with paths below the named directory";
+        let help = "a pattern without / is compared with file names; a pattern with / is compared with paths below the named directory";
         Diagnostic::file(Code::UnusedIgnore, "", message, help).warning()
     }));
     let failed = found.iter().any(|fault| fault.severity == Severity::Error);
@@ -86,7 +86,7 @@ pub fn one(path: &Path) -> io::Result<Input> {
     Ok(Input { name: name(path), bytes: whole(path, MAX_MEASUREMENT_FILE)? })
 }
 
-/// Reads a small file that is not a program: facts, a timing table, a calibration plan.
+/// Reads a small file that is not a program, such as facts, a timing table or a calibration plan.
 ///
 /// # Errors
 /// The file cannot be read, is not a regular file, or is too large.
@@ -371,7 +371,7 @@ impl Listing {
     /// One warning about all files of a directory that are not programs.
     fn note(&self, directory: &Path) -> Option<Diagnostic> {
         let parts: Vec<String> = [
-            (&self.plain, "not programs, left out"),
+            (&self.plain, "left out because they are not programs"),
             (&self.ignored, "excluded by --ignore"),
             (&self.comments, "device comments"),
         ]
@@ -399,7 +399,7 @@ enum What {
 /// Recognises a file by its name and its beginning.
 fn what(path: &Path) -> io::Result<What> {
     if !fs::metadata(path)?.is_file() {
-        // SourceOptions a pipe would block.
+        // Opening a pipe would block.
         return Ok(What::Plain);
     }
     let input = Input { name: name(path), bytes: bytes(path, BEGINNING as u64)? };
@@ -445,7 +445,7 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
     let kind = fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
-        // SourceOptions a pipe would block, and a device may never end.
+        // Opening a pipe would block, and a device may never end.
         let told =
             "give a file, or - for stdin in place of a program: this path is a pipe or a device";
         return Err(io::Error::other(told));

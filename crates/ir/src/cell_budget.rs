@@ -1,6 +1,6 @@
 //! A limit on the number of cells that a program lists individually, for block writes and for the operands of
-//! operations: a few lines of source can write millions of cells. The limit is far above what real programs need.
-//! Beyond it, block writes become havocs of regions, and the operations of exact choices are not kept.
+//! operations, because a few lines of source can write millions of cells. The limit is far above what real programs
+//! need. Beyond it, block writes become havocs of regions, and choices lose their operations.
 
 use super::flow::written_by;
 use super::meaning::{Meaning, OperationInput, Target};
@@ -8,9 +8,9 @@ use super::{ChoiceId, Effect, Region, Write};
 
 /// The largest number of cells that the instructions of a program may list together.
 const MAX_CELLS: usize = 2_000_000;
-/// An instruction with at most this many cells is always exempt from the limit.
+/// Effects with at most this many cells are never replaced.
 const FEW: usize = 16;
-/// The number of cells that a [`Meaning`] itself counts as, besides those that it lists.
+/// The number of cells for which an operation counts, in addition to those that its operands list.
 const KNOWN: usize = 12;
 
 /// The number of cells that a program has listed so far.
@@ -26,8 +26,8 @@ impl CellBudget {
         cells <= FEW || self.cells + cells <= MAX_CELLS
     }
 
-    /// Keeps an instruction's effects unchanged if they fit within the limit; else replaces them by a havoc of
-    /// everything that they write. Returns whether they were kept.
+    /// Counts the cells of an instruction's effects if they fit within the limit. Otherwise replaces the effects by
+    /// havocs of everything that they write. Returns whether they fit.
     pub fn effects(
         &mut self,
         effects: &mut Vec<Effect>,
@@ -68,7 +68,7 @@ impl CellBudget {
         false
     }
 
-    /// Whether a meaning fits within the limit. If so, it is counted.
+    /// Counts the cells of an operation if they fit within the limit. Returns whether they fit.
     pub fn meaning(&mut self, meaning: &Meaning) -> bool {
         let inputs = meaning.inputs.iter().map(|input| match input {
             OperationInput::Words(words) => words.len(),

@@ -5,8 +5,7 @@ use super::Cell;
 /// What the charts say about the state at the start of a scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Charts {
-    /// The number of the program's invariants, counted from the first, that say which steps and actions exclude each
-    /// other.
+    /// How many of the program's invariants, from the first on, say which steps and actions exclude each other.
     pub exclusions: usize,
     /// The bits that say which steps are active and which actions are on.
     pub active: Vec<Cell>,

@@ -26,7 +26,7 @@ impl Meaning {
         any(of_operands.into_iter().chain(reads).chain(writes))
     }
 
-    /// The least number of elements that are written.
+    /// The smallest number of words that the operation writes.
     fn written(&self) -> u32 {
         let fill = match (&self.operation, &self.inputs[..]) {
             (Operation::Repeat, [OperationInput::Number(value), OperationInput::Words(times)]) => {

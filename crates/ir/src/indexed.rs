@@ -37,7 +37,7 @@ impl IndexedWrite {
         Region::Range { first, count: largest - least + 1 }
     }
 
-    /// Whether a region stands for all that the write may reach: the whole area, or all cells from the first one on.
+    /// Whether a region covers everything that the write may reach: the whole area, or all cells from the first one on.
     #[must_use]
     pub fn may_reach(&self, region: Region) -> bool {
         match region {

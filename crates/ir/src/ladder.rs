@@ -140,7 +140,7 @@ struct Drawer {
 }
 
 impl Drawer {
-    /// Draws the parts of one instruction, which is element number `element` of the rung.
+    /// Adds one instruction to the drawing. It is element number `element` of the rung.
     fn take(&mut self, parts: &[Instruction], element: usize) -> Symbol {
         let mut symbol = None;
         for part in parts {
@@ -227,7 +227,7 @@ impl Drawer {
         }
     }
 
-    /// All conditions of a result from the left rail on. Conditions before a branching point are repeated.
+    /// The conditions from the left rail to this result. Conditions before a branching point are repeated.
     fn whole(&self, result: Result) -> Vec<Drawing> {
         let mut paths = Vec::new();
         let mut from = result.from;

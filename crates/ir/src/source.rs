@@ -1,4 +1,4 @@
-//! The bits and words that numbers and truth values are worked out from.
+//! The bits and words that an expression reads.
 
 use super::value::{BitSource, Logic, Number, Region, WordSource};
 

@@ -69,7 +69,7 @@ pub struct Expiry {
     pub is_decimal: bool,
     /// The time of one unit of the setting: a timer of 100 ms has the unit 100 ms.
     pub unit: Picos,
-    /// By how many units the timer may be early or late, as its clock ticks.
+    /// By how many units the timer may expire early or late, because its clock ticks only once in so many units.
     pub tick: u64,
     /// The cell with the previous present value, for timers whose behaviour is undefined for settings below 1 or values
     /// at the setting.
@@ -112,15 +112,16 @@ pub struct Timekeeping {
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
     /// bound counts this many; a real run counts none.
     pub most_ticks: BTreeMap<ChoiceId, u16>,
-    /// By present value: what holds of it and its flag after each execution of its instruction. Others may write
-    /// either, but no lower bound rests on that. `None` if several instructions differ in it.
+    /// By the cell of a present value: a condition on this value and its flag that is true after each execution of the
+    /// instruction. Other instructions may write either, but no lower bound rests on such a scan. `None` if several
+    /// instructions have different conditions.
     pub consistency: BTreeMap<Cell, Option<Logic>>,
     /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
     pub elapsed: BTreeMap<ChoiceId, ChoiceId>,
 }
 
 impl Timekeeping {
-    /// Records what holds of a present value and its flag after an instruction.
+    /// Records a condition on a present value and its flag that is true after the instruction.
     pub fn note_consistency(&mut self, present: Cell, holds: Logic) {
         let known = self.consistency.entry(present).or_insert_with(|| Some(holds.clone()));
         if known.as_ref().is_some_and(|known| *known != holds) {

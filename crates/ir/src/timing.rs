@@ -26,9 +26,8 @@ pub struct Counted {
     pub each: u64,
     /// The largest number in the words; the instruction processes no more than this.
     pub most: u64,
-    /// The largest count with which the PLC certainly executes the instruction. With a larger one it may report an
-    /// error, because what it processes would lie outside its memory. A scan with such a count is not used as a lower
-    /// bound.
+    /// The largest count with which the PLC certainly executes the instruction. With a larger one, the instruction may
+    /// access cells outside the memory, which is an error. No scan with such a count is used as a lower bound.
     pub executes_up_to: u64,
 }
 

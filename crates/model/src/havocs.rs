@@ -1,8 +1,8 @@
-//! The havocs of a scan in order of execution, and which of them concern a cell.
+//! The havocs of a scan in order of execution, and a search for those that may write a cell.
 //!
 //! A large project has thousands of havocs, and reads tens of thousands of cells after them. Therefore the havocs of
-//! each area are numbered in order, with a tree of blocks of 1, 2, 4, 8 ... consecutive havocs. Each block knows the
-//! cells that at least one of its havocs may concern, and the cells that all of them concern.
+//! each area are numbered in order, with a tree of blocks of 1, 2, 4, 8 ... consecutive havocs. Each block has the
+//! cells that at least one of its havocs may write, and the cells that all of them may write.
 
 use super::Lit;
 use scanbound_ir::{AreaId, Cell, ChoiceId, Frame, Region};
@@ -103,7 +103,7 @@ impl AreaWrites {
         }
     }
 
-    /// The position of the last havoc before `until`, and not before `since`, that concerns the cell. The search goes
+    /// The position of the last havoc from `since` to `until` (exclusive) that may write the cell. The search goes
     /// downwards from `until`, each time by the largest block that ends there.
     fn newest(&self, cell: Cell, since: usize, until: usize) -> Option<usize> {
         let mut end = until;
@@ -190,8 +190,8 @@ impl Havocs {
         ExecutedHavocs { havocs: self, places: self.areas.iter().map(of).collect() }
     }
 
-    /// The position in the cell's area of the last havoc that concerns the cell and is executed in every scan, if it is
-    /// not before `since`.
+    /// The position in the cell's area of the last havoc from `since` on that may write the cell and is executed in
+    /// every scan.
     #[must_use]
     pub fn newest_certain(&self, cell: Cell, since: usize) -> Option<usize> {
         let area = &self.areas[usize::from(cell.area.0)];
@@ -200,8 +200,8 @@ impl Havocs {
         places.find(|&place| area.blocks[0][place].any.holds(cell))
     }
 
-    /// Which havocs of a block concern the cell. The block consists of the positions from `number << level` to `(number
-    /// + 1) << level` (exclusive) of the cell's area.
+    /// Which havocs of a block may write the cell. The block consists of the positions from `number << level` to
+    /// `(number + 1) << level` (exclusive) of the cell's area.
     #[must_use]
     pub fn block(&self, cell: Cell, level: u32, number: usize) -> Coverage {
         let block = self.areas[usize::from(cell.area.0)].blocks[level as usize][number];

@@ -18,9 +18,9 @@ pub enum Treatment {
 /// For a node, two literals: that it is true whatever the unknown values are, and that it is false whatever they are.
 type Pair = (Lit, Lit);
 
-/// The model in which nothing depends on unknown variables: each charge has the least cost that it can have for any
-/// values of them. If `strict`, only assignments remain under which, for each charge with a cost, it is known whether
-/// control reaches it. Variables keep their numbers; charges do not.
+/// The model in which nothing depends on unknown variables: each charge has the smallest cost that it can have for any
+/// values of them. If `strict`, a scan is excluded if it is unknown whether control reaches a charge with a cost.
+/// Variables keep their numbers; charges do not.
 #[must_use]
 pub fn lower_bound_model(
     model: &ScanModel,

@@ -1,5 +1,5 @@
-//! Over-approximates interrupt routines, which run at any moment: what they write is any value for the scan, and what
-//! they read is any value for them.
+//! Over-approximates interrupt routines, which may run at any moment: the scan reads any value from what they write,
+//! and they read any values.
 
 use super::pass::Pass;
 use scanbound_ir::{

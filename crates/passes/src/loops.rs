@@ -20,7 +20,8 @@ const MAX_RANGES: usize = 256;
 /// A loop that unrolls to more executed instructions than this is summarised.
 const MAX_UNROLLED: u64 = 200_000;
 
-/// If even loops and routines with only this many executions cannot be followed, nothing of the program is followed.
+/// The smallest limit that is tried: if a scan is still too long after all loops and routines with more executions were
+/// summarised, the whole program is summarised.
 const SMALLEST: u64 = 64;
 
 /// The largest number of charges of all loops and routines that are not followed. Beyond it, nothing of the program is

@@ -9,7 +9,8 @@ use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, WordSource};
 
 impl<'p, F: FreeValues> State<'p, F> {
-    /// Whether a timer has timed out: the value `given` from outside, corrected by the time that can have passed.
+    /// Whether a timer has timed out, or its present value. `given` is the value from outside; it is corrected, or
+    /// becomes unknown, where it contradicts the time that can have passed.
     pub(super) fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
         let timekeeping = &self.program.timekeeping;
         if let Some(over) = timekeeping.elapsed.get(&choice) {
@@ -28,7 +29,8 @@ impl<'p, F: FreeValues> State<'p, F> {
             self.doubt = self.doubt.or(Some(self.at));
             return given;
         };
-        // The run executes this timer by the simulated time. If it could not, the result is unknown.
+        // A run that counts time computes this timer from the simulated time. Where it could not, the result is
+        // unknown.
         let given = match self.free.counts_time() && self.current_timer().is_some() {
             true => {
                 self.doubt = self.doubt.or(Some(self.at));
@@ -94,7 +96,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         is_over.then_some(u16::from(!expiry.while_running))
     }
 
-    /// Whether the timer whose running cell is `memory` was at rest at some moment of this scan.
+    /// Whether the timer with this memory cell was not running at some moment of this scan.
     fn has_rested(&mut self, memory: Cell) -> bool {
         let started = self.free.start(memory, AreaKind::Word);
         self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
@@ -108,8 +110,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         is_current.then_some((first, timed))
     }
 
-    /// The present value of the current timer at the start of the scan, or with a `setting` the rest that is left of
-    /// it. `None` if no other instruction has read the value before, or it is unknown.
+    /// The present value of the current timer when the scan started; with `setting`, the number of units that remained.
+    /// `None` if no earlier instruction has read the value, or it is unknown.
     fn stood(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
         let (first, timed) = self.current_timer()?;
         let read = self.presents.get(&timed.present).copied().flatten();
@@ -125,8 +127,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         })
     }
 
-    /// The completion flag and present value after a timer or counter was executed. `None` unless time is simulated and
-    /// its cells are known.
+    /// The completion flag and the present value after a timer or counter was executed. `None` if time is not
+    /// simulated, or its cells or its setting are unknown.
     pub(super) fn executed(
         &mut self,
         timed: &TimerOrCounter,

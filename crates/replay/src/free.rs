@@ -1,11 +1,11 @@
-//! Who gives the values that a program leaves free, and how it is followed.
+//! Supplies the nondeterministic values of a scan: the start values of cells, and choices.
 
 use super::timed::TimedInputs;
 use scanbound_base::time::Picos;
 use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Resolutions, Witness};
 
-/// Supplies the values that the program leaves free. Within a scan, the same question must get the same answer.
+/// Supplies the nondeterministic values of a scan. Within a scan, the same question must get the same answer.
 pub trait FreeValues {
     /// The value of the cell at the start of the scan. For a bit cell, only bit 0 matters.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;

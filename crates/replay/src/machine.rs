@@ -73,10 +73,10 @@ pub(super) struct Machine<'p, F> {
     unbounded: Option<usize>,
     /// Where and why a real run stopped early.
     stopped: Option<Stopped>,
-    /// How many more instructions may be executed.
+    /// The number of instructions that may still be executed.
     remaining: u64,
-    /// For loops that make one iteration or none: whether each makes one, in the order in which they are met.
-    /// `undecided` counts the loops met so far.
+    /// For each loop that makes one iteration or none, in the order of execution: whether it makes one. `undecided`
+    /// counts such loops so far.
     once: Vec<bool>,
     undecided: usize,
     /// Whether only the total time is wanted.

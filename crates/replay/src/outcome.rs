@@ -1,4 +1,4 @@
-//! What comes of running a scan.
+//! The results of running a scan.
 
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::Knowledge;
@@ -29,8 +29,8 @@ pub struct Replay {
     /// scan read count. If the list is not empty, the user's statements exclude this scan.
     pub broken_ranges: Vec<usize>,
     /// Indices into `Program::invariants` of the invariants that the start values violate. If the list is not empty, no
-    /// scan starts with these values. In a real run, the conditions of `PowerUp::in_every_reading` follow behind the
-    /// invariants.
+    /// scan starts with these values. In a real run, higher indices stand for the conditions of
+    /// `PowerUp::certain_invariants`.
     pub broken_invariants: Vec<usize>,
     /// The `Step::Unbounded` that the scan reached, if any. The run stops there.
     pub unbounded: Option<usize>,

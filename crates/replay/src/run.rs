@@ -14,7 +14,7 @@ use scanbound_ir::{
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The values from outside the program in one scan.
+/// The values that come from outside the program in one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutsideValues<'p> {
     /// Values of inputs and of the other cells that [`Outside::sets`]. A cell that is not listed is 0.
@@ -206,7 +206,7 @@ impl<'p> Run<'p> {
                 WordSource::Cell(cell) => Some(all << 16 | u64::from(known(cell)?.0)),
                 WordSource::Bits { .. } | WordSource::Free(_) => None,
             })?;
-            // The moment from which on the timer has certainly run out.
+            // The moment at which the timer has certainly run out.
             let is_followed = !expiry.is_decimal;
             let end = expiry.unit.0.checked_mul(words.checked_add(expiry.tick + 1)?)?;
             latest.0.checked_add(end).filter(|_| is_followed).map(Picos)

@@ -108,7 +108,7 @@ impl TimerMemory {
         (is_new || (found.is_known && !was_skipped)).then_some(left)
     }
 
-    /// As [`Self::execute`], where the earlier values are known.
+    /// As [`Self::execute`], for a flag and a present value that are known.
     fn leaves(
         &mut self,
         timed: &TimerOrCounter,

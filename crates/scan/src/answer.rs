@@ -11,8 +11,7 @@ impl Words {
             .unwrap_or_else(|| self.arbitrary_bit(circuit))
     }
 
-    /// The literal that says whether the word, unsigned, lies in `low..=high`; `None` if computing it exceeds the
-    /// allowed work.
+    /// As [`Words::in_range`], but `None` if the computation exceeds the allowed work.
     pub(super) fn range_if_allowed(
         &mut self,
         circuit: &mut Circuit,
@@ -24,7 +23,7 @@ impl Words {
         self.answer(circuit, Query::Range(range)).then(|| self.known_range(range)).flatten()
     }
 
-    /// The range test whose answer is this literal. `None` if there is none.
+    /// The range test whose answer is this literal. `None` if there is no such test.
     pub(super) fn asked(&self, lit: Lit) -> Option<Range> {
         self.answers.asked.get(&lit).copied()
     }
@@ -44,9 +43,11 @@ impl Words {
         self.answer(circuit, Query::Bits(word)).then(|| self.known_bits(word)).flatten()
     }
 
-    /// Answers a query after the queries on which it depends; `false` if that exceeds the allowance.
+    /// Answers a query, and before it the queries on which it depends. Returns `false` if that exceeds the allowed
+    /// work.
     ///
-    /// It uses no recursion: a step number that is written in a thousand rungs is a chain of a thousand words.
+    /// It uses no recursion, because words can depend on thousands of others: a step number that a thousand rungs write
+    /// is a chain of a thousand words.
     fn answer(&mut self, circuit: &mut Circuit, question: Query) -> bool {
         let mut open = std::mem::take(&mut self.answers.open);
         open.push(question);

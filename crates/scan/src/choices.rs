@@ -17,8 +17,8 @@ impl Run<'_> {
         self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
     }
 
-    /// The value of a choice that is read, computed from its operation if possible. Once computed under a condition,
-    /// the same value is used wherever that condition holds.
+    /// The value of a choice that is read, computed from its operation if possible. A value that was computed under a
+    /// condition is used again wherever that condition holds.
     fn settled(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let moment = (self.frames.clone(), choice);
         let before = self.known.settled.get(&moment).copied();
@@ -137,7 +137,7 @@ impl Run<'_> {
         word
     }
 
-    /// The present value of a timer: its setting if its contact is on, else a smaller value.
+    /// The present value of a timer: the setting if the timer's contact is on, otherwise a smaller value.
     fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
         let program = self.program;
         let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
@@ -152,8 +152,8 @@ impl Run<'_> {
         words.either(contact, full, below)
     }
 
-    /// One iteration or none, where manuals do not say which: a free bit of the choice decides; a lower bound takes
-    /// none.
+    /// The word 1 or 0, for a loop of which manuals do not say whether it makes one iteration or none. A free bit of
+    /// the choice decides; a lower bound uses 0.
     fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
         if self.purpose == Purpose::LowerBound {
             return self.memory.words.constant(0);
@@ -189,7 +189,7 @@ impl Run<'_> {
         }
         let facts = self.facts(choice).to_vec();
         let known: Vec<Lit> = facts.iter().map(|fact| self.matches(&fact.reads, at)).collect();
-        // All are evaluated before any is written.
+        // The operation reads all inputs before it writes any result.
         let mut rest = guard;
         for (fact, matches) in facts.iter().zip(known) {
             let Outcome::Writes(writes) = &fact.outcome else { continue };

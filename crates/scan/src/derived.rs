@@ -55,7 +55,7 @@ pub struct Derived {
     pub first: [Word; 2],
     /// The second operand. Equal to the first one if the operation has only one.
     pub second: [Word; 2],
-    /// The number of words of the result that are used.
+    /// The number of words of the result, from the lowest on, that are used.
     pub wanted: u8,
 }
 

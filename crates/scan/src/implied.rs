@@ -19,7 +19,8 @@ const DEEPEST: u32 = 5;
 const MAX_CHOICES: usize = 64;
 /// The largest number of if-then-else words that are examined to remove branches that are not taken.
 const MAX_REMOVED: u32 = 16;
-/// For parts of a word below this depth, only the interval that holds in any scan is used.
+/// The largest depth to which the interval of a word's part is computed under the condition. Below it, the interval
+/// that holds in every scan is used.
 const DEEPEST_PART: u32 = 8;
 
 /// Literals that are all true whenever a condition is true, and the ranges of words that follow from these literals.
@@ -116,7 +117,7 @@ impl Implications {
         self.fewer(circuit, words, word, known, &mut { MAX_REMOVED }).0
     }
 
-    /// A simplified word, and whether all of its expression was examined.
+    /// A simplified word, and whether the whole expression of the word was examined.
     fn fewer(
         &self,
         circuit: &Circuit,
@@ -437,7 +438,7 @@ struct IntervalSearch<'a> {
     words: &'a Words,
     /// The intervals of words that are valid in every scan.
     spans: &'a Intervals,
-    /// What the branches of the enclosing if-then-else words say about words.
+    /// The intervals of words that hold in the branches of the enclosing if-then-else words.
     said_more: Vec<(Word, WordInterval)>,
     /// The number of expressions that the search has examined.
     looked: usize,

@@ -1,4 +1,4 @@
-//! What has been computed so far about choices, and the conditions under which it holds.
+//! The results that were computed so far for choices, with the conditions under which they hold.
 
 use super::implied::Implications;
 use super::intervals::Intervals;
@@ -73,7 +73,7 @@ impl KnownChoices {
         self.condition = condition;
     }
 
-    /// Takes the constraints on the start of the scan; no more are added later.
+    /// Stores the constraints on the start of the scan. This is called once, after all of them were added.
     pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
         self.always = Rc::new(Implications::always(circuit, words, constraints));
         self.implied = None;
@@ -85,12 +85,13 @@ impl KnownChoices {
         self.condition
     }
 
-    /// Declares that the values that are read from now on matter only if `reached` is true.
+    /// Sets the condition under which the current instruction is reached. Where it is false, values that are read do
+    /// not matter.
     pub(super) fn reach(&mut self, reached: Lit) {
         self.reached = reached;
     }
 
-    /// What the condition under which the current instruction is reached implies.
+    /// What is implied by the condition under which the current instruction is reached.
     pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
         let KnownChoices { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);

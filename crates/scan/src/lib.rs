@@ -157,7 +157,7 @@ fn run<T>(
         }
     }
     let found = end(&mut run.memory);
-    // If nothing was given up in the end, the costly instructions do not matter.
+    // If no query was given up, the model is complete, however costly single instructions were.
     if run.memory.words.given_up == 0 {
         return Ok((run.memory.model, found));
     }
@@ -186,8 +186,7 @@ fn word_choices(program: &Program) -> Vec<bool> {
 }
 
 impl Run<'_> {
-    /// Executes a routine from `from`, at most up to `to`. Returns the literal that says whether control comes back
-    /// from it.
+    /// Executes a routine from `from` to `to` at most. Returns the literal that says whether control returns from it.
     fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
         let mut act = Activation {
             active,
@@ -208,7 +207,7 @@ impl Run<'_> {
                 self.land(act, pending);
             }
             if act.active == Lit::FALSE {
-                // Nothing is reached before the next jump target.
+                // No path reaches the instructions before the next jump target.
                 match act.pending_jumps.range(at..to).next() {
                     Some((&next, _)) => at = next,
                     None => return Ok(()),

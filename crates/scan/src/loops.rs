@@ -132,7 +132,7 @@ impl Run<'_> {
         let (word, once) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
                 Some(ChoiceKind::Iterations(word)) => (*word, 1),
-                // The limit below is that of signed numbers.
+                // The limit that follows is for signed numbers.
                 _ => (count, u32::MAX),
             },
             word => (word, 0),
@@ -143,7 +143,8 @@ impl Run<'_> {
         let known = words.most(circuit, word);
         let iterations = known.map_or(u32::MAX, |most| u32::try_from(most).unwrap_or(0).max(once));
         if !self.knowledge.is_empty() {
-            // The solver can use observed results to limit the count where the structure of the word does not.
+            // With observed results, the solver may prove a limit on the count that the structure of the word does not
+            // show.
             let bits = words.bits(circuit, word);
             let least = once.max(least);
             self.memory.model.loop_counts.push(LoopCount { instruction: at, reached, bits, least });

@@ -171,8 +171,8 @@ impl<'p> Memory<'p> {
         Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
-    /// Whether the cell was havocked after the first `seen` havocs of its area, and the origin of its new value. `None`
-    /// if it was not.
+    /// If a havoc after the first `seen` havocs of its area may have written the cell: the literal that one of them was
+    /// executed, and the origin of the new value.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let count = self.model.havocs.count(cell.area);
         if count == seen {

@@ -1,5 +1,5 @@
-//! Computes the results of operations where their operands are known well enough. This matters most for indexed devices
-//! whose index is known in the current call and iteration.
+//! Computes the results of operations whose operands are known. This matters most for indexed devices whose index is
+//! known in the current call and iteration.
 
 use super::operation;
 use super::run::Run;
@@ -42,8 +42,7 @@ enum WordLocation {
 }
 
 impl<'p> Run<'p> {
-    /// The word that the operation of a choice gives if the choice is read now; `None` if its operands are not known
-    /// well enough.
+    /// The result of a choice's operation if the choice is read now. `None` if its operands are not known well enough.
     pub(super) fn resolved_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };

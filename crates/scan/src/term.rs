@@ -37,7 +37,7 @@ pub enum Gate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Carry(pub(super) u32);
 
-/// The sum of two words whose carry is meant.
+/// The sum of two words from which a carry comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum CarryDefinition {
     None,

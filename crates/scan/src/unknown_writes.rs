@@ -1,4 +1,4 @@
-//! Havocs whose targets are unknown: after them any cell may have any value.
+//! Records the havocs whose targets are unknown: after one, any cell may have any value.
 
 use super::run::Run;
 use super::term::{Node, Word};

@@ -1,6 +1,5 @@
-//! Checks on the scan itself what the bound relies on besides the program: that every scan keeps the trusted words in
-//! their ranges and the exclusive bits exclusive, and that no count and no indexed write exceeds the range that was
-//! found.
+//! Checks what the bound assumes besides the program: that every scan keeps the trusted words in their ranges and the
+//! exclusive bits exclusive, and that no count and no indexed write exceeds the range that was found.
 
 use super::memory::Memory;
 use super::run::Run;
@@ -176,8 +175,8 @@ fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit
             all.insert(Violation::All(bits), happens);
         }
     }
-    // Summarised loops and routines are not followed, so their counts and indices were not checked: they count as
-    // violations.
+    // Counts and indices in summarised loops and routines were not checked, because these are not followed. So they
+    // count as violations.
     let summaries = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Summary(summary) => Some(summary),
         _ => None,

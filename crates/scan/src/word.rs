@@ -192,8 +192,8 @@ impl Words {
 
     /// The maximum of the word as a signed number; `None` if nothing limits it.
     ///
-    /// It is the maximum that its parts allow, or a constant among its parts that the word is proved never to exceed,
-    /// as where a program limits a count before it uses it.
+    /// It is the maximum that the word's parts allow, or a smaller constant among its parts that the word is proved
+    /// never to exceed. Such a constant occurs where a program limits a count before it uses it.
     pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
         let mut constants = BTreeSet::new();
         let most = self.greatest(circuit, word, &mut constants);

@@ -83,7 +83,7 @@ impl<'a> Bounds<'a> {
         if let Some(cost) = self.problem.cost(&assignment)
             && self.best.as_ref().is_none_or(|best| best.0 < cost)
         {
-            debug_assert!(cost <= self.upper, "an assignment above the upper bound");
+            debug_assert!(cost <= self.upper, "an assignment costs more than the upper bound");
             self.best = Some((cost, assignment));
             self.tell();
         }
@@ -92,7 +92,7 @@ impl<'a> Bounds<'a> {
     /// Records that no assignment costs more than this.
     pub fn proved(&mut self, upper: u64) {
         if upper < self.upper {
-            debug_assert!(upper >= self.lower(), "an upper bound below an assignment");
+            debug_assert!(upper >= self.lower(), "an upper bound is less than the cost of an assignment");
             self.upper = upper;
             self.tell();
         }
@@ -129,7 +129,7 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Adds steps from another trace.
+    /// Adds the steps of another search to the trace.
     pub fn steps(&mut self, steps: Trace) {
         if let Some(trace) = &mut self.trace {
             trace.append(steps);

@@ -183,7 +183,7 @@ impl Clauses {
     }
 }
 
-/// The order of all nodes; each node from `late` on comes after the last of its inputs.
+/// The nodes in an order in which each node from `late` on follows the last of its inputs.
 fn order(nodes: &[Node], late: usize) -> Vec<usize> {
     let mut last: Vec<usize> = Vec::with_capacity(nodes.len() - late);
     let mut behind: Vec<(usize, usize)> = Vec::with_capacity(nodes.len() - late);

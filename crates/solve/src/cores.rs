@@ -38,7 +38,7 @@ use scanbound_base::time::Picos;
 /// The number of variables of the smallest partitions.
 const SMALLEST: usize = 300;
 
-/// The number of mode bits that are tried with both values when the partitions' scans are combined.
+/// The number of mode bits that are tried with both values when the partitions' best scans are combined to one scan.
 const MODES: usize = 16;
 
 /// The largest number of conflicts of a query that counts as easy.

@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// The fraction of the remaining time that one round of groups may use; what they do not use is left for the next ones.
+/// The largest fraction of the remaining time that a group may use while others are still to be searched.
 const SHARE: f64 = 0.9;
 
 /// The largest number of small groups that are searched by subsets if the user does not choose a method. Some projects

@@ -140,7 +140,7 @@ impl<'a> Oracle<'a> {
         let assumptions = self.translate(assumptions);
         let watch = self.solver.cb_mut();
         if let Some(left) = watch.limits.decisions {
-            // The previous query's decisions since its last look at the clock.
+            // The decisions of the previous query that were not counted yet.
             left.spend(watch.decisions.get() % LOOK);
         }
         watch.decisions.set(0);

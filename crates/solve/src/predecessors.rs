@@ -15,8 +15,9 @@ use scanbound_model::{Lit, ScanModel, VarId};
 
 /// The largest number of decisions of one query.
 const DECISIONS: u64 = 500_000;
-/// How many scans before the one in question are looked for, and the most queries for one state.
+/// The largest number of earlier scans that are asked for, one before the other.
 const DEPTH: usize = 6;
+/// The largest number of queries for one state.
 const QUERIES: usize = 64;
 
 /// Values of some bits: indices into the list of bits, each with its value.
@@ -39,7 +40,7 @@ enum Before {
     Scan(State),
     /// No scan leaves these values, a part of the state.
     Never(State),
-    /// The query took too long.
+    /// The query exceeded its limits.
     Unknown,
 }
 
@@ -74,7 +75,7 @@ impl<'a> Predecessors<'a> {
         Predecessors { bits, initial, literals, oracle, queries: 0 }
     }
 
-    /// A part of the state that certainly never occurs when a scan starts. `None` if the state may occur.
+    /// A part of the state that never occurs when a scan starts. `None` if the state may occur.
     pub fn excluded(&mut self, state: &[(usize, bool)]) -> Option<State> {
         self.queries = QUERIES;
         self.never(state, DEPTH)

@@ -222,7 +222,7 @@ impl Propagator {
         Some(core)
     }
 
-    /// For a false literal: the literal, and assumptions that together make it false.
+    /// For a false literal: a core that consists of it and of the assumptions that make it false.
     fn against(&mut self, literal: i32) -> Vec<i32> {
         let mut core = self.ancestors(vec![literal]);
         core.push(literal);

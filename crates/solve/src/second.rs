@@ -12,12 +12,14 @@ use std::time::{Duration, Instant};
 use z3::ast::{BV, Bool, Int};
 use z3::{Config, Model, Optimize, Params, SatResult, Solver, with_z3_config};
 
-/// With more charges or nodes, Z3 is not asked.
+/// The largest number of charges of a group for which Z3 is asked.
 const CHARGES: usize = 400;
+/// The largest number of circuit nodes of a group for which Z3 is asked.
 const NODES: usize = 20_000;
 
-/// The effort limits (Z3's `rlimit`) for the query, and for Z3's own optimisation if the query is not answered.
+/// The effort limit (Z3's `rlimit`) of the query.
 const EFFORT: u32 = 8_000_000;
+/// The effort limit of Z3's own optimisation, which is used if the query is not answered.
 const MAXIMUM_EFFORT: u32 = 20_000_000;
 
 /// Checks a group's maximum with Z3.

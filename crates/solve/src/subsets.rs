@@ -14,9 +14,10 @@ use std::time::Instant;
 /// unsatisfiable cores.
 const PLAIN: usize = 8;
 
-/// The largest numbers of items and nodes of a small group. With 24 items a search takes about twenty milliseconds,
-/// with 60 a tenth of a second; the core-guided search takes one or two.
+/// The largest number of items of a small group. With 24 items a search takes about twenty milliseconds, with 60 a
+/// tenth of a second; the core-guided search takes one or two.
 const SMALL: usize = 24;
+/// The largest number of circuit nodes of a small group.
 const NODES: usize = 2_000;
 
 /// The effort after which the search is abandoned for another one. It is counted in queries and the solver's own

@@ -88,7 +88,7 @@ impl Prices {
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
-    /// The additional time if all points that the CPU can have are refreshed, where their number is not stated.
+    /// The additional time if all points of the CPU are refreshed, for inputs and outputs whose number is not stated.
     #[must_use]
     pub fn more_points(&self) -> Picos {
         more_points(&self.points)
@@ -299,7 +299,8 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
     Ok(sum)
 }
 
-/// A row plus the `@+` rows of the operands, except the `@+` rows that the row's own variant already includes.
+/// The sum of an instruction's row and of the rows that add time for its operands (`@+ZR`), except those that the row's
+/// own variant (`MOV:ZR`) already includes.
 fn with_extras<'a>(
     table: &'a Table,
     key: &TimingKey,

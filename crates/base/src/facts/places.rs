@@ -96,7 +96,7 @@ impl FactPositions {
     }
 }
 
-/// At most this many bytes of a line are shown on either side of an error.
+/// The largest number of bytes that are shown of a line on either side of an error.
 const SHOWN: usize = 200;
 
 /// The part of a line around byte `at`, and the offset at which this part begins.

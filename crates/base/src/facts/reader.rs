@@ -36,12 +36,13 @@ pub const TABLES: [&str; 13] = [
     "start",
     "sfc",
 ];
-/// At most this many errors are listed; the rest are only counted.
+/// The largest number of errors that are listed. Further ones are only counted.
 const MAX_FAULTS: usize = 100;
-/// The longest refresh time of networks, and time of a missing routine, that is accepted: 10 s.
+/// The longest network refresh time, and the longest time of a missing routine, that is accepted: 10 s.
 const LONGEST: Picos = Picos(10_000_000_000_000);
-/// The longest watchdog time and constant scan time that is accepted: 60 s.
+/// The longest watchdog time, and the longest constant scan time, that is accepted: 60 s.
 const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
+/// The largest factor on the scan time that is accepted, in millionths: 10.
 const LARGEST_FACTOR: u64 = 10_000_000;
 
 impl Facts {
@@ -553,7 +554,7 @@ impl Reader<'_> {
     }
 }
 
-/// The help text, preceded by the known name that is most similar to the wrong one, if any is.
+/// The help text, preceded by "did you mean NAME?" if a known name is similar to the wrong one.
 fn meant(wrong: &str, known: &[&str], help: &str) -> String {
     let likeness =
         |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);

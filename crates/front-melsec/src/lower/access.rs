@@ -30,7 +30,7 @@ pub enum WordPlace {
     Nowhere,
 }
 
-/// A number of cells that reaches the end of any area, and to which an index can still be added without overflow.
+/// A number of cells that is larger than any area, and small enough that adding an index does not overflow.
 pub(super) const REST: u32 = u32::MAX / 2;
 
 impl Lowering<'_> {

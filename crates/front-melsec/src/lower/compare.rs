@@ -90,7 +90,7 @@ impl Lowering<'_> {
             _ => return self.unknown_comparison(raw, "a comparison of strings"),
         };
         if !matches!(relation, Relation::Equal | Relation::NotEqual) {
-            return self.unknown_comparison(raw, "a comparison of which string is larger");
+            return self.unknown_comparison(raw, "a comparison that asks which string is larger");
         }
         let mut bytes = constant.into_bytes();
         bytes.push(0);

@@ -1,8 +1,7 @@
-//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. If an
-//! instruction runs repeatedly in a scan, the value that it remembers between its executions may be anything. So may
-//! that of a pulse contact whose device changes during the scan, or that is not executed in every scan. For M2800 to
-//! M3071 of the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and
-//! similar).
+//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. The memory of an
+//! instruction is therefore over-approximated by any value in three cases: the instruction runs repeatedly in a scan; a
+//! pulse contact's device changes during the scan; or the contact is not executed in every scan. For M2800 to M3071 of
+//! the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
 
 use super::state::{Edge, Lowering};
 use crate::memory::{Family, area};
@@ -72,7 +71,7 @@ impl Lowering<'_> {
         let set = |value| Write::Bit(BitTarget::Cell(seen), Logic::Const(value));
         for (place, &at) in contacts.iter().enumerate() {
             let others = Logic::cell(seen).not();
-            // The manual does not say whether a later contact detects an edge that the first one does not execute.
+            // The manual does not say whether a later contact detects an edge if the first one is not executed.
             let may_see = if place == 0 { Logic::Const(true) } else { self.free_bit() };
             let one = &mut self.out.program.instructions[at];
             one.effects.push(fired(set(true)));
@@ -123,7 +122,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Says which pulse contacts see one value of their device in every scan. What they remember is then that value,
+/// Finds the pulse contacts that see only one value of their device in every scan. Such a contact remembers this value,
 /// whenever in the scan the CPU compares it. Only if others write the device between two scans may the CPU compare with
 /// another value (docs/melsec.md).
 struct SteadyDevices<'p> {
@@ -131,7 +130,7 @@ struct SteadyDevices<'p> {
     again: &'p [bool],
     /// What the instructions write.
     written: Vec<(usize, Region)>,
-    /// The first instruction of the main routines behind which control may pass over instructions.
+    /// The first instruction of the main routines after which control may skip instructions.
     straight_until: usize,
 }
 

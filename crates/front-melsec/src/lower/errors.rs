@@ -13,12 +13,15 @@ use scanbound_ir::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The maximum nesting depth of FOR and CALL. MELSEC-F allows five levels and does not start a program with more.
+/// The maximum nesting depth of FOR and CALL.
 const DEEPEST: usize = 16;
+/// The same on MELSEC-F, which does not start a program with more levels.
 const DEEPEST_FX: usize = 5;
-/// Bit patterns of IEEE 754 singles, without sign: 1.0, and the largest values below 2^15 and 2^31.
+/// The bit pattern of the IEEE 754 single 1.0.
 const ONE: i64 = 0x3F80_0000;
+/// The bit pattern of the largest IEEE 754 single below 2^15.
 const LARGEST_WORD: i64 = 0x46FF_FFFF;
+/// The bit pattern of the largest IEEE 754 single below 2^31.
 const LARGEST_DOUBLE: i64 = 0x4EFF_FFFF;
 
 impl Lowering<'_> {

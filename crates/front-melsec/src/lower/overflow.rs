@@ -11,7 +11,7 @@ use scanbound_ir::{
 };
 
 impl Lowering<'_> {
-    /// Whether the value after overflow is unknown. The FX stores part of the carry, with the sign of the exceeded
+    /// Whether the result is unknown if it overflows. The FX stores part of the carry, with the sign of the exceeded
     /// limit (FX programming manual, 5-25); no manual page was found for the FX5. INC and DEC wrap around, so they do
     /// not count.
     pub(super) fn has_unknown_overflow(&self, entry: &Entry) -> bool {

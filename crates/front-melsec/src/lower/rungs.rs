@@ -117,7 +117,7 @@ impl Lowering<'_> {
         (self.rung.depth, self.rung.has_output, self.rung.open) = (0, false, false);
     }
 
-    /// Begins a rung for an instruction that needs no condition: a label, an end, a loop.
+    /// Begins a rung for an instruction that needs no condition: a label, an end, or the beginning of a loop.
     pub(super) fn stand_alone(&mut self, joined_by_next: bool) {
         if !self.rung.open {
             self.check_rung();

@@ -11,9 +11,9 @@ use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
 /// The number of picoseconds in one unit of D8000 and D8039, a millisecond.
 const MS: u64 = 1_000_000_000;
-/// The number of the register with the watchdog time, and of the register and relay for the constant scan (FX3
-/// programming manual; FX5: special devices compatible with FX).
+/// The number of the register with the watchdog time (FX3 programming manual; FX5: special devices compatible with FX).
 const WATCHDOG: u32 = 8000;
+/// The number of the register with the constant scan time, and of the relay that enables it (same sources).
 const CONSTANT: u32 = 8039;
 /// The largest number of words in a block of an FX instruction.
 const LONGEST_BLOCK: u32 = 512;

@@ -64,7 +64,7 @@ fn a_directory_is_its_programs_in_name_order_and_its_comments() {
     assert_eq!(
         gathered.warnings.iter().map(|one| one.message.as_str()).collect::<Vec<_>>(),
         [
-            "not programs, left out: .hidden, README.txt, empty.log, labels.csv, sub/, times.csv; device comments: COMMENT.csv",
+            "left out because they are not programs: .hidden, README.txt, empty.log, labels.csv, sub/, times.csv; device comments: COMMENT.csv",
             "assumed: the programs run in the order of their file names: a.csv, b.csv",
         ]
     );

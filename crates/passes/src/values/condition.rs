@@ -165,8 +165,8 @@ impl Condition {
         known.map(|known| known.value).reduce(Value::closer)
     }
 
-    /// The cases in which the condition is false, if all are known and at least one says something about this value of
-    /// a word: for each, the true literals and the possible values.
+    /// The cases in which the condition is false, each with its true literals and the possible values of a word. `None`
+    /// if not all cases are known, or if none limits the word.
     pub fn ways_off(&self, slot: usize, stamp: u32) -> Option<Vec<(Vec<Literal>, Value)>> {
         self.denied.as_ref()?;
         let literals = self.conjunction()?;
@@ -262,7 +262,7 @@ impl Condition {
         }
     }
 
-    /// The same condition with a name: if its literals do not describe it exactly, it gets a new literal with this
+    /// Makes sure that literals describe the condition exactly: if they do not, it gets a new literal with this
     /// `stamp`, which must be new.
     pub fn seen(self, stamp: impl FnOnce() -> u32) -> Condition {
         if self.surely || self.never || self.exact {

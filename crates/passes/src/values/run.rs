@@ -16,15 +16,17 @@ use std::collections::BTreeMap;
 const MAX_WORK: u64 = 4_000_000;
 /// `is_over` is called once in this many instructions.
 const EVERY: u64 = 256;
-/// A loop is executed iteration by iteration if that takes at most `EXACT_WORK` instructions (or the second number, if
-/// the number of iterations is unknown).
+/// A loop with a known number of iterations is executed iteration by iteration if that takes at most this many
+/// instructions.
 const EXACT_WORK: u64 = 400_000;
+/// The same limit for a loop whose number of iterations is unknown.
 const EXACT_WORK_OPEN: u64 = 10_000;
-/// For loops that are not counted by constants: the number of iterations that are followed before widening begins.
+/// The number of iterations of a loop that are executed before widening begins, unless all of its iterations are
+/// executed.
 const TURNS: u64 = 3;
-/// While a loop has taken at most this many instructions, it is widened to the next limit, at most `MAX_WIDENINGS`
-/// times, and its result is narrowed afterwards.
+/// After this many instructions in one loop, it is widened to the extreme values, and its result is not narrowed.
 const CHEAP_WORK: u64 = 10_000;
+/// The largest number of times that a loop is widened to the next limit, before it is widened to the extreme values.
 const MAX_WIDENINGS: u64 = 16;
 
 /// The limits of iterations, units and indexed writes of each instruction, over all paths.
@@ -556,7 +558,7 @@ impl<'p> Run<'p> {
             word => (word, false, true),
         };
         let (mut low, mut high) = match word {
-            // A front that gives no type for the count's choice may interpret it otherwise than as a signed number.
+            // If the front gives no kind for the count's choice, the count need not be the word's signed value.
             WordSource::Free(choice) if !self.program.kinds.contains_key(&choice) => {
                 (i64::from(least), i64::from(most))
             }

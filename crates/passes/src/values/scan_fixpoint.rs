@@ -6,10 +6,11 @@ use super::state::Tracked;
 use super::value::Value;
 use scanbound_ir::Program;
 
-/// The largest number of scans until a fixpoint must be reached. After `EXACT_SCANS` scans, values are widened to the
-/// next limit; after `LIMITED_SCANS` scans, to the least or largest number.
+/// The largest number of scans until a fixpoint must be reached.
 const MAX_SCANS: usize = 20;
+/// After this many scans, values are widened to the next limit.
 const EXACT_SCANS: usize = 4;
+/// After this many scans, values are widened to the smallest or largest number.
 const LIMITED_SCANS: usize = 12;
 /// The number of narrowing steps after the fixpoint.
 const NARROWED_SCANS: usize = 2;

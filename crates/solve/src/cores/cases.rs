@@ -63,8 +63,8 @@ type Next<'a> = (Vec<Case>, Option<Bounds<'a>>);
 /// A bit and the bounds for its two values, sorted by how much they lower the bound.
 type Ranked = (Reverse<u128>, i32, [u64; 2]);
 
-/// Whether a problem may be searched case by case. Not if the number of decisions is limited or the clauses are too few
-/// or too many.
+/// Whether a problem may be searched case by case: the number of decisions is not limited, and the clauses are neither
+/// too few nor too many.
 pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> bool {
     (ground.sizes.least..=MAX_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
@@ -157,7 +157,7 @@ impl<'g> Split<'g> {
         self.softs.iter().filter(open).copied().collect()
     }
 
-    /// What is lost if these literals are true.
+    /// The weight that is lost if these literals are true.
     fn loses(&self, literals: &[i32]) -> u64 {
         let each = |&l: &i32| self.lost[l.unsigned_abs() as usize][usize::from(l < 0)];
         literals.iter().map(each).sum()
@@ -169,7 +169,7 @@ impl<'g> Split<'g> {
         if trail.assume(literal).is_some() {
             return 0;
         }
-        // Where more is lost than the bound has left, no assignment remains.
+        // If more weight is lost than the bound leaves, the literal cannot be true.
         let left = most.saturating_sub(self.loses(trail.since(known)));
         trail.back(level);
         left
@@ -226,7 +226,7 @@ impl<'g> Split<'g> {
                 let level = trail.level();
                 if trail.assume(literal).is_none() {
                     let off = Slices::of(&self.open(trail), trail).off;
-                    // More may be off than is left where the constraints exclude every scan of the case.
+                    // The soft literals may lose more than the bound if the constraints exclude every scan of the case.
                     sides.push((left.saturating_sub(off), literal, left));
                     trail.back(level);
                 }

@@ -60,7 +60,7 @@ impl Objective {
         std::mem::take(&mut self.falsified)
     }
 
-    /// What is lost if the literal is false.
+    /// The weight that is lost if the literal is false.
     pub fn weight(&self, literal: i32) -> u64 {
         self.weights.get(&literal).copied().unwrap_or(0)
     }

@@ -1,10 +1,10 @@
 //! Combines soft literals that exclude each other by propagation, before the solver is asked.
 //!
-//! If all of some literals exclude each other, at most one of them is true. Of the weight of the lightest one, all but
-//! one of them lose their share. What remains of this slice is one new soft literal: that any of them is true. It may
-//! be a member of further slices. So for the mutually exclusive steps of a chart, the step with the largest cost
-//! remains. The steps of a chart within a step are combined before those of the chart around it: the literal that
-//! excludes most others is taken first, together with those that exclude the same literals.
+//! Of mutually exclusive literals at most one is true, so all but one of them lose their weight. A slice takes the
+//! weight of the lightest literal from each of them, and puts it once on a new soft literal: that any of them is true.
+//! This literal may be a member of further slices. So of the mutually exclusive steps of a chart, the cost of the most
+//! expensive one remains. The steps of a chart within a step are combined before those of the chart around it: the
+//! literal that excludes most others is taken first, together with those that exclude the same literals.
 
 use super::objective::Objective;
 use crate::propagator::Propagator;
@@ -27,7 +27,7 @@ pub struct Slices {
     /// The soft literals that cannot be true.
     never: Vec<i32>,
     slices: Vec<Slice>,
-    /// By how much all this lowers the bound.
+    /// By how much the slices and the literals in `never` lower the bound.
     pub off: u64,
 }
 
@@ -127,7 +127,8 @@ impl Table {
         self.counts[one] += 1;
     }
 
-    /// The next mutually exclusive literals: the one that excludes most others, and those that exclude the same ones.
+    /// The members of the next slice: the literal that excludes most others, and of these the ones that exclude each
+    /// other and mostly the same literals. `None` if no two literals exclude each other.
     fn next(&self) -> Option<Vec<usize>> {
         if self.weights.len() >= 2 * self.softs {
             return None;
@@ -152,7 +153,7 @@ impl Table {
         Some(members)
     }
 
-    /// A literal without weight no longer excludes any.
+    /// Removes the exclusions of a literal that has no weight left.
     fn forget(&mut self, at: usize) {
         let gone = std::mem::take(&mut self.excluded[at]);
         for other in (0..self.weights.len()).filter(|&other| has(&gone, other)) {

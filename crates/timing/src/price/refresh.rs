@@ -21,8 +21,8 @@ pub struct UnstatedPoints {
     pub time: Picos,
     /// The largest additional time for sixteen more points.
     pub sixteen: Picos,
-    /// The additional time if a number of points were stated, because stated points may be distributed over several
-    /// base units.
+    /// The additional time if the user stated a number of points but no base unit: they may then be on several base
+    /// units, and the slowest distribution is charged.
     pub begun: Picos,
     /// How the number of points was determined.
     pub why: String,
@@ -175,7 +175,7 @@ impl<'a> Side<'a> {
         let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.on));
-        // Leave out the base that the slowest row belongs to, unless that is the general row.
+        // The slowest row is charged in any case. If it is the row of a base unit, that base unit is left out here.
         if rows.first().is_some_and(|row| row.on == slowest.on) {
             rows.remove(0);
         }

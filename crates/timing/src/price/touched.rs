@@ -6,8 +6,8 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// If the meaning of an instruction does not say how many cells of a range it writes, this many are counted, or twice
-/// its units if that is more.
+/// The number of cells that are counted of a range if the instruction's meaning does not say how many it accesses, or
+/// twice its units if that is more.
 const LEAST_RANGE: u64 = 8;
 /// A range with more cells than this has an unknown end: only its first cell counts as used.
 const MAX_CELLS: u32 = 1 << 24;

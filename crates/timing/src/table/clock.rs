@@ -42,7 +42,7 @@ impl FromStr for StatedClock {
             Some(number) => period(number.trim()).ok_or_else(fault)?,
             None => Picos::from_duration_text(text).map_err(|_| fault())?,
         };
-        // No such machine is slower, and the sum over a scan stays representable.
+        // No such machine is slower. Longer periods could make the sum over a scan too large to represent.
         if period == Picos::ZERO || period > Picos(10_000_000_000_000) {
             return Err(fault());
         }
