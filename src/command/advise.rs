@@ -5,7 +5,7 @@ use super::sheet::{Sheet, SheetOptions};
 use super::values::{self, Most};
 use super::{Failure, Outcome};
 use clap::Args;
-use scanbound::audit::advise::{Settings, advise};
+use scanbound::audit::advise::{AdviceSettings, advise};
 use scanbound::audit::{Request, conclude, follow};
 use scanbound::report::advice::{csv, json, text};
 use scanbound::report::format::Extent;
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let first = Request { time_limit: Some(own), ..*request };
         let concluded = conclude(follow(&first)?, &first)?;
         let left = budget.saturating_sub(start.elapsed());
-        Ok(advise(&concluded, request, Settings { most, budget: Some(left) })?)
+        Ok(advise(&concluded, request, AdviceSettings { most, budget: Some(left) })?)
     })?;
     let top = arguments.top;
     place.write(&Sheet {

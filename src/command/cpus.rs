@@ -6,7 +6,7 @@ use super::sheet::{Sheet, SheetOptions};
 use super::values::{self, Limit};
 use super::{Failure, Outcome};
 use clap::Args;
-use scanbound::audit::cpus::{self, Condition, choose};
+use scanbound::audit::cpus::{self, CpuCheck, compare_cpus};
 use scanbound::audit::verdict::{Margin, MostAssumed};
 use scanbound::report::cpus::{csv, json, text};
 
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => arguments.project.clone(),
     };
     let limit = arguments.limit.or_else(|| file.as_ref()?.limit);
-    let condition = Condition {
+    let condition = CpuCheck {
         limit: limit.map(|limit| match limit {
             Limit::Time(time) => cpus::Limit::Time(time),
             Limit::Watchdog => cpus::Limit::Watchdog,
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         max_assumed: arguments.max_assumed.or_else(|| file.as_ref()?.max_assumed),
     };
     let place = arguments.report.place(&project.reads())?;
-    let choice = project.with_request(|request| Ok(choose(request, condition)?))?;
+    let choice = project.with_request(|request| Ok(compare_cpus(request, condition)?))?;
     place.write(&Sheet {
         text: &|extent| text::render(&choice, extent),
         json: &|out| json::write(&choice, out),

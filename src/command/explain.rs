@@ -4,7 +4,7 @@ use super::output::Target;
 use super::{Failure, Outcome, tables};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use scanbound::audit::explain::{Explained, explain, names};
+use scanbound::audit::explain::{ExplainedInstruction, explain, names};
 use scanbound::front::FRONTS;
 use scanbound::report::explain::{json, text};
 use scanbound::report::format::Extent;
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         target.write(&page::list(width))?;
         return Ok(Outcome::Done);
     }
-    let found: Vec<Explained> =
+    let found: Vec<ExplainedInstruction> =
         tables_of(arguments)?.iter().filter_map(|table| explain(name, table, FRONTS)).collect();
     if found.is_empty() {
         return Err(unknown(name, arguments).into());

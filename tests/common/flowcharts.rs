@@ -148,7 +148,7 @@ impl Plant for Every {
     fn elapsed(&mut self, _: u32) -> bool {
         self.answer(2) == 1
     }
-    fn stands(&mut self, _: Option<u32>, places: usize) -> usize {
+    fn position(&mut self, _: Option<u32>, places: usize) -> usize {
         self.answer(places)
     }
     fn restarts(&mut self, _: u32) -> bool {
@@ -180,7 +180,7 @@ impl Plant for Weather {
     fn elapsed(&mut self, _: u32) -> bool {
         self.next(2) == 1
     }
-    fn stands(&mut self, _: Option<u32>, places: usize) -> usize {
+    fn position(&mut self, _: Option<u32>, places: usize) -> usize {
         self.next(places as u64) as usize
     }
     fn restarts(&mut self, _: u32) -> bool {

@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::audited::{asked, listed, table};
-use scanbound::audit::advise::{Advice, AdviceKind, Settings, advise};
+use scanbound::audit::advise::{Advice, AdviceKind, AdviceSettings, advise};
 use scanbound::audit::{Audit, Failure, audit, conclude, follow};
 use scanbound::base::code::Code;
 use scanbound::base::facts::Facts;
@@ -23,7 +23,7 @@ fn bound(text: &str, facts: &str, trust: Trust) -> Result<Audit, Failure> {
     audit(&asked(&inputs, &table, &facts, trust))
 }
 
-fn advised(text: &str, facts: &str, settings: Settings<'_>) -> (Advice, Picos) {
+fn advised(text: &str, facts: &str, settings: AdviceSettings<'_>) -> (Advice, Picos) {
     let (inputs, table) = (listed(text.replace("; ", "\n") + "\n"), table(TIMES));
     let facts = Facts::parse("facts.toml", facts).expect("facts");
     let request = asked(&inputs, &table, &facts, Trust::Counts);
@@ -31,7 +31,7 @@ fn advised(text: &str, facts: &str, settings: Settings<'_>) -> (Advice, Picos) {
     (advise(&concluded, &request, settings).expect("advice"), concluded.audit.bound.upper)
 }
 
-const ALL: Settings<'_> = Settings { most: &[20, 3], budget: None };
+const ALL: AdviceSettings<'_> = AdviceSettings { most: &[20, 3], budget: None };
 
 /// A count, a pair that nothing keeps apart, and steps that only the program writes.
 const TEXT: &str = "LD X0; FMOV K0 D1000 D50; \
@@ -83,7 +83,7 @@ fn each_bound_is_that_of_an_audit_with_the_line() {
 fn the_pair_that_pays_most_comes_first_and_what_gates_the_same_is_no_pair() {
     // M1 and M2 run Op32 and Op16, M3 runs Op1; X0 is needed for all, X1 with it for nothing else.
     let text = "LD X0; AND X1; MPS; AND M1; Op32; MRD; AND M2; Op16; MPP; AND M3; Op1; END";
-    let (advice, _) = advised(text, "", Settings { most: &[20], budget: None });
+    let (advice, _) = advised(text, "", AdviceSettings { most: &[20], budget: None });
     let lines: Vec<&str> = advice.found.iter().map(|one| one.statement.line.as_str()).collect();
     assert_eq!(
         lines,
@@ -98,7 +98,7 @@ fn the_pair_that_pays_most_comes_first_and_what_gates_the_same_is_no_pair() {
 
 #[test]
 fn a_budget_ends_the_asking_and_says_so() {
-    let none = Settings { most: &[20], budget: Some(Duration::ZERO) };
+    let none = AdviceSettings { most: &[20], budget: Some(Duration::ZERO) };
     let (advice, _) = advised(TEXT, "", none);
     assert!(advice.found.is_empty() && advice.untried > 1 && advice.useless == 0);
     // Where all is known there is nothing to ask.

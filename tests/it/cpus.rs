@@ -1,6 +1,6 @@
 //! One program by every table of its family: each row says what an audit by that table says.
 
-use scanbound::audit::cpus::{Candidate, Choice, Condition, Limit, choose};
+use scanbound::audit::cpus::{CpuCheck, CpuComparison, CpuResult, Limit, compare_cpus};
 use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Request, audit};
 use scanbound::base::code::Code;
@@ -21,12 +21,12 @@ fn inputs() -> [Input; 1] {
     [Input { name: "main.il".to_owned(), bytes: TEXT.into() }]
 }
 
-fn chosen(request: &Request<'_>, limit: Option<Limit>) -> Choice {
-    let condition = Condition { limit, ..Condition::default() };
-    choose(request, condition).expect("a choice")
+fn chosen(request: &Request<'_>, limit: Option<Limit>) -> CpuComparison {
+    let condition = CpuCheck { limit, ..CpuCheck::default() };
+    compare_cpus(request, condition).expect("a choice")
 }
 
-fn upper(one: &Candidate) -> Picos {
+fn upper(one: &CpuResult) -> Picos {
     one.outcome.as_ref().expect("a bound").upper.expect("an end")
 }
 

@@ -11,7 +11,7 @@ use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::front::flowchart::decode::{decode, mnemonic};
-use scanbound::front::flowchart::interpret::{Ended, Machine, Pass, State};
+use scanbound::front::flowchart::interpret::{Ended, Machine, PassResult, State};
 use scanbound::front::flowchart::{Op, Source, read_text};
 use scanbound::timing::table::Table;
 use std::collections::BTreeSet;
@@ -24,7 +24,7 @@ fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit
     audit(&request).map_err(|failure| format!("{failure:?}"))
 }
 
-fn cost(source: &Source, table: &Table, pass: &Pass) -> Picos {
+fn cost(source: &Source, table: &Table, pass: &PassResult) -> Picos {
     let one = |&(at, held): &(usize, bool)| {
         let row = table.row(mnemonic(source.instructions[at].op)).expect("a time");
         if held { row.on } else { row.off }

@@ -5,7 +5,7 @@ use crate::common;
 
 use common::audited::{asked, listed, table};
 use scanbound::audit::{
-    Audit, Request, SolvedBound, Step, WhatIf, audit, conclude, follow, what_if,
+    Audit, LimitedCount, Request, SolvedBound, WhatIf, audit, conclude, follow, what_if,
 };
 use scanbound::base::facts::Facts;
 use scanbound::base::time::Picos;
@@ -84,7 +84,8 @@ fn where_the_time_limit_ends_an_audit_its_bound_says_so() {
         let mut before = [concluded.audit.bound.upper; 2];
         for (index, step) in steps.iter().enumerate() {
             let lines = |most: u32| {
-                let line = |step: &Step| step.unknown.fact.replace("20]", &format!("{most}]"));
+                let line =
+                    |step: &LimitedCount| step.unknown.fact.replace("20]", &format!("{most}]"));
                 steps[..=index].iter().map(line).collect::<Vec<_>>().join("\n")
             };
             for (value, (most, one)) in [5, 100].into_iter().zip(&step.solved).enumerate() {

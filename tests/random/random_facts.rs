@@ -8,7 +8,7 @@ use common::counting::{Taste, generate};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::offer::offers;
 use scanbound::audit::{
-    Assumption, Audit, Concluded, Failure, Request, Step, conclude, follow, what_if,
+    Assumption, Audit, Concluded, Failure, LimitedCount, Request, conclude, follow, what_if,
     what_if_offered,
 };
 use scanbound::base::facts::Facts;
@@ -86,7 +86,7 @@ impl Asked<'_> {
 }
 
 /// A facts file's text for steps that are taken together.
-fn stated(steps: &[Step], most: u32) -> Facts {
+fn stated(steps: &[LimitedCount], most: u32) -> Facts {
     let mut tables = [("[counts]\n".to_owned(), "counts"), ("[index]\n".to_owned(), "index")];
     for step in steps {
         let unknown = &step.unknown;

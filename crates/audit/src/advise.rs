@@ -29,7 +29,7 @@ const MAX_PAIRS: usize = 12;
 
 /// The settings of the search for advice.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings<'a> {
+pub struct AdviceSettings<'a> {
     /// The upper limits that are tried for each unknown number of iterations or units, and for each unknown index.
     pub most: &'a [u32],
     /// The total time that all audits together may take.
@@ -55,14 +55,14 @@ pub struct Advice {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
     /// The statement that was tried.
-    pub statement: Statement,
+    pub statement: SuggestedFact,
     /// The bound of the scan with this statement.
     pub bound: SolvedBound,
 }
 
 /// A statement that the user could add to the facts file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Statement {
+pub struct SuggestedFact {
     /// What the statement is about.
     pub kind: AdviceKind,
     /// The table of the facts file to which the line belongs.
@@ -105,12 +105,12 @@ impl AdviceKind {
 }
 
 /// A statement that is to be tried.
-struct Candidate {
-    statement: Statement,
+struct UntriedFact {
+    statement: SuggestedFact,
     facts: Facts,
     /// The largest time by which the statement can lower the bound, if that is known before it is tried. Candidates
     /// with the largest one are tried first.
-    hope: Picos,
+    largest_gain: Picos,
 }
 
 /// Measures by how much each possible statement lowers the bound.
@@ -120,7 +120,7 @@ struct Candidate {
 pub fn advise(
     concluded: &Concluded,
     request: &Request<'_>,
-    settings: Settings<'_>,
+    settings: AdviceSettings<'_>,
 ) -> Result<Advice, Failure> {
     let start = Instant::now();
     let audit = &concluded.audit;
@@ -143,7 +143,7 @@ pub fn advise(
     let mut candidates = unknowns(concluded, request, settings.most);
     candidates.extend(bases(concluded, request));
     candidates.extend(pairs(concluded, request));
-    candidates.sort_by_key(|one| Reverse(one.hope));
+    candidates.sort_by_key(|one| Reverse(one.largest_gain));
     if !is_over() {
         (request.progress)(Progress::Stage(STAGE));
         // A candidate that was found by an audit is tried first.
@@ -153,7 +153,7 @@ pub fn advise(
     }
     let mut open = candidates.into_iter().peekable();
     while open.peek().is_some() && !is_over() {
-        let few: Vec<Candidate> = open.by_ref().take(rayon::current_num_threads()).collect();
+        let few: Vec<UntriedFact> = open.by_ref().take(rayon::current_num_threads()).collect();
         let facts: Vec<Facts> = few.iter().map(|one| one.facts.clone()).collect();
         for (one, run) in few.into_iter().zip(runs(&within(), &facts)?) {
             let ran_out = is_over() && run.as_ref().is_some_and(|run| run.bound.cut);
@@ -172,18 +172,18 @@ pub fn advise(
 }
 
 /// The unknown numbers and indices, each with the upper limits to try.
-fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<Candidate> {
+fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<UntriedFact> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let of = |one: &Unknown, most: u32| {
         let mut facts = request.facts.clone();
         one.state(&mut facts, most);
-        let (kind, hope) = match &one.kind {
+        let (kind, largest_gain) = match &one.kind {
             UnknownKind::Count(counts) => (AdviceKind::Count, counts.cost),
             // How much depends on the place of a write is known only after an audit.
             _ => (AdviceKind::Index, audit.bound.upper),
         };
-        Candidate {
-            statement: Statement {
+        UntriedFact {
+            statement: SuggestedFact {
                 kind,
                 table: one.table(),
                 line: one.stated(most),
@@ -191,7 +191,7 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
                 places: one.places.clone(),
             },
             facts,
-            hope,
+            largest_gain,
         }
     };
     // The targets of indirect addresses cannot be guessed.
@@ -205,11 +205,11 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<C
 }
 
 /// The statement that all modules are on one kind of base unit, if this is not stated.
-fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
+fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<UntriedFact> {
     let bases = &concluded.audit.bases;
     let least = bases.first()?.least.clone();
-    Some(Candidate {
-        statement: Statement {
+    Some(UntriedFact {
+        statement: SuggestedFact {
             kind: AdviceKind::Base,
             table: "io",
             line: format!("base = {least:?}"),
@@ -218,12 +218,12 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<Candidate> {
             places: Vec::new(),
         },
         facts: Facts { base: Some(least), ..request.facts.clone() },
-        hope: bases.iter().map(|side| side.saves).sum(),
+        largest_gain: bases.iter().map(|side| side.saves).sum(),
     })
 }
 
 /// The statement that only the program writes its devices, if that lowers the bound.
-fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candidate>, Failure> {
+fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<UntriedFact>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };
     let devices: BTreeSet<String> = new.into_iter().flat_map(|one| one.devices).collect();
@@ -234,8 +234,8 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
     }
     let mut facts = request.facts.clone();
     facts.internal.extend(devices);
-    Ok(Some(Candidate {
-        statement: Statement {
+    Ok(Some(UntriedFact {
+        statement: SuggestedFact {
             kind: AdviceKind::Internal,
             table: "internal",
             line: offer::listed(facts.internal.iter()),
@@ -243,12 +243,12 @@ fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Candi
             places: Vec::new(),
         },
         facts,
-        hope: audit.bound.upper,
+        largest_gain: audit.bound.upper,
     }))
 }
 
 /// A bit that is on when the longest scan starts.
-struct On {
+struct ActiveBit {
     atom: Atom,
     name: String,
     comment: String,
@@ -256,7 +256,7 @@ struct On {
     worth: Picos,
 }
 
-impl On {
+impl ActiveBit {
     fn description(&self) -> String {
         if self.comment.is_empty() {
             self.name.clone()
@@ -267,7 +267,7 @@ impl On {
 }
 
 /// Pairs of bits that are both on in the longest scan and that control different parts of it.
-fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
+fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<UntriedFact> {
     let followed = &concluded.followed;
     if followed.is_structural_only() {
         return Vec::new();
@@ -294,7 +294,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
     }
     found.sort_by_key(|(least, ..)| Reverse(*least));
     found.truncate(MAX_PAIRS);
-    let driven = |on: &On, other: &On| {
+    let driven = |on: &ActiveBit, other: &ActiveBit| {
         driven(
             program,
             model,
@@ -302,12 +302,12 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
             [&longest, &without(&longest, &[on]), &without(&longest, &[other])],
         )
     };
-    let candidate = |(least, one, other): (Picos, &On, &On)| {
+    let candidate = |(least, one, other): (Picos, &ActiveBit, &ActiveBit)| {
         let mut facts = request.facts.clone();
         facts.exclusive.push(vec![one.name.clone(), other.name.clone()]);
         let places = [driven(one, other), driven(other, one)].into_iter().flatten().collect();
-        Candidate {
-            statement: Statement {
+        UntriedFact {
+            statement: SuggestedFact {
                 kind: AdviceKind::Exclusive,
                 table: "exclusive",
                 line: format!("sets = {:?}", facts.exclusive),
@@ -319,14 +319,14 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<Candidate> {
                 places,
             },
             facts,
-            hope: least,
+            largest_gain: least,
         }
     };
     found.into_iter().map(candidate).collect()
 }
 
 /// A copy of the scan's start values with these bits off.
-fn without(values: &Assignment, bits: &[&On]) -> Assignment {
+fn without(values: &Assignment, bits: &[&ActiveBit]) -> Assignment {
     let mut values = values.clone();
     for on in bits {
         let value = &mut values.0[on.atom.variable().0 as usize];
@@ -341,7 +341,7 @@ fn bits_on(
     model: &ScanModel,
     longest: &Assignment,
     charges: &[usize],
-) -> Vec<On> {
+) -> Vec<ActiveBit> {
     let values = model.circuit.evaluate(longest);
     let names = Names::new(program);
     let asked = asked_as_bits(program);
@@ -364,14 +364,14 @@ fn bits_on(
             Atom::AtLeast(..) => return None,
         };
         let can_be_stated = stated::bit(program, &name) == Some(source);
-        (can_be_stated && asked.contains(&source)).then(|| On {
+        (can_be_stated && asked.contains(&source)).then(|| ActiveBit {
             atom,
             name,
             comment: names.comment(variable),
             worth: Picos::ZERO,
         })
     });
-    let mut on: Vec<On> = on.collect();
+    let mut on: Vec<ActiveBit> = on.collect();
     let atoms: Vec<Atom> = on.iter().map(|one| one.atom).collect();
     let worth = weights_of_bits(model, longest, charges, &atoms);
     on.iter_mut().zip(worth).for_each(|(one, worth)| one.worth = worth);

@@ -8,7 +8,7 @@ use super::exactness::Exactness;
 use super::executed::{Executed, stands_between, started};
 use super::fact::Fact;
 use super::method::SearchUse;
-use super::model_search::Prepared;
+use super::model_search::PreparedExplanation;
 use super::names::Names;
 use super::parts::possible;
 use super::proved::Proved;
@@ -63,7 +63,7 @@ pub struct Findings<'a> {
 
 /// The parts of the bound, the times of these parts in the model's longest scan, and why rungs do not take their
 /// longest time in it.
-pub struct Explained {
+pub struct ExplainedBound {
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
     groups: Vec<ExplainedGroup>,
@@ -86,7 +86,7 @@ pub struct Finished<'a> {
     pub warnings: Vec<Diagnostic>,
     pub cuts: Vec<EarlyStop>,
     pub ended_early: bool,
-    pub explained: Explained,
+    pub explained: ExplainedBound,
     /// How each group's maximum was found.
     pub searches: Vec<SearchUse>,
     pub loops: Loops,
@@ -111,7 +111,7 @@ impl<'a> Findings<'a> {
 
     /// Distributes the bound to its parts and explains why rungs do not take their longest time. `prepared` may hold
     /// one group that is already done.
-    pub fn explain(&self, mut prepared: Option<Prepared<'a>>) -> Explained {
+    pub fn explain(&self, mut prepared: Option<PreparedExplanation<'a>>) -> ExplainedBound {
         let names = Names::new(self.program);
         let values = self.model.circuit.evaluate(self.assignment);
         let pick = |charges: &[usize]| -> Vec<ChargeUse> {
@@ -150,7 +150,7 @@ impl<'a> Findings<'a> {
             ExplainedGroup { charges, rungs }
         };
         let groups = self.groups.iter().zip(self.maxima).enumerate().map(explained).collect();
-        Explained { overhead, always, groups }
+        ExplainedBound { overhead, always, groups }
     }
 
     /// Builds the audit.
@@ -171,7 +171,7 @@ impl<'a> Findings<'a> {
             watchdog,
             cycle,
         } = finished;
-        let Explained { overhead, mut always, mut groups } = explained;
+        let ExplainedBound { overhead, mut always, mut groups } = explained;
         // The real run, if it is not the assignment's scan.
         let real = Some(found).filter(|_| !same);
         if let Some(real) = real {
@@ -398,7 +398,7 @@ impl<'a> Findings<'a> {
         &self,
         group: &Group,
         maximum: &Maximum,
-        prepared: Option<Prepared<'a>>,
+        prepared: Option<PreparedExplanation<'a>>,
     ) -> Option<Exclusions<'a>> {
         let most = group.charges.iter().map(|&charge| self.model.charges[charge].largest_cost());
         let lower = maximum.lower;

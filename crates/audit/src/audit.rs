@@ -17,7 +17,7 @@ use super::unknown::Unknown;
 use scanbound_base::budget::EarlyStop;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
-use scanbound_timing::price::{UnstatedBase, UnstatedPoints, more_points, unsure};
+use scanbound_timing::price::{UnstatedBase, UnstatedPoints, more_points, uncertain_refresh};
 use std::time::Duration;
 
 /// The result of auditing one project.
@@ -146,8 +146,8 @@ impl Audit {
     /// The lower bound without points whose number is not stated, and on the fastest base where the base is not stated.
     #[must_use]
     pub fn lower_without_points(&self) -> Picos {
-        let unsure = unsure(&self.points, &self.bases);
-        self.possible().checked_sub(unsure).unwrap_or_default()
+        let uncertain = uncertain_refresh(&self.points, &self.bases);
+        self.possible().checked_sub(uncertain).unwrap_or_default()
     }
 
     /// The lower bound with the points that are charged, on the fastest base where the base is not stated.
@@ -190,7 +190,8 @@ impl Audit {
     #[must_use]
     pub fn least(&self) -> Picos {
         let always = self.bound.always + self.bound.overhead;
-        let always = always.checked_sub(unsure(&self.points, &self.bases)).unwrap_or_default();
+        let always =
+            always.checked_sub(uncertain_refresh(&self.points, &self.bases)).unwrap_or_default();
         let Some(factor) = &self.table.factor else { return always };
         // The same share as of the whole bound, rounded down.
         let part = u128::from(always.0) * u128::from(factor.without.0);

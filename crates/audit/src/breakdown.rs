@@ -104,7 +104,7 @@ impl Part {
 
 /// Charges that belong to the same part.
 #[derive(Default)]
-struct Pile<'a> {
+struct ChargePile<'a> {
     time: Picos,
     most: Picos,
     always: Picos,
@@ -112,7 +112,7 @@ struct Pile<'a> {
     largest: Option<(Picos, Picos, &'a ChargeUse)>,
 }
 
-impl<'a> Pile<'a> {
+impl<'a> ChargePile<'a> {
     fn add(&mut self, charge: &'a ChargeUse, is_always: bool) {
         let most = charge.on.max(charge.off);
         self.time += charge.share;
@@ -144,7 +144,7 @@ impl Audit {
     /// the bound.
     #[must_use]
     pub fn breakdown(&self, by: By) -> Vec<Part> {
-        let mut piles: BTreeMap<Key<'_>, Pile<'_>> = BTreeMap::new();
+        let mut piles: BTreeMap<Key<'_>, ChargePile<'_>> = BTreeMap::new();
         let groups = self.groups.iter().flat_map(|group| &group.charges);
         let charges = groups.map(|charge| (charge, false));
         for (charge, is_always) in charges.chain(self.always.iter().map(|one| (one, true))) {
@@ -192,7 +192,7 @@ impl Audit {
         self.table.assumed.iter().map(|one| one.part).sum::<Picos>() + self.open()
     }
 
-    fn part(&self, (key, pile): (Key<'_>, Pile<'_>)) -> Option<Part> {
+    fn part(&self, (key, pile): (Key<'_>, ChargePile<'_>)) -> Option<Part> {
         let (.., largest) = pile.largest?;
         let piece = match key {
             Key::File(file) => Piece::Program(file),

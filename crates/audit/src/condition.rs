@@ -13,17 +13,17 @@ pub fn text(circuit: &Circuit, guard: Lit, name: &dyn Fn(VarId) -> String) -> Op
 }
 
 /// Conjunctions, disjunctions and their operands.
-enum Formula {
+enum ConditionFormula {
     Leaf(String),
     /// `true`: all of these formulas hold. `false`: at least one of them holds.
-    Joined(bool, Vec<Formula>),
+    Joined(bool, Vec<ConditionFormula>),
 }
 
-impl Formula {
+impl ConditionFormula {
     fn text(&self, inner: bool) -> String {
         match self {
-            Formula::Leaf(text) => text.clone(),
-            Formula::Joined(all, parts) => {
+            ConditionFormula::Leaf(text) => text.clone(),
+            ConditionFormula::Joined(all, parts) => {
                 let parts: Vec<String> = parts.iter().map(|part| part.text(true)).collect();
                 let joined = parts.join(if *all { " and " } else { " or " });
                 if inner { format!("({joined})") } else { joined }
@@ -40,10 +40,10 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn formula(&mut self, lit: Lit) -> Option<Formula> {
+    fn formula(&mut self, lit: Lit) -> Option<ConditionFormula> {
         let holds = !lit.is_negated();
         Some(match self.circuit.node(lit) {
-            Node::True => Formula::Leaf(if holds { "always" } else { "never" }.to_owned()),
+            Node::True => ConditionFormula::Leaf(if holds { "always" } else { "never" }.to_owned()),
             Node::Atom(Atom::AtLeast(word, least)) => self.leaf(word, (least, u16::MAX), holds)?,
             Node::Atom(atom) => {
                 self.left = self.left.checked_sub(1)?;
@@ -52,14 +52,14 @@ impl Writer<'_> {
                     Atom::WordBit(_, bit) => format!(".{bit:X}"),
                     _ => String::new(),
                 };
-                Formula::Leaf(format!("{}{name}{bit}", if holds { "" } else { "not " }))
+                ConditionFormula::Leaf(format!("{}{name}{bit}", if holds { "" } else { "not " }))
             }
             Node::And(..) => self.joined(lit, holds)?,
         })
     }
 
     /// An and-gate, merged with the and-gates that are its inputs, or the negation of all that.
-    fn joined(&mut self, gate: Lit, holds: bool) -> Option<Formula> {
+    fn joined(&mut self, gate: Lit, holds: bool) -> Option<ConditionFormula> {
         let mut open = vec![gate.node()];
         let mut ranges: BTreeMap<VarId, (u16, u16)> = BTreeMap::new();
         let mut inputs = Vec::new();
@@ -99,17 +99,22 @@ impl Writer<'_> {
             (1, Some(only)) => only,
             (_, last) => {
                 parts.extend(last);
-                Formula::Joined(holds, parts)
+                ConditionFormula::Joined(holds, parts)
             }
         })
     }
 
     /// Whether a word, as an unsigned number, lies in a range or outside, written for signed numbers.
-    fn leaf(&mut self, word: VarId, (low, high): (u16, u16), holds: bool) -> Option<Formula> {
+    fn leaf(
+        &mut self,
+        word: VarId,
+        (low, high): (u16, u16),
+        holds: bool,
+    ) -> Option<ConditionFormula> {
         self.left = self.left.checked_sub(1)?;
         let name = (self.name)(word);
         if low > high {
-            return Some(Formula::Leaf(if holds { "never" } else { "always" }.to_owned()));
+            return Some(ConditionFormula::Leaf(if holds { "never" } else { "always" }.to_owned()));
         }
         // A range from positive to negative numbers is written as the complement of a range around 0.
         let around = low < 0x8000 && high >= 0x8000;
@@ -117,7 +122,7 @@ impl Writer<'_> {
             true => (high.wrapping_add(1).cast_signed(), low.wrapping_sub(1).cast_signed(), !holds),
             false => (low.cast_signed(), high.cast_signed(), holds),
         };
-        Some(Formula::Leaf(match (within, low, high) {
+        Some(ConditionFormula::Leaf(match (within, low, high) {
             (true, i16::MIN, -1) => format!("{name} < 0"),
             (false, i16::MIN, -1) => format!("{name} >= 0"),
             (true, ..) if low == high => format!("{name} = {low}"),

@@ -85,7 +85,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
             let counts = BTreeMap::from([(place, (low, high))]);
             if Instant::now() < end && !is_kept(stages, request, &Facts { counts, ..bare.clone() })
             {
-                let message = count_told(&program, at, low, high);
+                let message = count_message(&program, at, low, high);
                 let help = "state a number of iterations or units that can occur there, or remove the statement";
                 let fact = ["counts", key.as_str()];
                 faults.push(facts.fault(fact, Part::Value, Code::Facts, message, help));
@@ -130,7 +130,7 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
 
 /// The message that a number of iterations or units never has the stated value, with the instruction that sets its
 /// word.
-fn count_told(program: &Program, at: usize, low: i64, high: i64) -> String {
+fn count_message(program: &Program, at: usize, low: i64, high: i64) -> String {
     let place = |at: usize| {
         let one = &program.instructions[at];
         let file = &one.place.of(&program.files).name;

@@ -1,6 +1,6 @@
 //! Compares all tables of a family: on which CPU the program stays within a limit.
 
-use super::pipeline::{Prepared, conclude};
+use super::pipeline::{PreparedProject, conclude};
 use super::request::Request;
 use super::verdict::{Check, Margin, MostAssumed, Verdict};
 use super::{Audit, Doubt, Failure, Share};
@@ -20,7 +20,7 @@ pub enum Limit {
 
 /// The condition that each CPU is checked against.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Condition {
+pub struct CpuCheck {
     /// The limit with which the scan times are compared. `None` without `--limit`.
     pub limit: Option<Limit>,
     /// The safety margin that is added to the scan time before it is compared with the limit.
@@ -31,26 +31,26 @@ pub struct Condition {
 
 /// The results for all timing tables of the CPU family, the highest bound first and tables without a bound last.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Choice {
+pub struct CpuComparison {
     /// The program's files.
     pub files: Vec<String>,
     /// The condition that was checked.
-    pub condition: Condition,
+    pub condition: CpuCheck,
     /// One result for each timing table.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CpuResult>,
 }
 
-impl Choice {
+impl CpuComparison {
     /// The slowest CPU that is proved to stay within the limit: of all such CPUs, the one with the highest bound.
     #[must_use]
-    pub fn slowest(&self) -> Option<&Candidate> {
+    pub fn slowest(&self) -> Option<&CpuResult> {
         self.candidates.iter().find(|one| one.is_proved())
     }
 }
 
 /// A timing table, and the scan time of the program according to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Candidate {
+pub struct CpuResult {
     /// The name of the timing table.
     pub table: String,
     /// The title of the table, one line.
@@ -65,7 +65,7 @@ pub struct Candidate {
     pub outcome: Result<CpuScanTime, Vec<Diagnostic>>,
 }
 
-impl Candidate {
+impl CpuResult {
     /// Whether the program is proved to stay within the limit.
     #[must_use]
     pub fn is_proved(&self) -> bool {
@@ -99,15 +99,15 @@ pub struct CpuScanTime {
 ///
 /// # Errors
 /// All faults of the program at once, or that the analysis and the interpreter disagree.
-pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Failure> {
-    let prepared = Prepared::of(request)?;
+pub fn compare_cpus(request: &Request<'_>, condition: CpuCheck) -> Result<CpuComparison, Failure> {
+    let prepared = PreparedProject::of(request)?;
     let own = prepared.table().name.clone();
     let mut tables = prepared.table().family.as_deref().map(builtin::of_family).unwrap_or_default();
     if tables.iter().all(|table| table.name != own) {
         tables.extend(request.table.cloned().or_else(|| Table::builtin(&own)));
     }
     let files = prepared.program().files.iter().map(|file| file.name.clone()).collect();
-    let mut choice = Choice { files, condition, candidates: Vec::new() };
+    let mut choice = CpuComparison { files, condition, candidates: Vec::new() };
     for table in tables {
         let (name, title, cpus) = (table.name.clone(), table.title.clone(), table.cpus.clone());
         let is_own = name == own;
@@ -118,7 +118,7 @@ pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Fai
             Err(Failure::Input(faults)) => Err(faults),
             Err(why) => return Err(why),
         };
-        choice.candidates.push(Candidate { table: name, title, cpus, is_own, cpu, outcome });
+        choice.candidates.push(CpuResult { table: name, title, cpus, is_own, cpu, outcome });
     }
     choice.candidates.sort_by_key(|one| {
         let found = one.outcome.as_ref().ok();
@@ -128,7 +128,7 @@ pub fn choose(request: &Request<'_>, condition: Condition) -> Result<Choice, Fai
     Ok(choice)
 }
 
-fn found(audit: &Audit, condition: Condition) -> CpuScanTime {
+fn found(audit: &Audit, condition: CpuCheck) -> CpuScanTime {
     let check = match condition.limit {
         None => None,
         Some(Limit::Time(limit)) => Some(Check::new(audit, limit, condition.margin)),

@@ -40,7 +40,7 @@ pub struct ExaminedFile {
     /// The name of the file as the user gave it.
     pub name: String,
     /// What the file contains.
-    pub what: What,
+    pub what: ExaminedKind,
     /// The number of instructions in the file. `None` if the file could not be read.
     pub instructions: Option<usize>,
     /// Whether the file contains only subroutines, which run only if they are called.
@@ -49,7 +49,7 @@ pub struct ExaminedFile {
 
 /// The contents of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
+pub enum ExaminedKind {
     /// A program in this dialect.
     Program(&'static str),
     /// Names and comments of devices.
@@ -348,10 +348,13 @@ impl Doctor<'_, '_> {
             program.files.iter().find(|file| file.name == input.name).map(|file| file.count)
         };
         let what = match self.request.fronts.detect(input) {
-            _ if self.dropped.contains(&input.name) => What::Refused,
-            Ok(FileKind::Program(dialect)) => What::Program(dialect.name),
-            Ok(FileKind::Comments) => What::Comments,
-            Err(_) => self.request.dialect.map_or(What::Refused, |_| What::Program("as named")),
+            _ if self.dropped.contains(&input.name) => ExaminedKind::Refused,
+            Ok(FileKind::Program(dialect)) => ExaminedKind::Program(dialect.name),
+            Ok(FileKind::Comments) => ExaminedKind::Comments,
+            Err(_) => self
+                .request
+                .dialect
+                .map_or(ExaminedKind::Refused, |_| ExaminedKind::Program("as named")),
         };
         let is_standby = |program: &Program| {
             program.standby.iter().any(|&file| program.files[file].name == input.name)

@@ -8,12 +8,12 @@ use scanbound_ir::ladder::Rung;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Ladder {
     /// The rungs, in the order of the source.
-    pub rungs: Vec<Drawn>,
+    pub rungs: Vec<DrawnRung>,
 }
 
 /// A rung, and the notes on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Drawn {
+pub struct DrawnRung {
     /// The rung.
     pub rung: Rung,
     /// The notes on each element of the rung.
@@ -54,7 +54,7 @@ impl Uses {
     }
 }
 
-impl Drawn {
+impl DrawnRung {
     /// The sum over all instructions of the rung.
     #[must_use]
     pub fn uses(&self) -> Uses {

@@ -8,12 +8,12 @@ use scanbound_ir::{
     Step, WordSource, WordTarget, Write,
 };
 use scanbound_passes::values;
-use scanbound_timing::price::{Price, Tags, price_of};
+use scanbound_timing::price::{OperandTags, Price, price_of};
 use scanbound_timing::table::{Factor, Row, Table};
 
 /// What a timing table and the analysis say about an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Explained {
+pub struct ExplainedInstruction {
     /// The name of the instruction.
     pub name: String,
     /// The name of the timing table.
@@ -84,7 +84,7 @@ impl Follow {
 
 /// What a table and the fronts know about an instruction. `None` if no front of the table's CPU family knows it.
 #[must_use]
-pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<Explained> {
+pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<ExplainedInstruction> {
     let name = name.trim().to_ascii_uppercase();
     let family = table.family.as_deref()?;
     let (front, Examples { dialect, variants, forms }) =
@@ -94,7 +94,7 @@ pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<Explained> {
     let forms: Vec<FormUse> =
         forms.iter().filter_map(|form| shown(front, dialect, family, form, &bare)).collect();
     let extras = table.rows().iter().filter(|row| row.name.starts_with("@+")).cloned().collect();
-    Some(Explained {
+    Some(ExplainedInstruction {
         name,
         table: table.name.clone(),
         title: table.title.clone(),
@@ -129,7 +129,7 @@ fn shown(
         let own = |at: &usize| *program.instructions[*at].text == *one.line;
         let parts: Vec<usize> = (0..program.instructions.len()).filter(own).collect();
         let key = parts.iter().find_map(|&at| program.instructions[at].timing.as_deref())?;
-        let price = price_of(table, key, &Tags::new()).ok();
+        let price = price_of(table, key, &OperandTags::new()).ok();
         let rows = price.iter().flat_map(|price| price.row.split(" + "));
         let rows = rows.filter_map(|row| table.row(row).cloned()).collect();
         let found =

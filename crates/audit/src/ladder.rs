@@ -1,6 +1,6 @@
 //! A project's rungs for drawing, with what each of their instructions does in the longest scan.
 
-pub use super::drawn::{Drawn, Ladder, Notes, Uses};
+pub use super::drawn::{DrawnRung, Ladder, Notes, Uses};
 use super::pipeline::Concluded;
 use super::{Audit, comments_in};
 use scanbound_base::location::Location;
@@ -27,7 +27,7 @@ impl Ladder {
                     })
                     .unwrap_or_default(),
             });
-            Drawn { notes: notes.collect(), rung }
+            DrawnRung { notes: notes.collect(), rung }
         };
         Ladder { rungs: rungs(program).into_iter().map(drawn).collect() }
     }

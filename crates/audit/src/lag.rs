@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 type Reads = BTreeSet<Region>;
 
 /// An instruction that writes a device, with the cells that it reads.
-struct Site {
+struct WriteSite {
     at: usize,
     /// Whether the instruction runs at its own place in the scan, not where a routine is called.
     in_place: bool,
@@ -51,8 +51,8 @@ pub fn further_scans(program: &Program) -> u64 {
             || program.power_up.inputs.iter().any(|input| flow::overlap(*input, *region))
     };
     let knows_inputs = has(Role::Input) || !program.power_up.inputs.is_empty();
-    let begins = |site: &Site| !knows_inputs || site.reads.iter().any(is_input);
-    let ends = |site: &Site| {
+    let begins = |site: &WriteSite| !knows_inputs || site.reads.iter().any(is_input);
+    let ends = |site: &WriteSite| {
         !has(Role::Output) || site.writes.iter().any(|region| is_role(region, Role::Output))
     };
     // In the order of computation.
@@ -91,7 +91,7 @@ pub fn further_scans(program: &Program) -> u64 {
 
 /// All instructions that write a device, each with everything that affects it: its rung, master control regions, jumps
 /// and calls.
-fn sites(program: &Program) -> Vec<Site> {
+fn sites(program: &Program) -> Vec<WriteSite> {
     let mut found = Vec::new();
     // What decides whether routines are called.
     let mut calls = Reads::new();
@@ -135,7 +135,7 @@ fn walk(
     around: &Reads,
     in_place: bool,
     calls: &mut Reads,
-    found: &mut Vec<Site>,
+    found: &mut Vec<WriteSite>,
 ) {
     let mut stack: Vec<Reads> = Vec::new();
     let mut slots: BTreeMap<u32, Reads> = BTreeMap::new();
@@ -212,7 +212,7 @@ fn walk(
         }
         let writes = flow::written(program, at);
         if !writes.is_empty() {
-            found.push(Site { at, in_place, reads, writes });
+            found.push(WriteSite { at, in_place, reads, writes });
         }
     }
 }

@@ -92,12 +92,12 @@ pub use parts::{
     Value,
 };
 pub use pipeline::{
-    Concluded, Followed, Prepared, Ready, audit, conclude, concluded, follow, read, ready,
+    Concluded, Followed, PreparedProject, Ready, audit, conclude, concluded, follow, read, ready,
 };
 pub use questions::{File, QuestionFormat, certificates, question};
 pub use reason::Reason;
 pub use request::{Progress, Request};
-pub use requested::{Coactivity, Minor, NetBound, Own, Step, TaskUse, WhatIf};
+pub use requested::{Coactivity, InternalDevices, LimitedCount, Minor, NetBound, TaskUse, WhatIf};
 pub use solved_bound::SolvedBound;
 pub use tasks::tasks;
 

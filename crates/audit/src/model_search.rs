@@ -3,7 +3,7 @@
 use super::confirmed::{confirm, together};
 use super::failure::Failure;
 use super::request::{Progress, Request};
-use super::search::Search;
+use super::search::GroupSearch;
 use scanbound_base::budget::Budget;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::Knowledge;
@@ -43,11 +43,11 @@ pub struct Searched<'r> {
     pub upper: Picos,
     pub ended_early: bool,
     /// For a large model: the prepared search that explains one group.
-    pub prepared: Option<Prepared<'r>>,
+    pub prepared: Option<PreparedExplanation<'r>>,
 }
 
 /// A prepared search that explains why charges of one group do not take their longest time.
-pub struct Prepared<'r> {
+pub struct PreparedExplanation<'r> {
     pub group: usize,
     pub exclusions: Exclusions<'r>,
 }
@@ -62,7 +62,7 @@ impl<'r> ModelSearch<'_, 'r> {
     ) -> Result<Searched<'r>, Failure> {
         let zeros = Assignment(vec![0; model.variables.len()]);
         let always = model.cost(&model.constant_charges(), &zeros);
-        let search = Search {
+        let search = GroupSearch {
             request: self.request,
             prices: self.prices,
             model: &model,
@@ -94,11 +94,14 @@ impl<'r> ModelSearch<'_, 'r> {
     }
 
     /// For a large model, prepares the explanations of its largest group.
-    fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<Prepared<'r>> {
+    fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<PreparedExplanation<'r>> {
         let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();
         let group =
             (0..groups.len()).max_by_key(by_size).filter(|_| is_large && !self.structural_only)?;
-        Some(Prepared { group, exclusions: Exclusions::of(model, &groups[group], &self.limits) })
+        Some(PreparedExplanation {
+            group,
+            exclusions: Exclusions::of(model, &groups[group], &self.limits),
+        })
     }
 }

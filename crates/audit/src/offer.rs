@@ -29,12 +29,12 @@ pub struct Offer {
     /// The largest time by which the line can lower the bound.
     pub worth: Option<Picos>,
     /// The bounds if this value and the named other ones are limited, from [`super::what_if`].
-    pub solved: Option<Solved>,
+    pub solved: Option<SolvedLimits>,
 }
 
 /// The bounds of the scan for several limits of a number of iterations or units.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Solved {
+pub struct SolvedLimits {
     /// The other words that have the same limit in these bounds.
     pub with: Vec<Arc<str>>,
     /// Pairs of a limit, and the bound with that limit.
@@ -154,7 +154,7 @@ fn unknowns(
             let bounds = what_if.most.iter().zip(&steps[at].solved);
             let bounds = bounds.filter_map(|(&most, bound)| Some((most, (*bound)?))).collect();
             let with = steps[..at].iter().map(|step| step.unknown.word.clone()).collect();
-            Solved { with, bounds }
+            SolvedLimits { with, bounds }
         });
         Offer {
             table: one.table(),

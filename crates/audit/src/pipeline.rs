@@ -89,7 +89,7 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
 pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
-    let limited = Prepared::of(request)?.limit_size(request)?;
+    let limited = PreparedProject::of(request)?.limit_size(request)?;
     let lower_bound = LowerBoundSearch::of(&limited, request);
     let (searched, early) = rayon::join(
         || {
@@ -137,24 +137,24 @@ pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
 /// # Errors
 /// All faults of the input at once.
 pub fn follow(request: &Request<'_>) -> Result<Followed, Failure> {
-    Prepared::of(request)?.priced(request)
+    PreparedProject::of(request)?.priced(request)
 }
 
 /// A project that was read and processed by the passes: everything that does not depend on times.
 #[derive(Clone)]
-pub struct Prepared {
+pub struct PreparedProject {
     start: Instant,
     understood: Understood,
     /// The stages that the time limit or the user ended early.
     cuts: Vec<EarlyStop>,
 }
 
-impl Prepared {
+impl PreparedProject {
     /// Reads a project and runs the passes.
     ///
     /// # Errors
     /// All faults of the input at once.
-    pub fn of(request: &Request<'_>) -> Result<Prepared, Failure> {
+    pub fn of(request: &Request<'_>) -> Result<PreparedProject, Failure> {
         let start = Instant::now();
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
         let mut understood = Understood::of(request)?;
@@ -171,7 +171,7 @@ impl Prepared {
         let report_stage = |name| (request.progress)(Progress::Stage(name));
         request.passes.run(&mut understood.program, &settings, report_stage)?;
         let cuts = budget.early_stops();
-        Ok(Prepared { start, understood, cuts })
+        Ok(PreparedProject { start, understood, cuts })
     }
 
     /// The program, with what the passes found.
@@ -188,9 +188,9 @@ impl Prepared {
 
     /// The same project with another timing table of the same family. The time limit begins anew.
     #[must_use]
-    pub fn with_table(&self, table: Table, request: &Request<'_>) -> Prepared {
+    pub fn with_table(&self, table: Table, request: &Request<'_>) -> PreparedProject {
         let understood = self.understood.with_table(table, request);
-        Prepared { start: Instant::now(), understood, cuts: self.cuts.clone() }
+        PreparedProject { start: Instant::now(), understood, cuts: self.cuts.clone() }
     }
 
     /// Prices and follows the project without searching it.
@@ -202,7 +202,7 @@ impl Prepared {
     }
 
     fn limit_size(self, request: &Request<'_>) -> Result<SizeLimited, Failure> {
-        let Prepared { start, understood, cuts } = self;
+        let PreparedProject { start, understood, cuts } = self;
         let machine = understood.machine;
         let Priced { mut program, table, mut prices, warnings } = Priced::of(understood, request)?;
         let executed = fit(&mut program)?;
@@ -323,7 +323,7 @@ impl LowerBoundSearch {
 
     fn run(&self, request: &Request<'_>) -> Result<EarlyRuns, String> {
         let limits = limits(request, self.deadline);
-        real::Search { program: &self.program, least: &self.least, limits }.search_early()
+        real::RunSearch { program: &self.program, least: &self.least, limits }.search_early()
     }
 }
 
@@ -346,7 +346,7 @@ pub fn conclude(followed: Followed, request: &Request<'_>) -> Result<Concluded, 
 }
 
 /// A project whose groups' maxima were searched.
-struct Solved<'r> {
+struct SearchedProject<'r> {
     /// The project. Its model and groups are in `searched`.
     followed: Followed,
     delays: Option<Delays>,
@@ -361,7 +361,7 @@ impl Followed {
         mut self,
         request: &Request<'r>,
         early: Option<&Program>,
-    ) -> Result<Solved<'r>, Failure> {
+    ) -> Result<SearchedProject<'r>, Failure> {
         let delays = request.response.map(|given| Delays::of(given, &self.program, &self.table));
         let delays = delays.transpose()?;
         let budget = self.budget(request);
@@ -371,7 +371,7 @@ impl Followed {
         let (searched, runs) =
             found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
         self.cuts = budget.early_stops();
-        Ok(Solved { followed: self, delays, searched, runs })
+        Ok(SearchedProject { followed: self, delays, searched, runs })
     }
 
     /// The budget of the next stage. It takes over the list of stages that ended early so far.
@@ -408,20 +408,23 @@ impl Followed {
             loops.open = unbounded::unasked(&self.program);
         }
         if !loops.open.is_empty() {
-            budget.record_stop("searching for endless loops", "whether some loops end was not decided");
+            budget.record_stop(
+                "searching for endless loops",
+                "whether some loops end was not decided",
+            );
         }
         Ok(loops)
     }
 }
 
-impl Solved<'_> {
+impl SearchedProject<'_> {
     /// Builds the audit, with the real runs that another thread made, if any.
     fn concluded(
         self,
         request: &Request<'_>,
         early: Option<Result<EarlyRuns, String>>,
     ) -> Result<Concluded, Failure> {
-        let Solved { mut followed, delays, searched, runs } = self;
+        let SearchedProject { mut followed, delays, searched, runs } = self;
         let runs = match (runs, early) {
             (Runs::OtherThread, Some(found)) => Runs::Early(found.map_err(Failure::Internal)?),
             (runs, _) => runs,
@@ -462,7 +465,7 @@ impl Solved<'_> {
         let running = || {
             let found = refinement.longest(program, prices, (&witness, upper), runs)?;
             let least = prices.least_times();
-            let search = real::Search { program, least: &least, limits };
+            let search = real::RunSearch { program, least: &least, limits };
             let (trust, longest) = (request.trusted(), (&witness, upper));
             let found = start_states::keep_possible(&search, prices, trust, longest, found);
             let mut found = found.map_err(Failure::Internal)?;
@@ -477,7 +480,7 @@ impl Solved<'_> {
         let mut proved = Proved::default();
         if request.proves_facts {
             let least = prices.least_times();
-            let search = real::Search { program, least: &least, limits };
+            let search = real::RunSearch { program, least: &least, limits };
             proved = proved::proved(&search, request.facts, followed.structural_only, &mut found)
                 .map_err(Failure::Internal)?;
         }
@@ -490,7 +493,7 @@ impl Solved<'_> {
             model: model_of_scan,
         };
         let least = prices.least_times();
-        let search = real::Search { program, least: &least, limits };
+        let search = real::RunSearch { program, least: &least, limits };
         let watched = analysis.analyse((&found, !run.is_empty()), &search);
         let (watchdog, cycle) = watched.map_err(Failure::Internal)?;
         let left = stated::violations(program, request.facts, &found.violations)?;

@@ -1,6 +1,6 @@
 //! The search for a run from power-up to a scan: a few sequences of inputs are simulated.
 
-use super::real::{RunResults, Search};
+use super::real::{RunResults, RunSearch};
 use super::{RunScan, Value};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -30,7 +30,7 @@ const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
 /// The inputs in the scans before the last one.
 #[derive(Clone, Copy)]
-enum Before {
+enum EarlierInputs {
     /// The same inputs as in the scan that is to be reached.
     Same,
     /// All inputs are off.
@@ -47,8 +47,8 @@ enum Before {
 
 /// The inputs with which a simulated run from power-up is made.
 #[derive(Clone, Copy)]
-struct Plan {
-    before: Before,
+struct InputPlan {
+    before: EarlierInputs,
     /// True: the inputs stay until nothing changes and no timer is running. False: they change in every scan.
     waits: bool,
 }
@@ -58,7 +58,7 @@ struct Plan {
 /// an operation error that stops the CPU and that the program alone causes, the time of the longest scan found is
 /// removed: nothing shows that it is possible.
 pub fn run(
-    search: &Search<'_>,
+    search: &RunSearch<'_>,
     prices: &Prices,
     trust: Trust,
     found: &mut RunResults,
@@ -80,7 +80,7 @@ pub fn run(
             && let Some(start) = search.first_scan(&found.knowledge, &outside)
         {
             first = start;
-            some.insert(0, Plan { before: Before::First, waits: false });
+            some.insert(0, InputPlan { before: EarlierInputs::First, waits: false });
         }
         let times = search.least;
         let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
@@ -117,28 +117,28 @@ fn is_own(program: &Program, error: &Stopped) -> bool {
 }
 
 /// The runs to try, in this order.
-fn plans(program: &Program) -> Vec<Plan> {
-    let first = [Before::Same, Before::Off, Before::Opposite];
+fn plans(program: &Program) -> Vec<InputPlan> {
+    let first = [EarlierInputs::Same, EarlierInputs::Off, EarlierInputs::Opposite];
     let timekeeping = &program.timekeeping;
     let has_timers = !timekeeping.instructions.is_empty() || !timekeeping.expiries.is_empty();
-    let mut plans: Vec<Plan> = first.map(|before| Plan { before, waits: false }).into();
+    let mut plans: Vec<InputPlan> = first.map(|before| InputPlan { before, waits: false }).into();
     if has_timers {
-        plans.extend(first.map(|before| Plan { before, waits: true }));
+        plans.extend(first.map(|before| InputPlan { before, waits: true }));
     }
     for seed in 0..RANDOM {
-        plans.push(Plan { before: Before::Random(seed), waits: false });
+        plans.push(InputPlan { before: EarlierInputs::Random(seed), waits: false });
         if has_timers {
-            plans.push(Plan { before: Before::Part(seed), waits: true });
+            plans.push(InputPlan { before: EarlierInputs::Part(seed), waits: true });
         }
     }
     plans
 }
 
 /// The scans for the report. Scans in which the run only waits are left out.
-fn scans_for_report(program: &Program, overhead: Picos, scans: Vec<Made>) -> Vec<RunScan> {
+fn scans_for_report(program: &Program, overhead: Picos, scans: Vec<SimulatedScan>) -> Vec<RunScan> {
     let waits = |at: usize| scans.get(at + 1).is_some_and(|next| next.waited);
     let shown = scans.iter().enumerate().filter(|&(at, scan)| !(scan.waited && waits(at)));
-    let scans_for_report = |(_, scan): (usize, &Made)| RunScan {
+    let scans_for_report = |(_, scan): (usize, &SimulatedScan)| RunScan {
         number: scan.number,
         inputs: on(program, &scan.inputs),
         took: overhead + scan.took,
@@ -170,7 +170,7 @@ struct Simulation<'a> {
 }
 
 /// A scan of a simulated run.
-struct Made {
+struct SimulatedScan {
     /// The number of the scan; the first one after power-up has the number 1.
     number: u64,
     inputs: BTreeMap<Cell, u16>,
@@ -183,7 +183,7 @@ struct Made {
 /// A simulated run.
 #[derive(Default)]
 struct Simulated {
-    scans: Vec<Made>,
+    scans: Vec<SimulatedScan>,
     /// The last scan of the run with its start values, if it takes long enough.
     last: Option<(RealRun, Witness)>,
     /// The number of instructions that the run executed.
@@ -194,15 +194,18 @@ struct Simulated {
 
 impl Simulation<'_> {
     /// Simulates scans until one takes long enough.
-    fn run(&self, plan: Plan) -> Simulated {
+    fn run(&self, plan: InputPlan) -> Simulated {
         let mut run = Run::new(self.outside, self.times, self.overhead);
         let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
             let all = witness.start.iter().map(|(&cell, &value)| (cell, value));
             all.filter(|&(cell, _)| self.outside.sets(cell)).collect()
         };
         let sought = inputs_of(&self.found.witness);
-        let seed =
-            if let Before::Random(seed) | Before::Part(seed) = plan.before { seed } else { 0 };
+        let seed = if let EarlierInputs::Random(seed) | EarlierInputs::Part(seed) = plan.before {
+            seed
+        } else {
+            0
+        };
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut done = Simulated::default();
         let mut number = 0;
@@ -210,26 +213,28 @@ impl Simulation<'_> {
             // Alternate between the inputs of the plan and those of the scan itself.
             let inputs = match plan.before {
                 _ if turn % 2 == 1 => sought.clone(),
-                Before::Same => sought.clone(),
-                Before::First => inputs_of(self.first),
-                Before::Off => BTreeMap::new(),
-                Before::Opposite => sought.iter().map(|(&cell, value)| (cell, !value)).collect(),
-                Before::Random(_) => {
+                EarlierInputs::Same => sought.clone(),
+                EarlierInputs::First => inputs_of(self.first),
+                EarlierInputs::Off => BTreeMap::new(),
+                EarlierInputs::Opposite => {
+                    sought.iter().map(|(&cell, value)| (cell, !value)).collect()
+                }
+                EarlierInputs::Random(_) => {
                     sought.keys().map(|&cell| (cell, random.next_u32() as u16)).collect()
                 }
-                Before::Part(_) => {
+                EarlierInputs::Part(_) => {
                     let some = sought.iter().filter(|_| random.next_u32() & 1 == 1);
                     some.map(|(&cell, &value)| (cell, value)).collect()
                 }
             };
             let leads = turn % 2 == 0;
             let choices = match plan.before {
-                Before::First if leads => &self.first.choices,
+                EarlierInputs::First if leads => &self.first.choices,
                 _ => &self.found.witness.choices,
             };
             // Values that are tested directly are not among the inputs.
             let seed = match plan.before {
-                Before::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
+                EarlierInputs::Part(seed) if leads && seed % 2 == 1 => Some(random.next_u64()),
                 _ => None,
             };
             let given = OutsideValues { inputs, choices, seed };
@@ -273,7 +278,7 @@ impl Simulation<'_> {
         }
         let took = scan.replay.total;
         let is_over = scan.stopped.is_some() || done.executed >= MAX_EXECUTED_PER_RUN;
-        done.scans.push(Made { number, inputs: given.inputs.clone(), took, waited });
+        done.scans.push(SimulatedScan { number, inputs: given.inputs.clone(), took, waited });
         let best = self.found.best.replay.total;
         if given.seed.is_some() && took > best {
             // The random values of this scan cannot be shown in a report.

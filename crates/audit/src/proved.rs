@@ -2,7 +2,7 @@
 //! by real runs.
 
 use super::exclusive_relays::ExclusiveRelays;
-use super::real::{RunResults, Search, standing, summary_choices};
+use super::real::{RunResults, RunSearch, standing, summary_choices};
 use super::stated::bit;
 use scanbound_base::facts::{Facts, normalized};
 use scanbound_base::time::{Picos, Times};
@@ -48,7 +48,7 @@ pub struct Proved {
 }
 
 /// The fact to which a proof obligation belongs.
-enum Of {
+enum StatedFact {
     /// A range: its index in `Program::stated_ranges`, and its key in the facts file.
     Range(usize, String),
     /// A set of bits: its index in the facts file, and the indices of its pairs in the program.
@@ -56,17 +56,17 @@ enum Of {
 }
 
 /// A fact, and what it says about a scan.
-struct Asked {
-    of: Of,
+struct FactCheck {
+    of: StatedFact,
     stays: Candidate,
 }
 
-impl Asked {
+impl FactCheck {
     /// Whether a real run was found that violates the fact.
     fn is_broken(&self, found: &RunResults) -> bool {
         match &self.of {
-            Of::Range(at, _) => found.violations.ranges.contains_key(at),
-            Of::Set(_, pairs) => {
+            StatedFact::Range(at, _) => found.violations.ranges.contains_key(at),
+            StatedFact::Set(_, pairs) => {
                 pairs.iter().any(|pair| found.violations.exclusions.contains_key(pair))
             }
         }
@@ -78,7 +78,7 @@ impl Asked {
 /// # Errors
 /// If the analysis and the interpreter disagree.
 pub fn proved(
-    search: &Search<'_>,
+    search: &RunSearch<'_>,
     facts: &Facts,
     is_whole: bool,
     found: &mut RunResults,
@@ -92,7 +92,7 @@ pub fn proved(
     if !facts.download {
         // Facts that the abstract interpretation has proved need not be checked again.
         asked.retain(|one| match (&one.of, &one.stays) {
-            (Of::Range(_, key), Candidate::Within(cells, ..))
+            (StatedFact::Range(_, key), Candidate::Within(cells, ..))
                 if cells.len() == 1 && program.proved_ranges.contains(&cells[0]) =>
             {
                 proved.ranges.insert(key.clone());
@@ -109,7 +109,7 @@ pub fn proved(
     let left = search.limits.deadline.map(|end| end.saturating_duration_since(now) / PARTS);
     let deadline = Some(now + left.unwrap_or(LONGEST).min(LONGEST));
     let limits = Limits { deadline, ..search.limits };
-    let search = Search { program, least: search.least, limits };
+    let search = RunSearch { program, least: search.least, limits };
     run_unseen(&search, found);
     if is_whole {
         return Ok(proved);
@@ -124,15 +124,15 @@ pub fn proved(
             return Err("a simulated scan violates a fact, although the analysis proved that no scan violates it".to_owned());
         }
         match &asked[at].of {
-            Of::Range(_, key) => _ = proved.ranges.insert(key.clone()),
-            Of::Set(at, _) => _ = proved.exclusive.insert(*at),
+            StatedFact::Range(_, key) => _ = proved.ranges.insert(key.clone()),
+            StatedFact::Set(at, _) => _ = proved.exclusive.insert(*at),
         }
     }
     Ok(proved)
 }
 
 /// The stated facts about the program.
-fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
+fn asked(program: &Program, facts: &Facts) -> Vec<FactCheck> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (normalized(key), key)).collect();
     // In this list, trusted ranges follow the stated ones.
@@ -142,7 +142,7 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
         // A word may be stated by two names.
         facts.ranges.get(*key).filter(|stated| **stated == (range.low, range.high))?;
         let stays = Candidate::Within(range.cells.clone(), range.low, range.high);
-        Some(Asked { of: Of::Range(at, (*key).clone()), stays })
+        Some(FactCheck { of: StatedFact::Range(at, (*key).clone()), stays })
     };
     let mut pairs = program.stated_exclusions.clone();
     let set = |(at, names): (usize, &Vec<String>)| {
@@ -154,17 +154,17 @@ fn asked(program: &Program, facts: &Facts) -> Vec<Asked> {
             BitSource::Const(_) | BitSource::Free(_) => None,
         };
         let bits: Option<Vec<BitTarget>> = names.iter().map(target).collect();
-        Some(Asked { of: Of::Set(at, own), stays: Candidate::Exclusive(bits?) })
+        Some(FactCheck { of: StatedFact::Set(at, own), stays: Candidate::Exclusive(bits?) })
     };
-    let ranges: Vec<Asked> =
+    let ranges: Vec<FactCheck> =
         program.stated_ranges[..stated].iter().enumerate().filter_map(range).collect();
-    let sets: Vec<Asked> = facts.exclusive.iter().enumerate().filter_map(set).collect();
+    let sets: Vec<FactCheck> = facts.exclusive.iter().enumerate().filter_map(set).collect();
     ranges.into_iter().chain(sets).collect()
 }
 
 /// Simulates scans from power-up with all values from outside unknown. A violation found in this way occurs whatever
 /// these values are.
-fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
+fn run_unseen(search: &RunSearch<'_>, found: &mut RunResults) {
     let outside = Outside::with_unknown_values(search.program);
     let mut run = Run::new(&outside, search.least, Picos::ZERO);
     let (choices, mut executed) = (BTreeMap::new(), 0);
@@ -187,7 +187,7 @@ fn run_unseen(search: &Search<'_>, found: &mut RunResults) {
 
 /// The undecided facts that are true at the end of every scan that starts with all facts true. Only facts are checked
 /// whose cells only the program writes and that are true for cleared memory.
-fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize> {
+fn kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let exclusive = ExclusiveRelays::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {
@@ -235,7 +235,7 @@ fn kept(search: &Search<'_>, asked: &[Asked], open: &[usize]) -> BTreeSet<usize>
 }
 
 /// Searches for real runs that violate facts which no run has violated so far.
-fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<(), String> {
+fn seek(search: &RunSearch<'_>, asked: &[FactCheck], found: &mut RunResults) -> Result<(), String> {
     let program = search.program;
     let stays: Vec<Candidate> = asked.iter().map(|one| one.stays.clone()).collect();
     let summary = summary_choices(program);
@@ -274,7 +274,7 @@ fn seek(search: &Search<'_>, asked: &[Asked], found: &mut RunResults) -> Result<
 }
 
 fn model(
-    search: &Search<'_>,
+    search: &RunSearch<'_>,
     knowledge: &Knowledge,
     purpose: Purpose,
     stays: &[Candidate],

@@ -48,7 +48,7 @@ pub fn exclude(
     hints: &[Vec<BitTarget>],
     budget: &Budget<'_>,
 ) -> (Option<ScanModel>, Relays) {
-    let bits = own(program, model, trust);
+    let bits = exclusive_relays(program, model, trust);
     let mut relays = Relays { known: bits.iter().copied().collect(), ..Relays::default() };
     let related = RelatedRelays::of(program, &bits);
     let candidates = Candidates { hinted: places(hints, &bits), pairs: related.pairs() };
@@ -258,7 +258,11 @@ fn atom(bit: BitTarget, variable: VarId) -> Atom {
 }
 
 /// The relays on which the time of a scan may depend and which only the program writes, in known ways.
-pub(super) fn own(program: &Program, model: &ScanModel, trust: Trust) -> Vec<BitTarget> {
+pub(super) fn exclusive_relays(
+    program: &Program,
+    model: &ScanModel,
+    trust: Trust,
+) -> Vec<BitTarget> {
     let exclusive = ExclusiveRelays::of(program, trust);
     let read = read(model);
     read.into_iter().filter(|&bit| exclusive.start_unknown(bit).is_none()).collect()

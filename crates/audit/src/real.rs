@@ -107,14 +107,14 @@ pub struct EarlyRuns {
 }
 
 /// A search for long real runs.
-pub struct Search<'a> {
+pub struct RunSearch<'a> {
     pub program: &'a Program,
     /// The times of instructions for lower bounds: an unknown number of units is 0.
     pub least: &'a [Times],
     pub limits: Limits<'a>,
 }
 
-impl Search<'_> {
+impl RunSearch<'_> {
     /// Makes the real runs that need no result of the bound's search: those of the longest scans that certainly run as
     /// in the model. `Err` if an operation wrote a cell that its effects do not declare.
     pub fn search_early(&self) -> Result<EarlyRuns, String> {
@@ -528,7 +528,7 @@ mod tests {
         }
         let longest = witness(model, &all);
         let limits = Limits::default();
-        let search = Search { program: &followed.program, least: &least, limits };
+        let search = RunSearch { program: &followed.program, least: &least, limits };
         let other = Witness::default();
         let run = search.run([&longest, &other], upper, Knowledge::new()).unwrap();
         let early = search.search_early().unwrap();
@@ -556,7 +556,7 @@ mod tests {
         let followed = followed(list);
         let least = followed.prices.least_times();
         let search =
-            Search { program: &followed.program, least: &least, limits: Limits::default() };
+            RunSearch { program: &followed.program, least: &least, limits: Limits::default() };
         let with = |bits: &[u32]| {
             let area = followed.program.areas.iter().position(|area| area.name == "X").unwrap();
             let area = scanbound_ir::AreaId(u16::try_from(area).unwrap());
@@ -574,7 +574,7 @@ mod tests {
         let followed = followed("LD X0\nBMOV D100 D200 K50\nEND\n");
         let least = followed.prices.least_times();
         let limits = Limits::default();
-        let search = Search { program: &followed.program, least: &least, limits };
+        let search = RunSearch { program: &followed.program, least: &least, limits };
         let early = search.search_early().unwrap();
         assert!(early.goes_on);
         let low = Picos(early.found.best.replay.total.0 - 1);

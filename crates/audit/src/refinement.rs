@@ -149,8 +149,8 @@ impl<'r> Refinement<'_, 'r> {
         }
     }
 
-    fn reals<'s>(&'s self, program: &'s Program, least: &'s [Times]) -> real::Search<'s> {
-        real::Search { program, least, limits: self.limits }
+    fn reals<'s>(&'s self, program: &'s Program, least: &'s [Times]) -> real::RunSearch<'s> {
+        real::RunSearch { program, least, limits: self.limits }
     }
 }
 

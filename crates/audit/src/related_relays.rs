@@ -12,13 +12,13 @@ const MAX_PAIRS: usize = 20_000;
 
 /// Something that is read: a relay or word, or a bit of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Read(Cell, Option<u8>);
+struct ReadDevice(Cell, Option<u8>);
 
-impl From<BitTarget> for Read {
-    fn from(bit: BitTarget) -> Read {
+impl From<BitTarget> for ReadDevice {
+    fn from(bit: BitTarget) -> ReadDevice {
         match bit {
-            BitTarget::Cell(cell) => Read(cell, None),
-            BitTarget::WordBit(cell, bit) => Read(cell, Some(bit)),
+            BitTarget::Cell(cell) => ReadDevice(cell, None),
+            BitTarget::WordBit(cell, bit) => ReadDevice(cell, Some(bit)),
         }
     }
 }
@@ -35,13 +35,13 @@ pub struct RelatedRelays {
 impl RelatedRelays {
     /// Finds from the program's rungs which of these relays are related.
     pub fn of(program: &Program, bits: &[BitTarget]) -> RelatedRelays {
-        let place: BTreeMap<Read, usize> =
-            bits.iter().enumerate().map(|(place, &bit)| (Read::from(bit), place)).collect();
+        let place: BTreeMap<ReadDevice, usize> =
+            bits.iter().enumerate().map(|(place, &bit)| (ReadDevice::from(bit), place)).collect();
         let none = vec![BTreeSet::new(); bits.len()];
         let mut related = RelatedRelays { read: none.clone(), related: none };
-        let mut shared: BTreeMap<Read, BTreeSet<usize>> = BTreeMap::new();
+        let mut shared: BTreeMap<ReadDevice, BTreeSet<usize>> = BTreeMap::new();
         let (mut read, mut written) = (BTreeSet::new(), BTreeSet::new());
-        let mut close = |read: &mut BTreeSet<Read>, written: &mut BTreeSet<usize>| {
+        let mut close = |read: &mut BTreeSet<ReadDevice>, written: &mut BTreeSet<usize>| {
             let own = read.iter().filter_map(|one| place.get(one).copied()).collect();
             related.add(&own, written);
             for one in std::mem::take(read) {
@@ -55,16 +55,16 @@ impl RelatedRelays {
             }
             instruction.each_read(&mut |source| {
                 read.extend(match source {
-                    Source::Bit(BitSource::WordBit(cell, bit)) => Some(Read(cell, Some(bit))),
+                    Source::Bit(BitSource::WordBit(cell, bit)) => Some(ReadDevice(cell, Some(bit))),
                     Source::Bit(BitSource::Cell(cell)) | Source::Word(WordSource::Cell(cell)) => {
-                        Some(Read(cell, None))
+                        Some(ReadDevice(cell, None))
                     }
                     Source::Bit(_) | Source::Word(_) => None,
                 });
             });
             for effect in &instruction.effects {
                 if let Write::Bit(bit, _) = &effect.write {
-                    written.extend(place.get(&Read::from(*bit)));
+                    written.extend(place.get(&ReadDevice::from(*bit)));
                 }
             }
         }

@@ -46,16 +46,16 @@ pub struct WhatIf {
     pub most: Vec<u32>,
     /// The numbers that are limited, one after the other. In each step, the numbers of all earlier steps are limited,
     /// too.
-    pub steps: Vec<Step>,
+    pub steps: Vec<LimitedCount>,
     /// The assumptions that change the bound too little to be listed.
     pub minor: Option<Minor>,
     /// The devices for which the bound would be lower if the user stated that only the program writes them.
-    pub own: Option<Own>,
+    pub own: Option<InternalDevices>,
 }
 
 /// A number of iterations or units that is limited in addition to those of the steps before.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
+pub struct LimitedCount {
     /// The number of iterations or units that is limited.
     pub unknown: Unknown,
     /// The bound for each limit in [`WhatIf::most`]. `None` if the number cannot have that limit.
@@ -73,7 +73,7 @@ pub struct Minor {
 
 /// Devices that would lower the bound if only the program wrote them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Own {
+pub struct InternalDevices {
     /// The names of the words and relays.
     pub devices: Vec<String>,
     /// The bound if the user states that only the program writes all of these devices.

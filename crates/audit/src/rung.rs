@@ -6,7 +6,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// A rung, and what prevents it from taking its longest time.
-pub struct Rung {
+pub struct RungCharges {
     pub shown: RungUse,
     /// The charge that is furthest below the larger of its two times, as an index into the group's charges. `None` if
     /// all take their larger time.
@@ -14,12 +14,12 @@ pub struct Rung {
 }
 
 /// The rungs of these charges, the longest time first. `comments` gives the comments of a charge's operands.
-pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> Vec<Rung> {
+pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> Vec<RungCharges> {
     let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, charge) in charges.iter().enumerate() {
         by_block.entry(charge.block).or_default().push(index);
     }
-    let mut rungs: Vec<Rung> = by_block
+    let mut rungs: Vec<RungCharges> = by_block
         .into_iter()
         .filter_map(|(block, own)| rung(block, &own, charges, &comments))
         .collect();
@@ -33,7 +33,7 @@ fn rung(
     own: &[usize],
     charges: &[ChargeUse],
     comments: impl Fn(usize) -> Vec<String>,
-) -> Option<Rung> {
+) -> Option<RungCharges> {
     let larger_time = |index: usize| charges[index].on.max(charges[index].off);
     let short =
         |index: usize| larger_time(index).checked_sub(charges[index].share).unwrap_or_default();
@@ -41,7 +41,7 @@ fn rung(
     let shown = &charges[largest];
     let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
     let shortest = own.iter().copied().rev().max_by_key(|&index| short(index));
-    Some(Rung {
+    Some(RungCharges {
         shown: RungUse {
             block,
             at: shown.at,

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// What is searched, and the limits of the search.
-pub struct Search<'a> {
+pub struct GroupSearch<'a> {
     /// The method, the limit to decide, the cancellation and the progress reports.
     pub request: &'a Request<'a>,
     /// The prices, which say how much time the points add that the CPU can have in addition to those charged.
@@ -30,7 +30,7 @@ pub struct Search<'a> {
 }
 
 /// The bounds of all groups that have been found.
-struct Known {
+struct GroupBounds {
     /// Each group's upper and lower bound.
     bounds: Vec<(Picos, Picos)>,
     /// The sums of the groups' upper and lower bounds.
@@ -40,12 +40,12 @@ struct Known {
     solved: usize,
 }
 
-impl Known {
-    fn new(bounds: Vec<(Picos, Picos)>) -> Known {
+impl GroupBounds {
+    fn new(bounds: Vec<(Picos, Picos)>) -> GroupBounds {
         let upper = bounds.iter().map(|bounds| bounds.0).sum();
         let lower = bounds.iter().map(|bounds| bounds.1).sum();
         let solved = bounds.iter().filter(|(upper, lower)| upper == lower).count();
-        Known { bounds, upper, lower, solved }
+        GroupBounds { bounds, upper, lower, solved }
     }
 
     /// Records a group's new bounds. Returns whether a longer scan is known now.
@@ -74,7 +74,7 @@ fn better(known: &mut Maximum, again: Maximum) {
     (known.calls, known.upper) = (calls, upper);
 }
 
-impl Search<'_> {
+impl GroupSearch<'_> {
     /// The maximum of every group, in their order, and whether the search ended early because it was decided whether a
     /// scan exceeds the request's limit.
     ///
@@ -88,7 +88,7 @@ impl Search<'_> {
                 group.charges.iter().map(|&charge| self.model.charges[charge].largest_cost());
             (times.sum::<Picos>(), Picos::ZERO)
         };
-        let known = Mutex::new(Known::new(self.groups.iter().map(largest).collect()));
+        let known = Mutex::new(GroupBounds::new(self.groups.iter().map(largest).collect()));
         let stop = AtomicBool::new(false);
         let cancelled = || stop.load(Ordering::Relaxed) || (self.request.cancelled)();
         let methods = methods(self.groups, self.request.method);
@@ -122,7 +122,7 @@ impl Search<'_> {
         &self,
         found: &mut [Maximum],
         methods: &[Method],
-        known: &Mutex<Known>,
+        known: &Mutex<GroupBounds>,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) {
         let Some(end) = self.deadline else { return };
@@ -192,15 +192,17 @@ impl Search<'_> {
     }
 
     /// Whether it is decided if some scan exceeds the limit, for any number of points that the CPU can have.
-    fn decided(&self, known: &Known) -> bool {
+    fn decided(&self, known: &GroupBounds) -> bool {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
         let doubtful = self.doubtful_from.is_some_and(|least| upper >= least);
         let kept = upper + self.prices.more_points() <= limit && !doubtful;
-        kept || lower.checked_sub(self.prices.unsure()).is_some_and(|lower| lower > limit)
+        kept || lower
+            .checked_sub(self.prices.uncertain_refresh())
+            .is_some_and(|lower| lower > limit)
     }
 
-    fn tell(&self, group: usize, known: &Known) {
+    fn tell(&self, group: usize, known: &GroupBounds) {
         (self.request.progress)(Progress::Bounds {
             group: group + 1,
             upper: self.constant + known.upper,

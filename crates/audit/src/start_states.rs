@@ -3,7 +3,7 @@
 
 use super::exclusive_relays::ExclusiveRelays;
 use super::reachable;
-use super::real::{RunResults, Search};
+use super::real::{RunResults, RunSearch};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{
     BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Witness, flow,
@@ -32,7 +32,7 @@ const MAX_RELAYS: usize = 200;
 /// Replaces the longest real run until some scan can leave the state in which it starts. `longest` is the start of the
 /// model's longest scan, which takes `upper`.
 pub(super) fn keep_possible(
-    search: &Search<'_>,
+    search: &RunSearch<'_>,
     prices: &Prices,
     trust: Trust,
     (longest, upper): (&Witness, Picos),
@@ -68,7 +68,7 @@ pub(super) fn keep_possible(
         }
         let program = program.get_or_insert_with(|| search.program.clone());
         program.invariants.extend(new);
-        let others = Search { program, least: search.least, limits: search.limits };
+        let others = RunSearch { program, least: search.least, limits: search.limits };
         if !others.real(&found.witness)?.is_possible() {
             found = again(search, program, prices, (longest, upper), found)?;
         }
@@ -102,13 +102,13 @@ pub(super) fn keep_possible(
 
 /// Searches for the longest real run again, in a program that excludes more: first that of its model's longest scan.
 fn again(
-    search: &Search<'_>,
+    search: &RunSearch<'_>,
     program: &Program,
     prices: &Prices,
     (longest, upper): (&Witness, Picos),
     found: RunResults,
 ) -> Result<RunResults, String> {
-    let others = Search { program, least: search.least, limits: search.limits };
+    let others = RunSearch { program, least: search.least, limits: search.limits };
     let is_over = || search.limits.reached();
     let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
     let model = scan_model_within(program, &prices.times(), &size).ok();

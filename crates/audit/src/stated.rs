@@ -239,7 +239,7 @@ fn label(program: &Program, name: &str) -> Option<String> {
 pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     if !program.stated_ranges.is_empty() {
-        let named = Named::of(program);
+        let named = NamedCells::of(program);
         let unknown = program
             .stated_ranges
             .iter()
@@ -374,7 +374,7 @@ fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
 /// Removes the ranges of words that the program does not use and that share no word with a range of used words: they
 /// have no effect.
 pub fn forget_unnamed(program: &mut Program) {
-    let named = Named::of(program);
+    let named = NamedCells::of(program);
     let mut kept: BTreeSet<Cell> = BTreeSet::new();
     let mut open = std::mem::take(&mut program.stated_ranges);
     loop {
@@ -391,7 +391,7 @@ pub fn forget_unnamed(program: &mut Program) {
 }
 
 /// The cells that instructions read, write, or have among their operands.
-struct Named {
+struct NamedCells {
     cells: BTreeSet<Cell>,
     /// Ranges of cells by their first cell. Each value is the largest end of this range and all ranges before it.
     ranges: BTreeMap<Cell, u64>,
@@ -399,9 +399,9 @@ struct Named {
     everything: bool,
 }
 
-impl Named {
-    fn of(program: &Program) -> Named {
-        let mut named = Named {
+impl NamedCells {
+    fn of(program: &Program) -> NamedCells {
+        let mut named = NamedCells {
             cells: BTreeSet::new(),
             ranges: BTreeMap::new(),
             areas: BTreeSet::new(),
@@ -495,7 +495,7 @@ mod tests {
     #[test]
     fn a_cell_is_named_by_any_range_that_reaches_it() {
         let cell = |index| Cell { area: AreaId(0), index };
-        let mut named = Named::of(&Program::default());
+        let mut named = NamedCells::of(&Program::default());
         named.region(Region::Range { first: cell(10), count: 100 });
         named.region(Region::Range { first: cell(20), count: 5 });
         named.region(Region::Range { first: Cell { area: AreaId(1), index: 0 }, count: 1 });

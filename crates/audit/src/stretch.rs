@@ -12,36 +12,36 @@ use std::ops::Range;
 /// The longest times at a place, in picoseconds: `through` since the part began, if no restart is on the path; `since`
 /// since a restart inside the part. `None` if there is no such path.
 #[derive(Debug, Clone, Copy, Default)]
-struct Passed {
+struct PassedTimes {
     through: Option<u128>,
     since: Option<u128>,
 }
 
-impl Passed {
+impl PassedTimes {
     /// The state at the beginning of a part.
-    const BEGIN: Passed = Passed { through: Some(0), since: None };
+    const BEGIN: PassedTimes = PassedTimes { through: Some(0), since: None };
 
     fn is_reached(self) -> bool {
         self.through.is_some() || self.since.is_some()
     }
 
-    fn join(self, other: Passed) -> Passed {
-        Passed { through: self.through.max(other.through), since: self.since.max(other.since) }
+    fn join(self, other: PassedTimes) -> PassedTimes {
+        PassedTimes { through: self.through.max(other.through), since: self.since.max(other.since) }
     }
 
-    fn plus(self, time: u128) -> Passed {
+    fn plus(self, time: u128) -> PassedTimes {
         let more = |passed: u128| passed.saturating_add(time);
-        Passed { through: self.through.map(more), since: self.since.map(more) }
+        PassedTimes { through: self.through.map(more), since: self.since.map(more) }
     }
 
     /// The times after a part of the program that begins with the times `self`, if the part itself takes `part`.
-    fn then(self, part: Passed) -> Passed {
-        let along = part.through.map_or(Passed::default(), |time| self.plus(time));
-        Passed { since: along.since.max(part.since.filter(|_| self.is_reached())), ..along }
+    fn then(self, part: PassedTimes) -> PassedTimes {
+        let along = part.through.map_or(PassedTimes::default(), |time| self.plus(time));
+        PassedTimes { since: along.since.max(part.since.filter(|_| self.is_reached())), ..along }
     }
 
-    fn restarted(self) -> Passed {
-        Passed { through: None, since: self.is_reached().then_some(0) }
+    fn restarted(self) -> PassedTimes {
+        PassedTimes { through: None, since: self.is_reached().then_some(0) }
     }
 }
 
@@ -53,20 +53,20 @@ struct Part {
     /// The longest time between two watchdog restarts within the part.
     inner: u128,
     /// The times at the end of the part.
-    out: Passed,
+    out: PassedTimes,
     /// The times at the returns in the part.
-    returned: Passed,
+    returned: PassedTimes,
     /// The times at the places where the main routine ends within the part.
-    ended: Passed,
+    ended: PassedTimes,
     /// The times at the places where the scan ends within the part.
-    stopped: Passed,
+    stopped: PassedTimes,
     /// The times at jumps out of the part, by the target of the jump.
-    exits: BTreeMap<usize, Passed>,
+    exits: BTreeMap<usize, PassedTimes>,
 }
 
 impl Part {
     /// Adds a part that begins where `from` is the state: its times are added to those since the last watchdog restart.
-    fn enter(&mut self, from: Passed, part: &Part) {
+    fn enter(&mut self, from: PassedTimes, part: &Part) {
         let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
         self.head = self.head.max(longest(from.through));
         self.inner = self.inner.max(longest(from.since).unwrap_or(0));
@@ -77,7 +77,7 @@ impl Part {
         self.stopped = self.stopped.join(from.then(part.stopped));
     }
 
-    fn restart(&mut self, at: Passed) {
+    fn restart(&mut self, at: PassedTimes) {
         self.head = self.head.max(at.through);
         self.inner = self.inner.max(at.since.unwrap_or(0));
     }
@@ -198,13 +198,13 @@ pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos>
         return None;
     }
     let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: true };
-    let mut all = Part { out: Passed::BEGIN, ..Part::default() };
+    let mut all = Part { out: PassedTimes::BEGIN, ..Part::default() };
     for main in &program.mains {
         let part = walk.part(main.clone(), Some(true), true);
         let from = all.out;
         all.enter(from, &part);
         all.out = from.then(part.out).join(all.ended);
-        all.ended = Passed::default();
+        all.ended = PassedTimes::default();
     }
     let end = all.out.join(all.stopped);
     let around = u128::from(around.0);
@@ -293,8 +293,8 @@ impl Walk<'_> {
     fn part(&mut self, range: Range<usize>, around: Option<bool>, is_whole: bool) -> Part {
         let program = self.program;
         let mut part = Part::default();
-        let mut here = Passed::BEGIN;
-        let mut pending: BTreeMap<usize, Passed> = BTreeMap::new();
+        let mut here = PassedTimes::BEGIN;
+        let mut pending: BTreeMap<usize, PassedTimes> = BTreeMap::new();
         let mut known = Conditions::new(around, is_whole);
         let mut at = range.start;
         while at < range.end {
@@ -327,7 +327,7 @@ impl Walk<'_> {
                         *to = to.join(here);
                     }
                     if fires == Some(true) {
-                        here = Passed::default();
+                        here = PassedTimes::default();
                     }
                 }
                 Step::Call { target, .. } => {
@@ -340,16 +340,16 @@ impl Walk<'_> {
                 }
                 Step::Return => {
                     part.returned = part.returned.join(here);
-                    here = Passed::default();
+                    here = PassedTimes::default();
                 }
                 Step::End => {
                     part.ended = part.ended.join(here);
-                    here = Passed::default();
+                    here = PassedTimes::default();
                 }
                 Step::Stop { .. } | Step::Unbounded { .. } => {
                     part.stopped = part.stopped.join(here);
                     if fires == Some(true) {
-                        here = Passed::default();
+                        here = PassedTimes::default();
                     }
                 }
                 Step::ForBegin { least, most, end, .. } => {
@@ -377,11 +377,11 @@ impl Walk<'_> {
     fn summary(
         &mut self,
         part: &mut Part,
-        pending: &mut BTreeMap<usize, Passed>,
-        here: Passed,
+        pending: &mut BTreeMap<usize, PassedTimes>,
+        here: PassedTimes,
         (at, summary): (usize, &Summary),
         around: Option<bool>,
-    ) -> Passed {
+    ) -> PassedTimes {
         if let Some((_, least, most)) = summary.iterations {
             let turn = self.part(at + 1..summary.end + 1, around, false);
             return around_loop(part, pending, here, &turn, (least, most));
@@ -429,11 +429,11 @@ impl Walk<'_> {
 /// The times of a loop that makes between `least` and `most` iterations, computed from the times of one iteration.
 fn around_loop(
     part: &mut Part,
-    pending: &mut BTreeMap<usize, Passed>,
-    here: Passed,
+    pending: &mut BTreeMap<usize, PassedTimes>,
+    here: PassedTimes,
     turn: &Part,
     (least, most): (u32, u32),
-) -> Passed {
+) -> PassedTimes {
     if most == 0 {
         return here;
     }
@@ -444,11 +444,11 @@ fn around_loop(
         let along = turn
             .out
             .through
-            .map_or(Passed::default(), |turn| here.plus(turn.saturating_mul(further)));
+            .map_or(PassedTimes::default(), |turn| here.plus(turn.saturating_mul(further)));
         let since = turn.out.since.filter(|_| here.is_reached());
         let more = turn.out.through.unwrap_or(0).saturating_mul(further);
         let since = since.map(|since| since.saturating_add(more));
-        begins = here.join(along).join(Passed { through: None, since });
+        begins = here.join(along).join(PassedTimes { through: None, since });
     }
     part.enter(begins, turn);
     for (&target, &passed) in &turn.exits {

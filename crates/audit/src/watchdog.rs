@@ -1,7 +1,7 @@
 //! The times that limit a scan or extend it: the watchdog and its restarts, and a constant scan time.
 
 use super::cycle::{Cycle, SettingUse, Stretch, Watchdog};
-use super::real::{RunResults, Search};
+use super::real::{RunResults, RunSearch};
 use super::{restarted, stretch};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::{Picos, Times};
@@ -49,7 +49,7 @@ impl ScanControlAnalysis<'_> {
     pub fn analyse(
         &self,
         (found, is_reached): (&RunResults, bool),
-        search: &Search<'_>,
+        search: &RunSearch<'_>,
     ) -> Result<(Watchdog, Cycle), String> {
         let control = &self.program.scan_control;
         let is_quiet = control.restarts.is_empty()
@@ -159,7 +159,7 @@ impl ScanControlAnalysis<'_> {
     fn others(
         &self,
         (found, is_reached): (&RunResults, bool),
-        search: &Search<'_>,
+        search: &RunSearch<'_>,
         is_set: bool,
     ) -> Result<Vec<Stretch>, String> {
         let first = &self.program.power_up.first_scan;
@@ -199,7 +199,7 @@ impl ScanControlAnalysis<'_> {
     /// The longest time that certainly passes in a scan without a restart of the watchdog.
     fn longest(&self, events: &[Event]) -> Picos {
         let control = &self.program.scan_control;
-        let overhead = self.prices.overhead_sum().checked_sub(self.prices.unsure());
+        let overhead = self.prices.overhead_sum().checked_sub(self.prices.uncertain_refresh());
         let entries = self.program.interrupt_entries();
         let restarts =
             |event: &&Event| event.fired && control.restarts.contains(&event.instruction);

@@ -7,7 +7,7 @@ use super::assumption::Assumption;
 use super::failure::Failure;
 use super::pipeline::{Concluded, audit};
 use super::request::{Progress, Request};
-use super::requested::{Minor, Own, Step, WhatIf};
+use super::requested::{InternalDevices, LimitedCount, Minor, WhatIf};
 use super::solved_bound::SolvedBound;
 use super::stated;
 use super::unknown::{Unknown, UnknownKind};
@@ -39,7 +39,8 @@ pub fn what_if(
     concluded.audit.what_if = Some(stated_counts(&concluded.audit, request, most)?);
     let program = &concluded.followed.program;
     let own = std::mem::take(&mut concluded.audit.assumptions);
-    let Priced { assumptions, minor } = priced(own, program, concluded.audit.bound.upper, request)?;
+    let PricedAssumptions { assumptions, minor } =
+        priced(own, program, concluded.audit.bound.upper, request)?;
     concluded.audit.assumptions = assumptions;
     if let Some(what_if) = &mut concluded.audit.what_if {
         what_if.minor = minor;
@@ -57,7 +58,7 @@ pub fn what_if_offered(
     most: &[u32],
 ) -> Result<(), Failure> {
     let counts = stated_counts(&concluded.audit, request, most)?;
-    let own = own(concluded, request)?;
+    let own = internal_devices(concluded, request)?;
     concluded.audit.what_if = Some(WhatIf { own, ..counts });
     Ok(())
 }
@@ -75,7 +76,10 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
 
 /// The devices for which a statement that only the program writes them lowers the bound: first all are tried together,
 /// then those that do not matter are removed.
-fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Failure> {
+fn internal_devices(
+    concluded: &Concluded,
+    request: &Request<'_>,
+) -> Result<Option<InternalDevices>, Failure> {
     let Some((upper, mut new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
     // Areas that a front creates have no names for a facts file; others cannot write them anyway.
     let areas = &concluded.followed.program.areas;
@@ -93,7 +97,7 @@ fn own(concluded: &Concluded, request: &Request<'_>) -> Result<Option<Own>, Fail
     facts.internal.extend(devices.iter().cloned());
     let found = runs(request, &[facts])?.into_iter().flatten().next();
     let lower = found.filter(|found| matters(found.bound.upper, concluded.audit.bound.upper));
-    Ok(lower.map(|found| Own { devices, bound: found.bound }))
+    Ok(lower.map(|found| InternalDevices { devices, bound: found.bound }))
 }
 
 /// The bound with everything trusted, and the additional assumptions that it rests on. `None` if the difference is too
@@ -157,8 +161,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     let threads = rayon::current_num_threads();
     let mut found = Vec::new();
     for few in facts.chunks(threads) {
-        let own = || rayon::ThreadPoolBuilder::new().num_threads(threads / few.len()).build();
-        let start = |facts| match own() {
+        let new_pool = || rayon::ThreadPoolBuilder::new().num_threads(threads / few.len()).build();
+        let start = |facts| match new_pool() {
             Ok(pool) => pool.install(|| run(facts)),
             Err(_) => run(facts),
         };
@@ -175,8 +179,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
 
 /// Limits the count that is named first, then the one that is named first after that, and so on: the effect of one is
 /// often hidden by the next. If a step changes next to nothing, the count with the longest time is limited next.
-fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>, Failure> {
-    let mut steps: Vec<Step> = Vec::new();
+fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<LimitedCount>, Failure> {
+    let mut steps: Vec<LimitedCount> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
     let mut named = audit.unknowns.to_vec();
     let (mut upper, mut counts_first) = (audit.bound.upper, false);
@@ -202,7 +206,7 @@ fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<Step>
             upper = bound.upper;
             named = run.unknowns;
         }
-        steps.push(Step { unknown, solved });
+        steps.push(LimitedCount { unknown, solved });
     }
     Ok(steps)
 }
@@ -227,7 +231,7 @@ fn no_higher(
 }
 
 /// By how much assumptions lower the bound.
-struct Priced {
+struct PricedAssumptions {
     /// The assumptions that are worth listing, the most valuable first.
     assumptions: Vec<Assumption>,
     /// The assumptions that hardly change the bound, together.
@@ -242,7 +246,7 @@ fn priced(
     program: &Program,
     upper: Picos,
     request: &Request<'_>,
-) -> Result<Priced, Failure> {
+) -> Result<PricedAssumptions, Failure> {
     let without = |left_out: &Vec<usize>| {
         let mut facts = request.facts.clone();
         let devices = left_out.iter().flat_map(|&one| &all[one].devices);
@@ -299,7 +303,7 @@ fn priced(
     let mut is_minor = is_minor.into_iter();
     all.retain(|_| !is_minor.next().unwrap_or(false));
     all.sort_by_key(|one| Reverse(one.without.map(|bound| bound.upper)));
-    Ok(Priced { assumptions: all, minor })
+    Ok(PricedAssumptions { assumptions: all, minor })
 }
 
 #[cfg(test)]

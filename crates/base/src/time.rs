@@ -163,19 +163,19 @@ fn decimal(text: &str, digits: usize) -> Result<Picos, TimeError> {
         "" => Some(0),
         digits => digits.parse::<u64>().ok(),
     };
-    let fine = number(fraction).map(|number| number * power(digits - fraction.len()));
-    let whole = number(whole).and_then(|number| number.checked_mul(power(digits)));
+    let fine = number(fraction).map(|number| number * power_of_ten(digits - fraction.len()));
+    let whole = number(whole).and_then(|number| number.checked_mul(power_of_ten(digits)));
     let sum = whole.zip(fine).and_then(|(whole, fine)| whole.checked_add(fine));
     sum.map(Picos).ok_or(TimeError::TooLarge)
 }
 
 /// 10 to the power `zeros`, which is at most 12.
-fn power(zeros: usize) -> u64 {
+fn power_of_ten(zeros: usize) -> u64 {
     10u64.pow(zeros as u32)
 }
 
 fn decimal_text(value: u64, digits: usize) -> String {
-    let unit = power(digits);
+    let unit = power_of_ten(digits);
     let (whole, fraction) = (value / unit, value % unit);
     if fraction == 0 {
         return whole.to_string();

@@ -44,7 +44,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     let mut graph: DiGraph<(), usize> = DiGraph::new();
     let mut known: BTreeMap<State, NodeIndex> = BTreeMap::new();
     let mut open: Vec<State> = Vec::new();
-    for at in source.stands(routine) {
+    for at in source.positions(routine) {
         let state = State { at, holds: true, bits: BTreeMap::new(), timers: BTreeMap::new() };
         known.insert(state.clone(), graph.add_node(()));
         open.push(state);
@@ -53,7 +53,7 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
     while let Some(state) = open.pop() {
         size += 10 + state.bits.len() + state.timers.len();
         let from = known[&state];
-        for next in nexts(source, &tested, &direct, &state) {
+        for next in successors(source, &tested, &direct, &state) {
             let back = usize::from(next.at <= state.at);
             let to = match known.get(&next) {
                 Some(&node) => node,
@@ -105,7 +105,7 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
 }
 
 /// The states that can follow this state when the next instruction is executed.
-fn nexts(
+fn successors(
     source: &Source,
     tested: &BTreeSet<u32>,
     direct: &BTreeSet<u32>,

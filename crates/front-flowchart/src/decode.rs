@@ -79,7 +79,8 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     };
     let (calls, reported) = (Vec::new(), BTreeSet::new());
     let timers = timers(source);
-    let mut layout = Layout { source, latched, outputs, blocks, timers, program, calls, reported };
+    let mut layout =
+        Lowering { source, latched, outputs, blocks, timers, program, calls, reported };
     for (index, routine) in source.routines.iter().enumerate() {
         layout.routine(index, routine);
     }
@@ -122,7 +123,8 @@ fn timers(source: &Source) -> BTreeSet<u32> {
             _ => None,
         })
         .collect();
-    let ends = source.instructions.iter().filter(|one| one.op.leaves() || one.op.asks()).count();
+    let ends =
+        source.instructions.iter().filter(|one| one.op.leaves() || one.op.uses_condition()).count();
     if all.len().saturating_mul(ends) <= MAX_TIMERS { all } else { BTreeSet::new() }
 }
 
@@ -134,12 +136,12 @@ fn blocks(source: &Source) -> Vec<u32> {
     let mut blocks = Vec::with_capacity(source.instructions.len());
     for one in &source.instructions {
         let begins = matches!(one.op, Op::Label(_) | Op::Head(_));
-        let condition = one.op.is_test() || one.op.asks();
+        let condition = one.op.is_test() || one.op.uses_condition();
         // A label belongs to the box after it.
         if begins || ended || condition != tests {
             block += 1;
         }
-        ended = one.op.asks() || one.op.leaves();
+        ended = one.op.uses_condition() || one.op.leaves();
         tests = if begins { blocks_begin_with_test(source, blocks.len()) } else { condition };
         blocks.push(block);
     }
@@ -155,7 +157,7 @@ fn blocks_begin_with_test(source: &Source, label: usize) -> bool {
 type Spot = (usize, usize);
 
 /// The program under construction.
-struct Layout<'s> {
+struct Lowering<'s> {
     source: &'s Source,
     /// Whether an input has one value during a pass.
     latched: bool,
@@ -183,9 +185,9 @@ struct RoutineLayout {
     rounds: Vec<(usize, usize, usize)>,
 }
 
-impl Layout<'_> {
+impl Lowering<'_> {
     /// The bit that says that a routine continues at this position; `None` for the head of the main routine.
-    fn stands(&self, routine: usize, place: usize) -> Option<Cell> {
+    fn position_bit(&self, routine: usize, place: usize) -> Option<Cell> {
         let body = &self.source.routines[routine];
         if place == body.body.start {
             return body.group.map(|group| Cell { area: HEADS, index: group });
@@ -199,8 +201,8 @@ impl Layout<'_> {
     }
 
     fn places(&self, routine: usize) -> Vec<(usize, Cell)> {
-        let places = self.source.stands(&self.source.routines[routine]);
-        places.into_iter().filter_map(|at| Some((at, self.stands(routine, at)?))).collect()
+        let places = self.source.positions(&self.source.routines[routine]);
+        places.into_iter().filter_map(|at| Some((at, self.position_bit(routine, at)?))).collect()
     }
 
     fn routine(&mut self, index: usize, routine: &Routine) {
@@ -263,7 +265,7 @@ impl Layout<'_> {
     fn reached(&self, routine: &Routine, copies: usize) -> BTreeSet<Spot> {
         let mut reached = BTreeSet::new();
         let mut open: Vec<Spot> =
-            self.source.stands(routine).into_iter().map(|place| (0, place)).collect();
+            self.source.positions(routine).into_iter().map(|place| (0, place)).collect();
         while let Some((copy, at)) = open.pop() {
             if !reached.insert((copy, at)) {
                 continue;
@@ -294,7 +296,7 @@ impl Layout<'_> {
                 self.put(at, Some(("contact", false)), step, vec![]);
             }
             Op::Timer { timer, tenths } => {
-                self.tell(at, "a timer from an earlier pass may or may not have timed out");
+                self.approximate(at, "a timer from an earlier pass may or may not have timed out");
                 let cell = Cell { area: TIMERS, index: timer };
                 let elapsed = self.elapsed(cell, tenths);
                 let value = match tenths {
@@ -312,8 +314,8 @@ impl Layout<'_> {
                 self.put(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
             }
             Op::ResetTimer(timer) => {
-                self.tell(at, "CNR TIM may reset the timer or keep its remaining time");
-                let rest = self.unknown();
+                self.approximate(at, "CNR TIM may reset the timer or keep its remaining time");
+                let rest = self.free_bit();
                 let effects = [TIMERS, STARTED].map(|area| {
                     let cell = Cell { area, index: timer };
                     let stays = Logic::All(vec![Logic::cell(cell), rest.clone()]);
@@ -332,7 +334,7 @@ impl Layout<'_> {
                     let effects = self.ends(routine_layout.routine, self.source.condition(at));
                     self.put(at, None, Step::Stop { fires: whenever }, effects);
                 } else {
-                    let here = self.stands(routine_layout.routine, self.source.condition(at));
+                    let here = self.position_bit(routine_layout.routine, self.source.condition(at));
                     let here = here.into_iter().map(|cell| always(cell, true)).collect();
                     self.put(at, None, Step::Return, here);
                 }
@@ -364,9 +366,9 @@ impl Layout<'_> {
 
     /// Lowers GS: a stopped group starts at its head; a running one may or may not start again there.
     fn start(&mut self, at: usize, group: u32) {
-        self.tell(at, "GS may or may not restart a group that is running");
+        self.approximate(at, "GS may or may not restart a group that is running");
         // The documents do not say which, so no lower bound may depend on it.
-        let again = self.unknown();
+        let again = self.free_bit();
         let fires = Logic::Any(vec![Logic::cell(runs(group)).not(), again]);
         let head = Cell { area: HEADS, index: group };
         let on = |cell| Effect { when: When::Fired, write: set(cell, true) };
@@ -399,7 +401,7 @@ impl Layout<'_> {
     /// What the end of a pass stores: the position of the main routine, and the timers that were started in this pass.
     fn ends(&self, routine: usize, place: usize) -> Vec<Effect> {
         let fired = |write| Effect { when: When::Fired, write };
-        let place = self.stands(routine, place).map(|cell| fired(set(cell, true)));
+        let place = self.position_bit(routine, place).map(|cell| fired(set(cell, true)));
         let timers = self.timers.iter().flat_map(|&index| {
             let [old, started] = [TIMERS, STARTED].map(|area| Cell { area, index });
             let runs = Logic::Any(vec![Logic::cell(old), Logic::cell(started)]);
@@ -417,7 +419,7 @@ impl Layout<'_> {
             ..Expiry::of_on_delay(memory, WordSource::Const(0), Picos(TENTH))
         };
         self.program.timekeeping.expiries.insert(over, expiry);
-        self.any()
+        self.external_bit()
     }
 
     /// How a test is combined with the condition: the first test begins a new condition.
@@ -437,24 +439,24 @@ impl Layout<'_> {
         if self.latched || self.outputs.contains(&bit) {
             Logic::cell(self.bit(bit))
         } else {
-            self.any()
+            self.external_bit()
         }
     }
 
     /// A bit that may have any value.
-    fn unknown(&mut self) -> Logic {
+    fn free_bit(&mut self) -> Logic {
         self.program.choices += 1;
         Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
     }
 
     /// A bit that something outside the program determines.
-    fn any(&mut self) -> Logic {
+    fn external_bit(&mut self) -> Logic {
         self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::External);
-        self.unknown()
+        self.free_bit()
     }
 
     /// Records an over-approximation at the instruction that will be added next.
-    fn tell(&mut self, at: usize, what: &str) {
+    fn approximate(&mut self, at: usize, what: &str) {
         if self.reported.insert(at) {
             let instruction = self.program.instructions.len();
             self.program.approximate(instruction, what);
@@ -528,7 +530,7 @@ impl Layout<'_> {
                     None => start.main,
                     Some(group) => *start.groups.get(&group)?,
                 };
-                self.stands(index, place)
+                self.position_bit(index, place)
             });
             let on = [bits(TIMERS, &start.timers), bits(OUTPUTS, &start.outputs)].concat();
             StartState { places: places.collect(), on: on.into_iter().collect() }

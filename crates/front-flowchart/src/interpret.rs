@@ -15,7 +15,7 @@ pub trait Plant {
     /// Whether CNR TIM keeps the timer's remaining time, so that the next TIM continues with it.
     fn keeps_rest(&mut self, timer: u32) -> bool;
     /// The initial position of a routine, from 0 to `places` - 1. For a group, 0 means that the group is stopped.
-    fn stands(&mut self, group: Option<u32>, places: usize) -> usize;
+    fn position(&mut self, group: Option<u32>, places: usize) -> usize;
     /// Whether GS restarts a group that already runs.
     fn restarts(&mut self, group: u32) -> bool;
 }
@@ -31,7 +31,7 @@ pub enum Ended {
 
 /// The result of one pass.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Pass {
+pub struct PassResult {
     /// The executed instructions (indices into [`Source::instructions`]), and whether each was true: a test, a jump
     /// that was taken, a WAIT that passed; true for all others.
     pub ran: Vec<(usize, bool)>,
@@ -114,17 +114,17 @@ impl<'s> Machine<'s> {
     }
 
     /// Executes one pass.
-    pub fn pass(&mut self, plant: &mut impl Plant) -> Pass {
+    pub fn pass(&mut self, plant: &mut impl Plant) -> PassResult {
         let source = self.source;
         let main = &source.routines[0];
         let start = match self.state.main {
             Some(at) => at,
             None => {
-                let places = source.stands(main);
-                places[plant.stands(None, places.len())]
+                let places = source.positions(main);
+                places[plant.position(None, places.len())]
             }
         };
-        let mut pass = Pass { ran: Vec::new(), ended: Ended::Pass };
+        let mut pass = PassResult { ran: Vec::new(), ended: Ended::Pass };
         let (stands, ended) = self.turn(main, start, plant, &mut pass.ran);
         self.state.main = stands;
         pass.ended = ended;
@@ -260,8 +260,8 @@ impl<'s> Machine<'s> {
             return *place;
         }
         let (_, routine) = self.source.groups().find(|(number, _)| *number == group)?;
-        let places = self.source.stands(routine);
-        let chosen = plant.stands(Some(group), places.len() + 1);
+        let places = self.source.positions(routine);
+        let chosen = plant.position(Some(group), places.len() + 1);
         let place = chosen.checked_sub(1).map(|index| places[index]);
         self.state.groups.insert(group, place);
         place

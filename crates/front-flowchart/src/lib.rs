@@ -107,14 +107,14 @@ pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
 /// The instructions with their addresses. Each instruction occupies one address, and a timer's time one more.
 fn numbered(list: &[parse::Listed]) -> impl Iterator<Item = NumberedLine<'_>> {
     list.iter().enumerate().map(|(at, one)| {
-        let is_head = one.word == parse::Word::Head;
-        let before_head = list.get(at + 1).is_some_and(|next| next.word == parse::Word::Head);
+        let is_head = one.word == parse::Mnemonic::Head;
+        let before_head = list.get(at + 1).is_some_and(|next| next.word == parse::Mnemonic::Head);
         NumberedLine {
             line: one.line,
             address: one.step,
             takes: match one.word {
                 // In some lists a label has the address of the instruction after it.
-                parse::Word::Label => None,
+                parse::Mnemonic::Label => None,
                 _ => Some(if one.time.is_some() { 2 } else { 1 }),
             },
             text: &one.text,

@@ -15,7 +15,7 @@ const FORM: &str = "the instructions are AND n, AND NOT n, OUT n, OUT NOT n, TIM
 
 /// A mnemonic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Word {
+pub enum Mnemonic {
     And,
     AndNot,
     Out,
@@ -34,41 +34,46 @@ pub enum Word {
 }
 
 /// All mnemonics with their parts.
-const WORDS: [(&[&str], Word); 17] = [
-    (&["AND", "NOT"], Word::AndNot),
-    (&["AND"], Word::And),
-    (&["OUT", "NOT"], Word::OutNot),
-    (&["OUT"], Word::Out),
-    (&["CNR", "TIM"], Word::ResetTimer),
-    (&["TIM"], Word::Timer),
-    (&["JMP"], Word::Jump),
-    (&["CJP"], Word::JumpIf),
-    (&["WAIT"], Word::Wait),
-    (&["LBL"], Word::Label),
-    (&["G", "OFF"], Word::Stop),
-    (&["GOFF"], Word::Stop),
-    (&["G", "J"], Word::Groups),
-    (&["GJ"], Word::Groups),
-    (&["GS"], Word::Start),
-    (&["GN"], Word::Head),
-    (&["GE"], Word::End),
+const WORDS: [(&[&str], Mnemonic); 17] = [
+    (&["AND", "NOT"], Mnemonic::AndNot),
+    (&["AND"], Mnemonic::And),
+    (&["OUT", "NOT"], Mnemonic::OutNot),
+    (&["OUT"], Mnemonic::Out),
+    (&["CNR", "TIM"], Mnemonic::ResetTimer),
+    (&["TIM"], Mnemonic::Timer),
+    (&["JMP"], Mnemonic::Jump),
+    (&["CJP"], Mnemonic::JumpIf),
+    (&["WAIT"], Mnemonic::Wait),
+    (&["LBL"], Mnemonic::Label),
+    (&["G", "OFF"], Mnemonic::Stop),
+    (&["GOFF"], Mnemonic::Stop),
+    (&["G", "J"], Mnemonic::Groups),
+    (&["GJ"], Mnemonic::Groups),
+    (&["GS"], Mnemonic::Start),
+    (&["GN"], Mnemonic::Head),
+    (&["GE"], Mnemonic::End),
 ];
 
-impl Word {
+impl Mnemonic {
     /// Whether no other vendor's instruction list has this mnemonic.
     fn is_own(self) -> bool {
         !matches!(
             self,
-            Word::And | Word::AndNot | Word::Out | Word::OutNot | Word::Timer | Word::Jump
+            Mnemonic::And
+                | Mnemonic::AndNot
+                | Mnemonic::Out
+                | Mnemonic::OutNot
+                | Mnemonic::Timer
+                | Mnemonic::Jump
         )
     }
 
     fn has_operand(self) -> bool {
-        !matches!(self, Word::Wait | Word::Groups)
+        !matches!(self, Mnemonic::Wait | Mnemonic::Groups)
     }
 
     fn jumps(self) -> bool {
-        matches!(self, Word::Jump | Word::JumpIf)
+        matches!(self, Mnemonic::Jump | Mnemonic::JumpIf)
     }
 }
 
@@ -76,7 +81,7 @@ impl Word {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listed {
     /// The mnemonic of the instruction.
-    pub word: Word,
+    pub word: Mnemonic,
     /// The operand of the instruction; 0 if it has none.
     pub operand: u32,
     /// The time of a timer, in tenths of a second.
@@ -146,8 +151,8 @@ fn split(line: &str) -> (Vec<Token>, String) {
 }
 
 /// The mnemonic at the start of the words, and the number of words it takes.
-fn mnemonic(words: &[Token]) -> Option<(Word, usize)> {
-    let begins = |parts: &&(&[&str], Word)| {
+fn mnemonic(words: &[Token]) -> Option<(Mnemonic, usize)> {
+    let begins = |parts: &&(&[&str], Mnemonic)| {
         parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| word == *part)
     };
     WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
@@ -169,7 +174,7 @@ pub fn sniff(beginning: &str) -> bool {
         seen += 1;
         loads += usize::from(first.word.starts_with("LD"));
         if let Some((word, taken)) = mnemonic(rest) {
-            let label = word == Word::Label
+            let label = word == Mnemonic::Label
                 || (word.jumps() && rest.get(taken).is_some_and(|one| one == "LBL"));
             let bare =
                 rest.get(taken).is_none_or(|operand| number(&operand.word).is_some()) || label;
@@ -249,8 +254,9 @@ impl Line<'_> {
             if let [mark, time, behind @ ..] = rest
                 && mark == "#"
             {
-                let open =
-                    list.last_mut().filter(|last| last.word == Word::Timer && last.time.is_none());
+                let open = list
+                    .last_mut()
+                    .filter(|last| last.word == Mnemonic::Timer && last.time.is_none());
                 match (number(&time.word), open) {
                     (Some(time), Some(last)) => {
                         last.time = Some(time);
@@ -314,8 +320,9 @@ impl Line<'_> {
             });
             first = false;
             // Only after a label may another instruction follow, and only after a timer a time.
-            let more =
-                word == Word::Label || rest.is_empty() || (word == Word::Timer && rest[0] == *"#");
+            let more = word == Mnemonic::Label
+                || rest.is_empty()
+                || (word == Mnemonic::Timer && rest[0] == *"#");
             if !more {
                 let message = format!("'{}' is one operand too many", concat(rest));
                 return self.fault(faults, span_of(rest), Code::ExtraOperand, &message, FORM);
@@ -372,14 +379,14 @@ fn span_of(words: &[Token]) -> Range<usize> {
     }
 }
 
-fn text(word: Word, operand: u32) -> String {
+fn text(word: Mnemonic, operand: u32) -> String {
     let parts =
         WORDS.iter().rev().find(|(_, known)| *known == word).map_or(&[][..], |(parts, _)| parts);
     let name = parts.join(" ");
     match word {
-        Word::Wait | Word::Groups => name,
-        Word::Jump | Word::JumpIf => format!("{name} LBL{operand}"),
-        Word::Label => format!("LBL{operand}"),
+        Mnemonic::Wait | Mnemonic::Groups => name,
+        Mnemonic::Jump | Mnemonic::JumpIf => format!("{name} LBL{operand}"),
+        Mnemonic::Label => format!("LBL{operand}"),
         _ => format!("{name} {operand}"),
     }
 }

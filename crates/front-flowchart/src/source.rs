@@ -66,7 +66,7 @@ impl Op {
 
     /// Whether the instruction uses the condition before it.
     #[must_use]
-    pub fn asks(self) -> bool {
+    pub fn uses_condition(self) -> bool {
         matches!(self, Op::JumpIf(_) | Op::Wait)
     }
 
@@ -123,7 +123,7 @@ impl Source {
     /// The positions of a routine between passes, as instruction indices: its head, then the conditions of its WAITs,
     /// and in the main routine the targets of jumps back (which may be the head again).
     #[must_use]
-    pub fn stands(&self, routine: &Routine) -> Vec<usize> {
+    pub fn positions(&self, routine: &Routine) -> Vec<usize> {
         let mut places = vec![routine.body.start];
         for at in routine.body.clone() {
             match self.instructions[at].op {

@@ -1,6 +1,6 @@
 //! Resolves routines, labels and groups of a list, and refuses constructs that the documents do not define.
 
-use super::parse::{Listed, Word};
+use super::parse::{Listed, Mnemonic};
 use super::source::{Instruction, MAX_GROUPS, Op, Routine, Source};
 use scanbound_base::code::Code;
 use scanbound_front::Faults;
@@ -21,7 +21,7 @@ pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>
     without_delay(&mut instructions);
     let mut comments = BTreeMap::new();
     for one in list.iter().filter(|one| !one.comment.is_empty()) {
-        if matches!(one.word, Word::And | Word::AndNot | Word::Out | Word::OutNot) {
+        if matches!(one.word, Mnemonic::And | Mnemonic::AndNot | Mnemonic::Out | Mnemonic::OutNot) {
             comments.entry(one.operand).or_insert_with(|| one.comment.clone());
         }
     }
@@ -65,7 +65,7 @@ impl Reader<'_, '_> {
     fn routines(&mut self, list: &[Listed]) -> Vec<Routine> {
         let mut routines = vec![Routine { group: None, body: 0..0 }];
         for (at, one) in list.iter().enumerate() {
-            if one.word == Word::Label {
+            if one.word == Mnemonic::Label {
                 if let Some(&first) = self.labels.get(&one.operand) {
                     let message = format!(
                         "LBL{} is defined a second time: line {} defines it too",
@@ -81,7 +81,7 @@ impl Reader<'_, '_> {
                     self.labels.insert(one.operand, at);
                 }
             }
-            if one.word == Word::Head {
+            if one.word == Mnemonic::Head {
                 if let Some(&first) = self.groups.get(&one.operand) {
                     let message = format!(
                         "group {} begins a second time: it begins in line {} too",
@@ -123,9 +123,11 @@ impl Reader<'_, '_> {
         let n = one.operand;
         let group = routine.and_then(|routine| routine.group);
         match one.word {
-            Word::And | Word::AndNot => Op::And { bit: n, negated: one.word == Word::AndNot },
-            Word::Out | Word::OutNot => Op::Out { bit: n, on: one.word == Word::Out },
-            Word::Timer => {
+            Mnemonic::And | Mnemonic::AndNot => {
+                Op::And { bit: n, negated: one.word == Mnemonic::AndNot }
+            }
+            Mnemonic::Out | Mnemonic::OutNot => Op::Out { bit: n, on: one.word == Mnemonic::Out },
+            Mnemonic::Timer => {
                 if one.time.is_none() {
                     self.fault(
                         Code::NoTime,
@@ -136,21 +138,21 @@ impl Reader<'_, '_> {
                 }
                 Op::Timer { timer: n, tenths: one.time.unwrap_or(1) }
             }
-            Word::ResetTimer => Op::ResetTimer(n),
-            Word::Jump | Word::JumpIf => {
+            Mnemonic::ResetTimer => Op::ResetTimer(n),
+            Mnemonic::Jump | Mnemonic::JumpIf => {
                 let target = self.target(one, routine).unwrap_or(at);
-                if one.word == Word::Jump { Op::Jump(target) } else { Op::JumpIf(target) }
+                if one.word == Mnemonic::Jump { Op::Jump(target) } else { Op::JumpIf(target) }
             }
-            Word::Wait => Op::Wait,
-            Word::Label => Op::Label(n),
-            Word::Groups => {
+            Mnemonic::Wait => Op::Wait,
+            Mnemonic::Label => Op::Label(n),
+            Mnemonic::Groups => {
                 if group.is_some() {
                     let help = "use GJ only in the main routine";
                     self.fault(Code::JumpInGroup, one, "GJ is not defined within a group", help);
                 }
                 Op::Groups
             }
-            Word::Start | Word::Stop => {
+            Mnemonic::Start | Mnemonic::Stop => {
                 if group == Some(n) {
                     let message = format!("group {n} can neither start nor stop itself");
                     self.fault(Code::OwnGroup, one, &message, "end the group with GE");
@@ -163,10 +165,10 @@ impl Reader<'_, '_> {
                         "begin a group with GN and its number",
                     );
                 }
-                if one.word == Word::Start { Op::Start(n) } else { Op::Stop(n) }
+                if one.word == Mnemonic::Start { Op::Start(n) } else { Op::Stop(n) }
             }
-            Word::Head => Op::Head(n),
-            Word::End => {
+            Mnemonic::Head => Op::Head(n),
+            Mnemonic::End => {
                 if group != Some(n) {
                     let message = match group {
                         Some(own) => format!("GE {n} ends group {n}, but it is in group {own}"),
@@ -212,7 +214,7 @@ impl Reader<'_, '_> {
         let mut found = Vec::new();
         for (at, one) in list.iter().enumerate() {
             let next = list.get(at + 1).map(|next| next.op);
-            if one.op.asks() && source.condition(at) == at {
+            if one.op.uses_condition() && source.condition(at) == at {
                 found.push((
                     Code::NoCondition,
                     one,
@@ -220,7 +222,8 @@ impl Reader<'_, '_> {
                     "put AND, AND NOT or TIM before the instruction, or use JMP to jump without a condition",
                 ));
             }
-            if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.asks()) {
+            if one.op.is_test() && !next.is_some_and(|next| next.is_test() || next.uses_condition())
+            {
                 found.push((
                     Code::UnusedCondition,
                     one,

@@ -17,16 +17,16 @@ pub(crate) struct Vocabulary;
 
 impl catalog::Vocabulary for Vocabulary {
     type Role = Axis;
-    type Meaning = Operation;
+    type Meaning = InstructionEffect;
     type Extra = Extra;
 
     fn role(word: &str) -> Option<Axis> {
         (word == "a").then_some(Axis)
     }
 
-    fn meaning(word: &'static str) -> Option<Operation> {
+    fn meaning(word: &'static str) -> Option<InstructionEffect> {
         let word: StrDeserializer<'_, value::Error> = word.into_deserializer();
-        Operation::deserialize(word).ok()
+        InstructionEffect::deserialize(word).ok()
     }
 
     fn extra(line: &Line<'_>) -> Option<Extra> {
@@ -59,7 +59,7 @@ pub(crate) type Entry = Row<Vocabulary>;
 /// What an instruction does to its destinations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Operation {
+pub enum InstructionEffect {
     /// The destinations get any value when the instruction fires.
     Havoc,
     /// The destinations may get any value whether the condition is true or false.
@@ -263,8 +263,8 @@ fn dedicated(mnemonic: &str, operands: usize) -> CatalogMatch {
         Err(_) => vec![EVERYWHERE],
     };
     let meaning = match SYNCHRONOUS.contains(&name) {
-        true => Operation::Havoc,
-        false => Operation::HavocAnytime,
+        true => InstructionEffect::Havoc,
+        false => InstructionEffect::HavocAnytime,
     };
     let operand = Operand { role: Role::ReadWrite, extent: Extent::Devices(Amount::Unknown) };
     let entry = Entry {

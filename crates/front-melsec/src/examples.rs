@@ -28,7 +28,7 @@ const FRAMES: [&str; 16] = [
 ];
 
 /// The instructions that are not in the catalog, with the operands of their forms.
-const OWN: [(&str, &[&str]); 47] = [
+const NOT_IN_CATALOG: [(&str, &[&str]); 47] = [
     ("LD", &["X0"]),
     ("LDI", &["X0"]),
     ("AND", &["X0"]),
@@ -92,7 +92,7 @@ const BEHIND: [&str; 4] = ["P", "_U", "P_U", "I"];
 
 /// The names of all instructions.
 pub fn all() -> Vec<String> {
-    let own = OWN.iter().map(|(name, _)| (*name).to_owned());
+    let own = NOT_IN_CATALOG.iter().map(|(name, _)| (*name).to_owned());
     let compare = JOINS.iter().flat_map(|join| {
         KINDS.iter().flat_map(move |kind| {
             RELATIONS.iter().map(move |relation| format!("{join}{kind}{relation}"))
@@ -134,7 +134,7 @@ pub fn examples(name: &str, family: Family) -> Option<Examples> {
 
 fn forms(name: &str, family: Family) -> Option<Vec<ExampleForm>> {
     let written = |operands: &str| [format!("{name} {operands}").trim_end().to_owned()];
-    if let Some((_, operands)) = OWN.iter().find(|(own, _)| *own == name) {
+    if let Some((_, operands)) = NOT_IN_CATALOG.iter().find(|(own, _)| *own == name) {
         return Some(operands.iter().map(|one| form(&written(one), &FRAMES)).collect());
     }
     if contact(name).is_some() {

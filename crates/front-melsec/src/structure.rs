@@ -133,15 +133,15 @@ pub(super) fn structure(
 
 /// A master control region or step ladder state that is open, with the item that begins it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Region {
+enum OpenRegion {
     Master(u32, usize),
     LadderState(usize),
 }
 
-impl Region {
+impl OpenRegion {
     fn begin(self) -> usize {
         match self {
-            Region::Master(_, begin) | Region::LadderState(begin) => begin,
+            OpenRegion::Master(_, begin) | OpenRegion::LadderState(begin) => begin,
         }
     }
 }
@@ -188,7 +188,7 @@ struct Checker<'r, 'f> {
     /// The FOR items of open loops.
     loops: Vec<usize>,
     /// The master control regions that are open.
-    masters: Vec<Region>,
+    masters: Vec<OpenRegion>,
     /// The step ladder state that is open, and the region in which it began.
     state: Option<(usize, Option<usize>)>,
 }
@@ -455,19 +455,20 @@ impl<'r> Checker<'r, '_> {
 
     fn master_begins(&mut self, at: usize) -> Option<Part> {
         let level = self.nesting(at)?;
-        if matches!(self.masters.last(), Some(Region::Master(open, _)) if *open >= level) {
+        if matches!(self.masters.last(), Some(OpenRegion::Master(open, _)) if *open >= level) {
             let text = &self.item(at).raw.operands[0];
             let message = format!("a master control region of level N{level} is already open here");
             let help = "give the inner region a higher level number";
             self.fault(at, Code::Nesting, text, message, help);
         }
-        self.masters.push(Region::Master(level, at));
+        self.masters.push(OpenRegion::Master(level, at));
         Some(Part::Master(level))
     }
 
     fn master_ends(&mut self, at: usize) -> Option<Part> {
         let level = self.nesting(at)?;
-        let is_open = |region: &Region| matches!(region, Region::Master(open, _) if *open == level);
+        let is_open =
+            |region: &OpenRegion| matches!(region, OpenRegion::Master(open, _) if *open == level);
         if !self.masters.iter().any(is_open) {
             let text = &self.item(at).raw.operands[0];
             let message = format!("no MC begins a region of level N{level} before this line");
@@ -475,7 +476,8 @@ impl<'r> Checker<'r, '_> {
             return None;
         }
         // A state is above all nesting levels.
-        self.masters.retain(|region| matches!(region, Region::Master(open, _) if *open < level));
+        self.masters
+            .retain(|region| matches!(region, OpenRegion::Master(open, _) if *open < level));
         Some(Part::MasterEnd(level))
     }
 
@@ -499,7 +501,7 @@ impl<'r> Checker<'r, '_> {
         };
         relays.push(relay);
         self.state = Some((at, self.masters.last().map(|region| region.begin())));
-        self.masters.push(Region::LadderState(at));
+        self.masters.push(OpenRegion::LadderState(at));
         Some(Part::LadderState(relays))
     }
 
@@ -507,7 +509,7 @@ impl<'r> Checker<'r, '_> {
     /// item.
     fn close_state(&mut self, at: usize) -> bool {
         let Some((begin, around)) = self.state.take() else { return false };
-        self.masters.retain(|region| matches!(region, Region::Master(..)));
+        self.masters.retain(|region| matches!(region, OpenRegion::Master(..)));
         let masters = [around, self.masters.last().map(|region| region.begin())];
         self.transfers.push(Transfer { from: begin, to: at, masters });
         true
@@ -522,7 +524,7 @@ impl<'r> Checker<'r, '_> {
             let message = format!("the FOR in line {} has no NEXT", self.item(begin).raw.line);
             self.fault(last, Code::OpenLoop, "", message, "end the loop with NEXT");
         }
-        if let Some(&Region::Master(level, begin)) = masters.first() {
+        if let Some(&OpenRegion::Master(level, begin)) = masters.first() {
             let line = self.item(begin).raw.line;
             let message = format!("the MC N{level} in line {line} has no MCR");
             self.fault(last, Code::OpenMasterControl, "", message, "end the region with MCR");

@@ -141,7 +141,12 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     let (mnemonic, device) = match words {
         [mnemonic, device] => (*mnemonic, *device),
         [] => {
-            return fault(Code::BareAddress, "the line has an address, but no instruction".into(), FORM, "");
+            return fault(
+                Code::BareAddress,
+                "the line has an address, but no instruction".into(),
+                FORM,
+                "",
+            );
         }
         [mnemonic] if Opcode::from_mnemonic(mnemonic).is_some() => {
             return fault(Code::NoDevice, format!("{mnemonic} has no device"), FORM, mnemonic);

@@ -23,7 +23,7 @@ pub(super) fn lower_application(builder: &mut OmronBuilder, item: &Item<'_>) {
     let followed = exact.is_some();
     let carry = exact::carry_before(builder, item).filter(|_| followed);
     let (writes, outcome) = match exact {
-        Some(writes) => (writes, exact::Outcome::Written),
+        Some(writes) => (writes, exact::KnownResult::Written),
         None => exact::writes(builder, item),
     };
     let widened = !followed && !writes.is_empty();

@@ -202,7 +202,7 @@ impl Reader<'_, '_> {
         let level = LEVELS.iter().find(|level| level.name == name && self.is_in(level.parent));
         if self.holds_code() {
             match level {
-                Some(level) => self.hold(level, key),
+                Some(level) => self.count_block(level, key),
                 None if NO_CODE.contains(&name) => {}
                 None => self.broken(
                     key,
@@ -224,7 +224,7 @@ impl Reader<'_, '_> {
     }
 
     /// Counts a block in the block that contains it. Reports an error if its index is not the next number.
-    fn hold(&mut self, level: &Level, key: &str) {
+    fn count_block(&mut self, level: &Level, key: &str) {
         let Some(parent) = self.path.last_mut() else { return };
         let place = parent.held;
         parent.held += 1;

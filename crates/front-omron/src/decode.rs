@@ -119,7 +119,7 @@ struct Interrupted {
 
 impl Interrupted {
     /// Records what an instruction enables, if it enables interrupts.
-    fn look(&mut self, item: &Item<'_>, family: Family) {
+    fn note_interrupts(&mut self, item: &Item<'_>, family: Family) {
         if family != Family::C {
             return;
         }
@@ -257,7 +257,7 @@ impl Decoder {
         let complete = !faults.any_error();
         for item in &items {
             self.count_points(item);
-            self.interrupted.look(item, memory.family);
+            self.interrupted.note_interrupts(item, memory.family);
             self.unmasked |=
                 memory.family == Family::Cs && matches!(item.name.as_str(), "MSKS" | "CTBL");
         }
@@ -512,7 +512,7 @@ impl Decoder {
             }
             let Task::Interrupt(number) = task else {
                 let gated = matches!(task, Task::Cyclic(_));
-                self.gate(range.start, gated && (cyclic > 1 || self.switches), gated);
+                self.add_task_switch(range.start, gated && (cyclic > 1 || self.switches), gated);
                 self.builder.out.program.mains.push(range.start..end + 1);
                 continue;
             };
@@ -572,7 +572,7 @@ impl Decoder {
     }
 
     /// If the project can switch a task off, adds that the task may or may not run; otherwise the task always runs.
-    fn gate(&mut self, at: usize, may_be_off: bool, gated: bool) {
+    fn add_task_switch(&mut self, at: usize, may_be_off: bool, gated: bool) {
         if !gated {
             return;
         }

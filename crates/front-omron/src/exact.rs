@@ -26,7 +26,7 @@ struct ExactMeaning {
 
 /// What is known about an instruction's result, from which the condition flags follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum KnownResult {
     /// Nothing is known about the result.
     Unknown,
     /// An operation computes the result together with the flags. On an error both stay unchanged.
@@ -36,7 +36,7 @@ pub(super) enum Outcome {
 }
 
 /// The writes of an instruction that may leave any value, with their exact meaning if known.
-pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>, Outcome) {
+pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>, KnownResult) {
     let exactly = match item.operands.iter().any(Operand::is_indirect) {
         true => None,
         false => meaning(builder, item),
@@ -44,7 +44,7 @@ pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>
     let choice = builder.choice();
     let mut writes = data::havoc(builder, item, choice);
     let Some(ExactMeaning { mut meaning, carries }) = exactly else {
-        return (writes, Outcome::Unknown);
+        return (writes, KnownResult::Unknown);
     };
     let mut flags: Vec<BitTarget> =
         builder.memory.flag("CY").filter(|_| carries).into_iter().collect();
@@ -62,7 +62,7 @@ pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>
         let (BitTarget::Cell(first) | BitTarget::WordBit(first, _)) = flag;
         Write::Havoc(Region::Range { first, count: 1 }, choice)
     }));
-    (writes, Outcome::Worked)
+    (writes, KnownResult::Worked)
 }
 
 /// Whether the operation also computes the carry flag.
@@ -91,8 +91,12 @@ fn follows_result(item: &Item<'_>, flag: &str) -> bool {
 }
 
 /// The effects on condition flags: computed ones where the result decides them, otherwise any value.
-pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>, outcome: Outcome) -> Vec<Effect> {
-    let told = outcome != Outcome::Unknown && flags_follow_result(item);
+pub(super) fn flags(
+    builder: &mut OmronBuilder,
+    item: &Item<'_>,
+    outcome: KnownResult,
+) -> Vec<Effect> {
+    let told = outcome != KnownResult::Unknown && flags_follow_result(item);
     let Some(result) = result(item).filter(|_| told) else {
         return data::flags(builder, item).into_iter().map(fired).collect();
     };
@@ -103,7 +107,7 @@ pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>, outcome: Outcom
         let value = match (flag, &carry) {
             ("CY", CarrySource::SeparateOperation(_) | CarrySource::WithResult) => continue,
             (flag, _) if !follows_result(item, flag) => None,
-            _ if outcome == Outcome::Worked => continue,
+            _ if outcome == KnownResult::Worked => continue,
             ("EQ", _) => Some(Meaning::of(Input::Truth(is_zero(&result)))),
             _ => {
                 let last = result.last().copied();

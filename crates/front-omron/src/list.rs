@@ -15,7 +15,7 @@ const LOOKED_AT: usize = 200;
 
 /// Counts signs of each notation, to recognise the notation of a file.
 #[derive(Debug, Clone, Copy, Default)]
-struct Evidence {
+struct NotationEvidence {
     /// The number of function numbers with two digits.
     two_digits: usize,
     /// The number of three-digit function numbers, and of mnemonics that only CS, CJ and CP have.
@@ -42,11 +42,11 @@ const FOREIGN: [&str; 24] = [
     "FEND", "LDB", "ANL", "ORL", "RES", "ENDH", "ST", "STI", "ANDI", "LDP", "LDF",
 ];
 
-fn evidence(beginning: &str) -> Evidence {
-    let mut evidence = Evidence::default();
+fn evidence(beginning: &str) -> NotationEvidence {
+    let mut evidence = NotationEvidence::default();
     // This recognises most lists of other vendors without reading the catalog.
     if beginning.lines().take(LOOKED_AT).any(begins_foreign) {
-        return Evidence { foreign: true, ..evidence };
+        return NotationEvidence { foreign: true, ..evidence };
     }
     for line in beginning.lines().take(LOOKED_AT) {
         match words::read(beginning, line, 0) {
@@ -70,7 +70,7 @@ fn is_label(word: &str) -> bool {
     word.strip_prefix("LBL").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn look(instruction: &RawInstruction, evidence: &mut Evidence) {
+fn look(instruction: &RawInstruction, evidence: &mut NotationEvidence) {
     let name = instruction.mnemonic.as_str();
     let words = std::iter::once(name).chain(instruction.operands.iter().map(String::as_str));
     evidence.foreign |= words.into_iter().any(is_label);
@@ -101,7 +101,7 @@ fn look(instruction: &RawInstruction, evidence: &mut Evidence) {
 }
 
 /// Counts the operand as a sign of a notation. Returns whether it is valid for OMRON.
-fn sign(operand: &str, name: &str, evidence: &mut Evidence) -> bool {
+fn sign(operand: &str, name: &str, evidence: &mut NotationEvidence) -> bool {
     let upper = operand.to_ascii_uppercase();
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let numbered = |letters: &str| {
@@ -142,7 +142,7 @@ fn sign(operand: &str, name: &str, evidence: &mut Evidence) -> bool {
     true
 }
 
-impl Evidence {
+impl NotationEvidence {
     fn is_omron(self) -> bool {
         let plain = self.own > 0 && self.known * 2 >= self.known + self.unknown;
         !self.foreign && self.known > 0 && (plain || (self.unknown == 0 && self.contacts > 0))

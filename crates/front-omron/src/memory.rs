@@ -5,7 +5,7 @@ use scanbound_ir::{Area, AreaId, AreaKind, BitTarget, Cell, PowerUp, Radix, Regi
 
 /// What the cells of an area are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Use {
+pub(super) enum AreaUse {
     /// Words of data, each with sixteen bits.
     Words,
     /// Completion flags of timers or counters. The number is that of the area of their present values.
@@ -25,18 +25,18 @@ struct AreaDefinition {
     letters: &'static [&'static str],
     /// The number of words or bits that the area has in the family's largest CPU.
     size: u32,
-    role: Use,
+    role: AreaUse,
 }
 
 const fn words(name: &'static str, letters: &'static [&'static str], size: u32) -> AreaDefinition {
-    AreaDefinition { name, letters, size, role: Use::Words }
+    AreaDefinition { name, letters, size, role: AreaUse::Words }
 }
 
 const fn other(
     name: &'static str,
     letters: &'static [&'static str],
     size: u32,
-    role: Use,
+    role: AreaUse,
 ) -> AreaDefinition {
     AreaDefinition { name, letters, size, role }
 }
@@ -49,10 +49,10 @@ const C_AREAS: [AreaDefinition; 10] = [
     words("LR", &["LR", "L"], 64),
     words("DM", &["DM", "D"], 10_000),
     words("EM", &["EM"], 6_144),
-    other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, Use::Flags(7)),
-    other("TCPV", &[], 512, Use::Values),
-    other("TIMER-RUNS-", &[], 512, Use::Memories),
-    other("EDGE-", &[], u32::MAX, Use::Memories),
+    other("TC", &["TIM", "CNT", "TC", "T", "C"], 512, AreaUse::Flags(7)),
+    other("TCPV", &[], 512, AreaUse::Values),
+    other("TIMER-RUNS-", &[], 512, AreaUse::Memories),
+    other("EDGE-", &[], u32::MAX, AreaUse::Memories),
 ];
 
 /// The areas of CS, CJ and CP: CIO, W, H, A, D; each bank of E is a further area.
@@ -62,17 +62,17 @@ const CS_AREAS: [AreaDefinition; 15] = [
     words("H", &["H"], 1_536),
     words("A", &["A"], 11_536),
     words("D", &["D"], 32_768),
-    other("T", &["T", "TIM"], 4_096, Use::Flags(6)),
-    other("TPV", &[], 4_096, Use::Values),
-    other("C", &["C", "CNT"], 4_096, Use::Flags(8)),
-    other("CPV", &[], 4_096, Use::Values),
-    other("CF", &["CF"], 128, Use::Conditions),
+    other("T", &["T", "TIM"], 4_096, AreaUse::Flags(6)),
+    other("TPV", &[], 4_096, AreaUse::Values),
+    other("C", &["C", "CNT"], 4_096, AreaUse::Flags(8)),
+    other("CPV", &[], 4_096, AreaUse::Values),
+    other("CF", &["CF"], 128, AreaUse::Conditions),
     words("TK", &["TK"], 128),
-    other("TIMER-RUNS-", &[], 4_096, Use::Memories),
+    other("TIMER-RUNS-", &[], 4_096, AreaUse::Memories),
     // An index register has two words.
     words("IR-word ", &[], 32),
     words("DR", &[], 16),
-    other("EDGE-", &[], u32::MAX, Use::Memories),
+    other("EDGE-", &[], u32::MAX, AreaUse::Memories),
 ];
 
 /// The number of banks of the E area.
@@ -160,10 +160,10 @@ impl Memory {
             .iter()
             .map(|known| {
                 let kind = match known.role {
-                    Use::Words | Use::Values => AreaKind::Word,
-                    Use::Flags(_) | Use::Conditions | Use::Memories => AreaKind::Bit,
+                    AreaUse::Words | AreaUse::Values => AreaKind::Word,
+                    AreaUse::Flags(_) | AreaUse::Conditions | AreaUse::Memories => AreaKind::Bit,
                 };
-                let is_hidden = known.role == Use::Memories;
+                let is_hidden = known.role == AreaUse::Memories;
                 let role = if is_hidden { Role::Internal } else { Role::Memory };
                 Area { role, ..Area::new(known.name, kind, Radix::Decimal) }
             })
@@ -176,7 +176,7 @@ impl Memory {
     }
 
     /// The area with these letters, and what it contains.
-    pub(super) fn area(self, letters: &str) -> Option<(AreaId, Use)> {
+    pub(super) fn area(self, letters: &str) -> Option<(AreaId, AreaUse)> {
         let at = self.known().iter().position(|known| known.letters.contains(&letters))?;
         Some((AreaId(at as u16), self.known()[at].role))
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::memory::{BitBehavior, Memory, Use};
+use super::memory::{AreaUse, BitBehavior, Memory};
 use super::source::{Family, Symbol, Symbols};
 use scanbound_ir::{AreaId, BitSource, BitTarget, Cell, ChoiceId, Region, WordSource};
 
@@ -223,7 +223,7 @@ impl Reader<'_> {
             return Some(Ok(Operand::Within(self.memory.extended())));
         }
         let (area, role) = match bank {
-            Some(area) => (area, Use::Words),
+            Some(area) => (area, AreaUse::Words),
             None => self.memory.area(letters)?,
         };
         Some(self.place(area, role, letters, number, bit, want))
@@ -232,7 +232,7 @@ impl Reader<'_> {
     fn place(
         &self,
         area: AreaId,
-        role: Use,
+        role: AreaUse,
         letters: &str,
         number: &str,
         bit: Option<&str>,
@@ -240,7 +240,7 @@ impl Reader<'_> {
     ) -> Result<Operand, OperandError> {
         let mut index: u32 = number.parse().map_err(|_| too_large(number))?;
         match role {
-            Use::Words | Use::Values => {
+            AreaUse::Words | AreaUse::Values => {
                 let mut place = bit.map(|bit| bit.parse::<u8>().unwrap_or(u8::MAX));
                 let joined = self.memory.family == Family::C || letters.is_empty();
                 if want == Expected::Bit
@@ -263,7 +263,7 @@ impl Reader<'_> {
                     None => Ok(Operand::Word(cell)),
                 }
             }
-            Use::Flags(values) => {
+            AreaUse::Flags(values) => {
                 let cell = self.checked(area, index, letters)?;
                 match want {
                     // A current value that the system changes is not modelled, like a register.
@@ -274,7 +274,7 @@ impl Reader<'_> {
                     _ => Ok(Operand::Flag(cell)),
                 }
             }
-            Use::Conditions | Use::Memories => {
+            AreaUse::Conditions | AreaUse::Memories => {
                 self.checked(area, index, letters).map(Operand::Flag)
             }
         }

@@ -70,13 +70,13 @@ fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
 impl Setting {
     /// Whether the timer has timed out, or the counter has reached its set value. Earlier scans decide this, so it is a
     /// choice.
-    fn over(&self, builder: &mut OmronBuilder) -> Logic {
+    fn has_elapsed(&self, builder: &mut OmronBuilder) -> Logic {
         let over = builder.earlier_choice();
-        self.over_by(builder, over)
+        self.has_elapsed_by(builder, over)
     }
 
-    /// As [`Setting::over`], with the given choice for whether the timer has timed out.
-    fn over_by(&self, builder: &mut OmronBuilder, over: ChoiceId) -> Logic {
+    /// As [`Setting::has_elapsed`], with the given choice for whether the timer has timed out.
+    fn has_elapsed_by(&self, builder: &mut OmronBuilder, over: ChoiceId) -> Logic {
         let over = Logic::Bit(BitSource::Free(over));
         match self.odd {
             Logic::Any(ref parts) if parts.iter().all(|part| *part == Logic::Const(false)) => over,
@@ -90,8 +90,8 @@ impl Setting {
     /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value is not
     /// longer than one scan.
     fn elapsed(&self, builder: &mut OmronBuilder, item: &Item<'_>, flag: Cell) -> Logic {
-        let (Some(unit), Some(setting)) = (step(item), self.source) else {
-            return self.over(builder);
+        let (Some(unit), Some(setting)) = (time_base(item), self.source) else {
+            return self.has_elapsed(builder);
         };
         let runs = builder.memory.runs(flag);
         let over = builder.earlier_choice();
@@ -114,7 +114,7 @@ impl Setting {
             right: number(WordSource::Free(ticks)),
         }));
         let has_started = Logic::Any(vec![Logic::cell(runs), at_once, self.odd.clone()]);
-        Logic::All(vec![self.over_by(builder, over), has_started])
+        Logic::All(vec![self.has_elapsed_by(builder, over), has_started])
     }
 
     /// `value`; if the set value is not valid BCD, possibly the old value of `bit`.
@@ -188,7 +188,7 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     let fires = builder.fires(item.raw.edge);
     let at = builder.act(fires, effects, Some(key));
     if let ("timer", Some(Operand::Flag(flag))) = (item.meaning(), item.operands.first()) {
-        keep_time(builder, item, at, *flag, 0);
+        note_timer(builder, item, at, *flag, 0);
     }
     if let Some(setting) = set {
         setting.note(builder);
@@ -271,7 +271,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
             // Without a reset the flag can only come on.
             let setting = setting(builder, item);
             let inputs = Inputs::of_counter(builder, *flag, &[0]);
-            let done = Logic::Any(vec![Logic::cell(*flag), setting.over(builder)]);
+            let done = Logic::Any(vec![Logic::cell(*flag), setting.has_elapsed(builder)]);
             builder.product(&[(0, true), (reset, false)]);
             let effects =
                 vec![fired(Write::Bit(target, done)), fired(havoc_present(*flag, choice))];
@@ -288,7 +288,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
                 [(0, 1, false), (0, 1, true), (1, 0, false), (1, 0, true)]
             {
                 builder.product(&[(counting, true), (other, is_on), (reset, false)]);
-                let value = setting.over(builder);
+                let value = setting.has_elapsed(builder);
                 let choice = builder.choice();
                 let effects =
                     vec![fired(Write::Bit(target, value)), fired(havoc_present(*flag, choice))];
@@ -322,7 +322,7 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     if let ("counter" | "timer-holding" | "counter-reversible", Some(Operand::Flag(flag))) =
         (item.meaning(), item.operands.first())
     {
-        keep_time(builder, item, whole, *flag, branches);
+        note_timer(builder, item, whole, *flag, branches);
     }
     if let Some(inputs) = remembered {
         inputs.remember(builder, reset);
@@ -370,7 +370,7 @@ impl Inputs {
 }
 
 /// The time base of a timer; `None` if it is not a timer or the time base is unknown.
-fn step(item: &Item<'_>) -> Option<Picos> {
+fn time_base(item: &Item<'_>) -> Option<Picos> {
     const MS: u64 = 1_000_000_000;
     let name = item.row.map_or("", |row| &*row.mnemonic);
     Some(Picos(match name.strip_suffix('X').unwrap_or(name) {
@@ -384,8 +384,8 @@ fn step(item: &Item<'_>) -> Option<Picos> {
 }
 
 /// Records how the emulated CPU runs the timer or counter that begins at an instruction.
-fn keep_time(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
-    let manner = match (item.meaning(), step(item)) {
+fn note_timer(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
+    let manner = match (item.meaning(), time_base(item)) {
         ("timer", Some(step)) => TimerKind::DownTimer(step),
         ("timer-holding", Some(step)) => TimerKind::RetentiveTimer(step),
         ("counter", _) => TimerKind::DownCounter,

@@ -151,7 +151,7 @@ const CHART: [&str; 3] = ["INITIAL_STEP", "END_STEP", "END_TRANSITION"];
 
 /// The error for a file in a known format that scanbound does not read; `None` if the format is not recognised.
 pub fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
-    if let Some((what, help)) = own(beginning) {
+    if let Some((what, help)) = own_format(beginning) {
         let message = format!("this is {what}, not a program");
         return Some(Diagnostic::file(Code::UnknownDialect, &input.name, message, help));
     }
@@ -168,7 +168,7 @@ pub fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
 }
 
 /// What a file is that scanbound itself reads or writes, and how to give it. `None` for other files.
-fn own(beginning: &str) -> Option<(&'static str, &'static str)> {
+fn own_format(beginning: &str) -> Option<(&'static str, &'static str)> {
     let lines = || beginning.lines().map(str::trim);
     let is_written = |line: &&str| !line.is_empty() && !line.starts_with('#');
     let head = lines().find(is_written).unwrap_or_default().to_ascii_lowercase();

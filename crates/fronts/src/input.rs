@@ -64,7 +64,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
         }
     }
     let Gathering { inputs, mut found, .. } = gathering;
-    found.extend(copies(&inputs));
+    found.extend(same_content_warnings(&inputs));
     found.extend(ignore.unused().map(|pattern| {
         let message = format!("--ignore {pattern} matches no file");
         let help = "a pattern without / is compared with file names; a pattern with / is compared with paths below the named directory";
@@ -109,7 +109,7 @@ fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// One warning for each program whose content equals that of an earlier one.
-fn copies(inputs: &[Input]) -> Vec<Diagnostic> {
+fn same_content_warnings(inputs: &[Input]) -> Vec<Diagnostic> {
     let mut seen: BTreeMap<&[u8], &Input> = BTreeMap::new();
     let mut found = Vec::new();
     for input in inputs.iter().filter(|input| !input.bytes.is_empty()) {
@@ -256,26 +256,26 @@ impl Gathering<'_> {
     fn entry(&mut self, path: &Path, file: String, listing: &mut Listing) {
         match what(path) {
             Err(error) => self.unreadable(path, &error),
-            Ok(What::Program | What::Comments) if plain::is_named(path) => {
+            Ok(FileClass::Program | FileClass::Comments) if plain::is_named(path) => {
                 let help =
                     format!("give the file itself if it is part of the scan, {}", leave_out(&file));
                 let message = "the name of this file is not that of a program file, but its content looks like a program";
                 self.found.push(Diagnostic::file(Code::OddName, &name(path), message, help));
             }
-            Ok(What::Program) => {
+            Ok(FileClass::Program) => {
                 if let Some(bytes) = self.read(path) {
                     self.inputs.push(Input { name: name(path), bytes });
                     listing.programs.push(file);
                 }
             }
-            Ok(What::Comments) => {
+            Ok(FileClass::Comments) => {
                 if let Some(bytes) = self.read(path) {
                     self.inputs.push(Input { name: name(path), bytes });
                     listing.comments.push(file);
                 }
             }
-            Ok(What::Plain) => listing.plain.push(file),
-            Ok(What::Unreadable(mut fault)) => {
+            Ok(FileClass::Plain) => listing.plain.push(file),
+            Ok(FileClass::Unreadable(mut fault)) => {
                 fault.help = match fault.code {
                     Code::UnknownDialect => "if the file is a program, export it again".to_owned(),
                     _ => fault.help,
@@ -289,7 +289,7 @@ impl Gathering<'_> {
     /// Handles a subdirectory. Its programs are not read, because their place in the order is unknown.
     fn within(&mut self, path: &Path, directory: &Path, file: String, listing: &mut Listing) {
         let mut visited = BTreeSet::new();
-        let mut looker = Looker { gathering: self, root: directory, visited: &mut visited };
+        let mut looker = ProgramSearch { gathering: self, root: directory, visited: &mut visited };
         match looker.first(path, DEPTH) {
             Err((at, error)) => self.unreadable(&at, &error),
             Ok(None) => {
@@ -319,14 +319,14 @@ impl Gathering<'_> {
 }
 
 /// Searches subdirectories for a file that may be a program.
-struct Looker<'a, 'g> {
+struct ProgramSearch<'a, 'g> {
     gathering: &'a Gathering<'g>,
     root: &'a Path,
     /// The directories that were searched, so that circular links end the search.
     visited: &'a mut BTreeSet<PathBuf>,
 }
 
-impl Looker<'_, '_> {
+impl ProgramSearch<'_, '_> {
     /// The first file in a directory, or below it, that may be a program.
     fn first(
         &mut self,
@@ -359,7 +359,7 @@ impl Looker<'_, '_> {
             let named =
                 fs::canonicalize(&path).is_ok_and(|path| self.gathering.named.contains(&path));
             match what(&path).map_err(|error| (path.clone(), error))? {
-                What::Program | What::Unreadable(_) if !named => return Ok(Some(path)),
+                FileClass::Program | FileClass::Unreadable(_) if !named => return Ok(Some(path)),
                 _ => {}
             }
         }
@@ -387,7 +387,7 @@ impl Listing {
 }
 
 /// What a file of a directory contains.
-enum What {
+enum FileClass {
     Program,
     Comments,
     /// The content is clearly not a program.
@@ -397,17 +397,17 @@ enum What {
 }
 
 /// Recognises a file by its name and its beginning.
-fn what(path: &Path) -> io::Result<What> {
+fn what(path: &Path) -> io::Result<FileClass> {
     if !fs::metadata(path)?.is_file() {
         // Opening a pipe would block.
-        return Ok(What::Plain);
+        return Ok(FileClass::Plain);
     }
     let input = Input { name: name(path), bytes: bytes(path, BEGINNING as u64)? };
     Ok(match detect(&input) {
-        Ok(FileKind::Program(_)) => What::Program,
-        Ok(FileKind::Comments) => What::Comments,
-        Err(_) if plain::is_named(path) || plain::is_content(&input.bytes) => What::Plain,
-        Err(fault) => What::Unreadable(fault),
+        Ok(FileKind::Program(_)) => FileClass::Program,
+        Ok(FileKind::Comments) => FileClass::Comments,
+        Err(_) if plain::is_named(path) || plain::is_content(&input.bytes) => FileClass::Plain,
+        Err(fault) => FileClass::Unreadable(fault),
     })
 }
 

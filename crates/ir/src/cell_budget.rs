@@ -53,7 +53,7 @@ impl CellBudget {
             for region in written_by(&effect.write) {
                 let next_to = match wide.last_mut() {
                     Some(Effect { when, write: Write::Havoc(before, _) }) => {
-                        ours && *when == effect.when && joined(before, region)
+                        ours && *when == effect.when && merge(before, region)
                     }
                     _ => false,
                 };
@@ -101,7 +101,7 @@ fn cells(write: &Write) -> usize {
 }
 
 /// Merges region `more` into `before` if that contains it or is adjacent to it. Returns whether it was merged.
-fn joined(before: &mut Region, more: Region) -> bool {
+fn merge(before: &mut Region, more: Region) -> bool {
     let (Region::Range { first, count }, Region::Range { first: other, count: many }) =
         (&mut *before, more)
     else {

@@ -164,7 +164,7 @@ impl Drawer {
                     Some(Symbol::Link)
                 }
                 Step::Save(slot) => {
-                    let point = self.point();
+                    let point = self.branch_here();
                     self.slots.insert(*slot, point);
                     Some(Symbol::Link)
                 }
@@ -192,7 +192,7 @@ impl Drawer {
             return symbol;
         }
         self.drive(element);
-        driven(&parts[0].text)
+        output_symbol(&parts[0].text)
     }
 
     fn condition(&mut self, join: Join, element: usize) {
@@ -249,7 +249,7 @@ impl Drawer {
     }
 
     /// Ends the path of the current result, so that it can branch there, and returns the path's index.
-    fn point(&mut self) -> Option<usize> {
+    fn branch_here(&mut self) -> Option<usize> {
         let top = self.stack.last_mut()?;
         if !top.conditions.is_empty() {
             let conditions = series(std::mem::take(&mut top.conditions));
@@ -267,7 +267,7 @@ impl Drawer {
             let conditions = series(below.conditions);
             self.paths.push(Path { from: below.from, conditions, driven: Vec::new() });
         }
-        let point = self.point().unwrap_or_else(|| {
+        let point = self.branch_here().unwrap_or_else(|| {
             self.paths.push(Path {
                 from: None,
                 conditions: series(Vec::new()),
@@ -326,7 +326,7 @@ fn contact(value: &Logic, text: &str) -> Symbol {
 }
 
 /// The symbol of an instruction that is drawn as an output.
-fn driven(text: &str) -> Symbol {
+fn output_symbol(text: &str) -> Symbol {
     let mut words = text.split(' ');
     let mnemonic = words.next().unwrap_or_default().trim_start_matches('@');
     match (mnemonic, words.count()) {

@@ -82,7 +82,7 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
 /// Makes the step of a loop that is not followed: everything in it is charged `iterations` times. `None` if the number
 /// of executions overflows.
 fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
-    let gathered = Shape::of(program).gather(program, begin + 1, end, iterations).ok()?;
+    let gathered = RoutineGraph::of(program).gather(program, begin + 1, end, iterations).ok()?;
     let iterations = iterations_of(program, begin);
     Some(gathered.step(program, end, iterations))
 }
@@ -93,7 +93,7 @@ fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> 
 /// # Errors
 /// If the number of executions of an instruction overflows.
 pub fn fit(program: &mut Program, most: u64) -> Result<u64, CountOverflow> {
-    let shape = Shape::of(program);
+    let shape = RoutineGraph::of(program);
     let most = most.saturating_add(program.instructions.len() as u64);
     let mut limit = most;
     loop {
@@ -196,7 +196,7 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
 /// # Errors
 /// If the number of executions of an instruction overflows.
 pub fn summarise_all(program: &mut Program, why: SummaryReason) -> Result<(), CountOverflow> {
-    let shape = Shape::of(program);
+    let shape = RoutineGraph::of(program);
     for index in 0..program.mains.len() {
         let main = program.mains[index].clone();
         let Some(last) = main.end.checked_sub(1).filter(|&last| last >= main.start) else {
@@ -223,7 +223,7 @@ pub fn summarise_all(program: &mut Program, why: SummaryReason) -> Result<(), Co
 
 /// Which loops and routines are not followed.
 #[derive(Default)]
-struct Plan {
+struct SummaryPlan {
     loops: BTreeSet<usize>,
     routines: BTreeSet<usize>,
     interrupts: BTreeSet<usize>,
@@ -231,14 +231,14 @@ struct Plan {
     total: u64,
 }
 
-impl Plan {
+impl SummaryPlan {
     fn is_empty(&self) -> bool {
         self.loops.is_empty() && self.routines.is_empty() && self.interrupts.is_empty()
     }
 }
 
 /// The routines of a program and their calls.
-struct Shape {
+struct RoutineGraph {
     /// For each called routine, by its first instruction: its last instruction.
     ends: BTreeMap<usize, usize>,
     /// The routines; callers come before the routines that they call.
@@ -247,8 +247,8 @@ struct Shape {
     place: BTreeMap<usize, usize>,
 }
 
-impl Shape {
-    fn of(program: &Program) -> Shape {
+impl RoutineGraph {
+    fn of(program: &Program) -> RoutineGraph {
         let calls = flow::calls(program);
         let entries: BTreeSet<usize> = calls.iter().map(|&(_, target)| target).collect();
         let last = program.instructions.len().saturating_sub(1);
@@ -270,13 +270,13 @@ impl Shape {
         }
         let order = petgraph::algo::toposort(&graph, None).unwrap_or_default();
         let place = order.iter().enumerate().map(|(place, &entry)| (entry, place)).collect();
-        Shape { ends, order, place }
+        RoutineGraph { ends, order, place }
     }
 
     /// Decides which loops are not followed, so that no loop, routine or interrupt routine executes more than `limit`
     /// instructions.
-    fn plan(&self, program: &Program, limit: u64) -> Plan {
-        let mut plan = Plan::default();
+    fn plan(&self, program: &Program, limit: u64) -> SummaryPlan {
+        let mut plan = SummaryPlan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
         for &entry in self.order.iter().rev() {
             let mut size = self.size(program, entry, self.ends[&entry], limit, &sizes, &mut plan);
@@ -314,7 +314,7 @@ impl Shape {
         to: usize,
         limit: u64,
         sizes: &BTreeMap<usize, u64>,
-        plan: &mut Plan,
+        plan: &mut SummaryPlan,
     ) -> u64 {
         let mut total = 0u64;
         let mut at = from;
@@ -362,11 +362,11 @@ impl Shape {
         found
     }
 
-    fn carry_out(&self, program: &mut Program, plan: &Plan) -> Result<(), CountOverflow> {
+    fn carry_out(&self, program: &mut Program, plan: &SummaryPlan) -> Result<(), CountOverflow> {
         // Everything is collected from the program before anything is replaced, so that nothing is charged twice.
         let (mut loops, mut routines) = (Vec::new(), Vec::new());
         let (mut charges, mut endless) = (0, false);
-        let mut keep = |gathered: &Collected| {
+        let mut keep = |gathered: &SummaryContents| {
             charges += gathered.charges.len();
             endless |= gathered.endless;
             charges <= MAX_CHARGES && !gathered.endless
@@ -438,8 +438,8 @@ impl Shape {
         from: usize,
         to: usize,
         times: u64,
-    ) -> Result<Collected, CountOverflow> {
-        let mut gathered = Collected::default();
+    ) -> Result<SummaryContents, CountOverflow> {
+        let mut gathered = SummaryContents::default();
         // Keyed by position in `order`, so that each routine is collected once, after all its callers.
         let mut called: BTreeMap<usize, u64> = BTreeMap::new();
         self.span(program, from, to, times, &mut gathered, &mut called)?;
@@ -458,7 +458,7 @@ impl Shape {
         from: usize,
         to: usize,
         times: u64,
-        gathered: &mut Collected,
+        gathered: &mut SummaryContents,
         called: &mut BTreeMap<usize, u64>,
     ) -> Result<(), CountOverflow> {
         let mut at = from;
@@ -496,7 +496,7 @@ impl Shape {
 
 /// The contents of a future summary.
 #[derive(Default)]
-struct Collected {
+struct SummaryContents {
     /// How often each instruction is charged.
     charges: BTreeMap<usize, u64>,
     /// The regions that may be written.
@@ -509,7 +509,7 @@ struct Collected {
     endless: bool,
 }
 
-impl Collected {
+impl SummaryContents {
     /// The exits to instructions after `to`.
     fn exits(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
         let mut found = BTreeSet::new();
@@ -587,7 +587,7 @@ fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u3
 }
 
 /// Appends a summary of what was collected to the program, followed by the step `then`, which costs nothing.
-fn stub(program: &mut Program, gathered: Collected, of: usize, then: Step) {
+fn stub(program: &mut Program, gathered: SummaryContents, of: usize, then: Step) {
     let at = program.instructions.len();
     let summary = gathered.step(program, at, None);
     [summary, then].into_iter().for_each(|step| append(program, of, step));

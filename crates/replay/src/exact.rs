@@ -61,7 +61,7 @@ impl<F: FreeValues> State<'_, F> {
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
         self.learn(choice, [reads, more].concat(), Outcome::Writes(writes));
         for (cell, (mask, value)) in written {
-            self.put(cell, mask, value, doubt, fired);
+            self.write_bits(cell, mask, value, doubt, fired);
         }
         true
     }
@@ -94,7 +94,7 @@ impl<F: FreeValues> State<'_, F> {
             return false;
         };
         for (cell, mask, value) in writes {
-            self.put(cell, mask, value, None, Truth::TRUE);
+            self.write_bits(cell, mask, value, None, Truth::TRUE);
         }
         true
     }
@@ -270,11 +270,11 @@ impl<F: FreeValues> State<'_, F> {
             Target::Words(targets) => {
                 for (target, &word) in targets.iter().zip(result) {
                     match *target {
-                        WordTarget::Cell(cell) => put(written, cell, u16::MAX, word),
+                        WordTarget::Cell(cell) => add_bits(written, cell, u16::MAX, word),
                         WordTarget::Bits { first, count } => {
                             for n in 0..count {
                                 let cell = first.plus(u32::from(n));
-                                put(written, cell, u16::MAX, word >> n & 1);
+                                add_bits(written, cell, u16::MAX, word >> n & 1);
                             }
                         }
                         WordTarget::Discard => {}
@@ -284,8 +284,10 @@ impl<F: FreeValues> State<'_, F> {
             Target::Bits(targets) => {
                 for (target, &bit) in targets.iter().zip(result) {
                     match *target {
-                        BitTarget::Cell(cell) => put(written, cell, u16::MAX, bit & 1),
-                        BitTarget::WordBit(cell, n) => put(written, cell, 1 << n, (bit & 1) << n),
+                        BitTarget::Cell(cell) => add_bits(written, cell, u16::MAX, bit & 1),
+                        BitTarget::WordBit(cell, n) => {
+                            add_bits(written, cell, 1 << n, (bit & 1) << n)
+                        }
                     }
                 }
             }
@@ -297,11 +299,13 @@ impl<F: FreeValues> State<'_, F> {
                     for (place, (offset, bit)) in cells.into_iter().enumerate() {
                         let cell = cell_at(address, from.checked_add(offset)?)?;
                         match bit {
-                            None => put(written, cell, u16::MAX, word),
+                            None => add_bits(written, cell, u16::MAX, word),
                             Some(_) if self.is_bit(cell) => {
-                                put(written, cell, u16::MAX, word >> place & 1);
+                                add_bits(written, cell, u16::MAX, word >> place & 1);
                             }
-                            Some(bit) => put(written, cell, 1 << bit, (word >> place & 1) << bit),
+                            Some(bit) => {
+                                add_bits(written, cell, 1 << bit, (word >> place & 1) << bit)
+                            }
                         }
                     }
                 }
@@ -347,7 +351,7 @@ fn cell_at(address: &Address, at: i64) -> Option<Cell> {
     })
 }
 
-fn put(written: &mut Written, cell: Cell, mask: u16, value: u16) {
+fn add_bits(written: &mut Written, cell: Cell, mask: u16, value: u16) {
     let held = written.entry(cell).or_default();
     *held = (held.0 | mask, held.1 & !mask | value & mask);
 }

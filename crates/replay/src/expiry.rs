@@ -18,7 +18,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             let expiry = timekeeping.expiries.get(over);
             let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
             let given = if starts { 0 } else { given };
-            let stood = expiry.and_then(|expiry| self.stood(expiry, None));
+            let stood = expiry.and_then(|expiry| self.present_or_remaining(expiry, None));
             if stood.is_some_and(|stood| i64::from(given.cast_signed()) > stood + 1) {
                 self.doubt = self.doubt.or(Some(self.at));
             }
@@ -40,7 +40,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         };
         // One scan changes the present value by one unit. This matters if the program has read the value before.
         let is_over = given & 1 != u16::from(expiry.while_running);
-        let left = self.stood(expiry, Some(setting));
+        let left = self.present_or_remaining(expiry, Some(setting));
         if is_over && left.is_some_and(|left| left > 1) {
             self.doubt = self.doubt.or(Some(self.at));
         }
@@ -112,13 +112,13 @@ impl<'p, F: FreeValues> State<'p, F> {
 
     /// The present value of the current timer when the scan started; with `setting`, the number of units that remained.
     /// `None` if no earlier instruction has read the value, or it is unknown.
-    fn stood(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
+    fn present_or_remaining(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
         let (first, timed) = self.current_timer()?;
         let read = self.presents.get(&timed.present).copied().flatten();
         if self.free.counts_time() || read.is_none_or(|read| read >= first) {
             return None;
         }
-        let (word, _) = self.after(expiry.previous.unwrap_or(timed.present));
+        let (word, _) = self.end_value(expiry.previous.unwrap_or(timed.present));
         let stood = if timed.is_decimal { bcd(&[word])? } else { word.cast_signed().into() };
         let stood = i64::try_from(stood).ok()?;
         Some(match (setting, timed.kind) {

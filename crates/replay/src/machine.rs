@@ -522,8 +522,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         if let Some((flag, present)) = timed
             && let Some(timed) = program.timekeeping.instructions.get(&self.state.at)
         {
-            self.state.put(timed.flag, u16::MAX, u16::from(flag), None, Truth::TRUE);
-            self.state.put(timed.present, u16::MAX, present, None, Truth::TRUE);
+            self.state.write_bits(timed.flag, u16::MAX, u16::from(flag), None, Truth::TRUE);
+            self.state.write_bits(timed.present, u16::MAX, present, None, Truth::TRUE);
             self.executed = timed.parts.clone();
         }
     }
@@ -559,7 +559,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
                 let saved = self.routine().slots.get(slot).copied().unwrap_or(Truth::TRUE);
                 self.join(Join::Replace, saved);
             }
-            Step::Jump { target, .. } if fired.value => return self.go(*target),
+            Step::Jump { target, .. } if fired.value => return self.jump_to(*target),
             Step::Call { target, .. } if fired.value => {
                 self.routines.push(Routine { back: at + 1, ..Routine::default() });
                 self.state.enter(Frame { at, iteration: 0 });
@@ -643,7 +643,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     }
 
     /// Jumps within the same routine and leaves the loops that do not contain the target.
-    fn go(&mut self, target: usize) -> Next {
+    fn jump_to(&mut self, target: usize) -> Next {
         let loops = &self.routine().loops;
         let open = loops.iter().take_while(|l| l.begin < target && target <= l.end).count();
         self.leave_loops(open);
@@ -731,8 +731,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         routine.stack.clear();
         routine.slots.clear();
         match exits.iter().find(|(exit, _)| self.state.choose_bit(*exit)) {
-            None => self.go(end + 1),
-            Some((_, Exit::To(target))) => self.go(*target),
+            None => self.jump_to(end + 1),
+            Some((_, Exit::To(target))) => self.jump_to(*target),
             Some((_, Exit::Return)) => Next::Return,
             Some((_, Exit::End)) => Next::End,
             Some((_, Exit::Stop)) => Next::Stop,

@@ -34,10 +34,10 @@ impl ScanChanges {
             if let Region::Range { first, count } = region
                 && count <= SMALL
             {
-                (0..count).for_each(|n| _ = state.after(first.plus(n)));
+                (0..count).for_each(|n| _ = state.end_value(first.plus(n)));
             }
         }
-        ScanChanges { lost, touched: state.touched() }
+        ScanChanges { lost, touched: state.accessed_cells() }
     }
 }
 

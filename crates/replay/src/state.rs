@@ -49,7 +49,7 @@ impl Truth {
 
 /// A region that was havocked, and when.
 #[derive(Clone)]
-struct Havoc {
+struct HavocRecord {
     region: Region,
     choice: ChoiceId,
     frames: Arc<[Frame]>,
@@ -59,7 +59,7 @@ struct Havoc {
 /// A cell's value, and the number of havocs in its area when it was written. Kept small: large programs have very many
 /// of these.
 #[derive(Clone, Copy)]
-struct Held {
+struct CellValue {
     value: u16,
     /// The mask of the value's unknown bits. 0 if the value is known.
     unknown: u16,
@@ -70,22 +70,22 @@ struct Held {
 
 const KNOWN: u32 = u32::MAX;
 
-impl Held {
+impl CellValue {
     fn doubt(self) -> Doubt {
         (self.because != KNOWN).then_some(self.because as usize)
     }
 }
 
 /// Values of exact choices, by call context and choice.
-type Known = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
+type ComputedChoices = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
 /// The state of one scan: the cells, and the frames of the current call context.
 pub(super) struct State<'p, F> {
     pub(super) program: &'p Program,
     pub(super) free: F,
-    cells: FxHashMap<Cell, Held>,
+    cells: FxHashMap<Cell, CellValue>,
     /// The havocs of each area, oldest first.
-    havocs: Vec<Vec<Havoc>>,
+    havocs: Vec<Vec<HavocRecord>>,
     /// The start values of cells for which the user states a range.
     started: BTreeMap<Cell, Option<u16>>,
     frames: Arc<[Frame]>,
@@ -103,7 +103,7 @@ pub(super) struct State<'p, F> {
     /// Whether anything that the operation has read may change at any moment.
     pub(super) changing: bool,
     /// The exact choices computed so far.
-    pub(super) known: Known,
+    pub(super) known: ComputedChoices,
     /// The results of operations: the ones that this real run has computed, or the ones that a run of the model uses.
     pub(super) learned: Knowledge,
     /// Writes of operations to cells that their effects do not declare.
@@ -141,7 +141,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             interrupting: false,
             reading: None,
             changing: false,
-            known: Known::new(),
+            known: ComputedChoices::new(),
             learned: Knowledge::new(),
             undeclared_writes: Vec::new(),
             now: Picos::ZERO,
@@ -258,7 +258,7 @@ impl<'p, F: FreeValues> State<'p, F> {
 
     /// As [`Self::read`], where only the bits of `mask` matter.
     pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
-        let held = self.held(cell);
+        let held = self.current(cell);
         self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
         if self.reading.is_some() {
             let changes = self.program.volatile.iter().any(|region| region.contains(cell));
@@ -271,7 +271,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// The current value of the cell with its unknown bits. Asks for values from outside.
-    fn held(&mut self, cell: Cell) -> Held {
+    fn current(&mut self, cell: Cell) -> CellValue {
         let held = self.cells.get(&cell).copied();
         let since = held.map_or(0, |held| held.havocs as usize);
         let havocs = &self.havocs[usize::from(cell.area.0)];
@@ -302,16 +302,16 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// The value of the cell at the end of the scan, and the mask of its unknown bits.
-    pub(super) fn after(&mut self, cell: Cell) -> (u16, u16) {
-        let held = self.held(cell);
+    pub(super) fn end_value(&mut self, cell: Cell) -> (u16, u16) {
+        let held = self.current(cell);
         (held.value, held.unknown)
     }
 
     /// The cells that the scan read or wrote: the final value and the mask of unknown bits of each.
-    pub(super) fn touched(&mut self) -> Vec<(Cell, u16, u16)> {
+    pub(super) fn accessed_cells(&mut self) -> Vec<(Cell, u16, u16)> {
         let cells: Vec<Cell> = self.cells.keys().copied().collect();
         let left = |cell| {
-            let (value, unknown) = self.after(cell);
+            let (value, unknown) = self.end_value(cell);
             (cell, value, unknown)
         };
         cells.into_iter().map(left).collect()
@@ -322,18 +322,18 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.havocs.iter().flatten().map(|one| one.region).collect()
     }
 
-    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> Held {
+    fn hold(&mut self, cell: Cell, value: u16, doubt: Doubt, unknown: u16) -> CellValue {
         let havocs = self.havocs[usize::from(cell.area.0)].len();
         let unknown = if doubt.is_some() { unknown } else { 0 };
         // A program with that many instructions does not fit into memory.
         let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
         let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
-        let held = Held { value, unknown, havocs: number(havocs), because };
+        let held = CellValue { value, unknown, havocs: number(havocs), because };
         if self.memories.get(&cell) == Some(&value) {
             self.rested.insert(cell);
         }
         let before = self.cells.insert(cell, held);
-        let same = |before: Held| {
+        let same = |before: CellValue| {
             (before.value, before.unknown, before.because) == (value, unknown, because)
         };
         if !before.is_some_and(same) {
@@ -343,7 +343,14 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// Writes the bits of `mask` if `fired`. Both `fired` and the value may be unknown.
-    pub(super) fn put(&mut self, cell: Cell, mask: u16, value: u16, doubt: Doubt, fired: Truth) {
+    pub(super) fn write_bits(
+        &mut self,
+        cell: Cell,
+        mask: u16,
+        value: u16,
+        doubt: Doubt,
+        fired: Truth,
+    ) {
         if fired.doubt.is_none() && !fired.value {
             return;
         }
@@ -351,7 +358,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             self.hold(cell, value, doubt, u16::MAX);
             return;
         }
-        let old = self.held(cell);
+        let old = self.current(cell);
         let (kept, written) = (old.value & !mask, value & mask);
         if fired.doubt.is_none() {
             let unknown = old.unknown & !mask | if doubt.is_some() { mask } else { 0 };
@@ -481,17 +488,25 @@ impl<'p, F: FreeValues> State<'p, F> {
     pub(super) fn put_bit(&mut self, target: BitTarget, value: Truth, fired: Truth) {
         let bit = u16::from(value.value);
         match target {
-            BitTarget::Cell(cell) => self.put(cell, u16::MAX, bit, value.doubt, fired),
-            BitTarget::WordBit(cell, at) => self.put(cell, 1 << at, bit << at, value.doubt, fired),
+            BitTarget::Cell(cell) => self.write_bits(cell, u16::MAX, bit, value.doubt, fired),
+            BitTarget::WordBit(cell, at) => {
+                self.write_bits(cell, 1 << at, bit << at, value.doubt, fired)
+            }
         }
     }
 
     pub(super) fn put_word(&mut self, target: WordTarget, word: u16, doubt: Doubt, fired: Truth) {
         match target {
-            WordTarget::Cell(cell) => self.put(cell, u16::MAX, word, doubt, fired),
+            WordTarget::Cell(cell) => self.write_bits(cell, u16::MAX, word, doubt, fired),
             WordTarget::Bits { first, count } => {
                 for n in 0..count {
-                    self.put(first.plus(u32::from(n)), u16::MAX, word >> n & 1, doubt, fired);
+                    self.write_bits(
+                        first.plus(u32::from(n)),
+                        u16::MAX,
+                        word >> n & 1,
+                        doubt,
+                        fired,
+                    );
                 }
             }
             WordTarget::Discard => {}
@@ -521,7 +536,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             _ => vec![region],
         };
         for region in regions {
-            let havoc = Havoc { region, choice, frames: self.frames.clone(), doubt };
+            let havoc = HavocRecord { region, choice, frames: self.frames.clone(), doubt };
             match region {
                 Region::Range { first, .. } => self.havocs[usize::from(first.area.0)].push(havoc),
                 Region::Area(area) => self.havocs[usize::from(area.0)].push(havoc),
@@ -552,7 +567,7 @@ impl<'p, F: FreeValues> State<'p, F> {
             let (mut start, mut end) = (Vec::new(), Vec::new());
             for &cell in cells {
                 start.push(self.free.start(cell, AreaKind::Word));
-                let (value, unknown) = self.after(cell);
+                let (value, unknown) = self.end_value(cell);
                 is_known &= unknown == 0 && self.free.unknown(cell) == 0;
                 end.push(value);
             }

@@ -97,7 +97,7 @@ impl TimerMemory {
         let runs = last.is_some();
         let was_skipped = last.is_some_and(|(_, scan)| scan + 1 < self.scan);
         let resets = found.inputs.last() == Some(&true);
-        let left = self.leaves(timed, found, (flag, present));
+        let left = self.execute_known(timed, found, (flag, present));
         let is_new = match timed.kind {
             TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => !found.condition || !runs,
             TimerKind::UpTimer(_, true) => false,
@@ -109,7 +109,7 @@ impl TimerMemory {
     }
 
     /// As [`Self::execute`], for a flag and a present value that are known.
-    fn leaves(
+    fn execute_known(
         &mut self,
         timed: &TimerOrCounter,
         found: &TimedInputs,
@@ -160,7 +160,7 @@ impl TimerMemory {
     }
 
     /// How many ticks have passed since a running timer was last executed.
-    fn passed(&mut self, flag: Cell, base: Picos, found: &TimedInputs) -> Option<Passed> {
+    fn passed(&mut self, flag: Cell, base: Picos, found: &TimedInputs) -> Option<PassedTicks> {
         if !found.condition {
             self.ran.remove(&flag);
             return None;
@@ -168,7 +168,7 @@ impl TimerMemory {
         let now = found.now.0 / base.0.max(1);
         let last = self.ran.insert(flag, (now, self.scan)).map(|(tick, _)| tick);
         let ticks = u16::try_from(now - last.unwrap_or(now)).unwrap_or(u16::MAX);
-        Some(Passed { begins: last.is_none(), ticks })
+        Some(PassedTicks { begins: last.is_none(), ticks })
     }
 
     fn counted(
@@ -206,7 +206,7 @@ impl TimerMemory {
 }
 
 /// The progress of a running timer.
-struct Passed {
+struct PassedTicks {
     begins: bool,
     ticks: u16,
 }

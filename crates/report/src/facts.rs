@@ -2,7 +2,7 @@
 
 use super::text::place;
 use scanbound_audit::Audit;
-use scanbound_audit::offer::{Offer, Solved};
+use scanbound_audit::offer::{Offer, SolvedLimits};
 use scanbound_ir::MissingRoutine;
 use std::fmt::Write;
 
@@ -66,7 +66,7 @@ fn worth(audit: &Audit, offer: &Offer) -> Option<String> {
 }
 
 /// What the bound is where it is stated.
-fn solved(solved: &Solved) -> Option<String> {
+fn solved(solved: &SolvedLimits) -> Option<String> {
     let ((most, bound), others) = solved.bounds.split_first()?;
     let others: String = others.iter().map(|(most, bound)| format!("; {most}: {bound}")).collect();
     let with = match &solved.with[..] {

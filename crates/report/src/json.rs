@@ -522,7 +522,7 @@ fn what_if(found: &scanbound_audit::WhatIf) -> WhatIf<'_> {
     WhatIf { steps: found.steps.iter().map(step).collect(), minor }
 }
 
-fn what_if_step<'a>(step: &'a scanbound_audit::Step, most: &[u32]) -> WhatIfStep<'a> {
+fn what_if_step<'a>(step: &'a scanbound_audit::LimitedCount, most: &[u32]) -> WhatIfStep<'a> {
     let solved = most.iter().zip(&step.solved);
     WhatIfStep {
         name: &step.unknown.word,

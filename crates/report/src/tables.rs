@@ -2,14 +2,14 @@
 
 use super::columns::{Cell, columns, left, right};
 use anstyle::Style;
-use scanbound_timing::table::builtin::Summary;
+use scanbound_timing::table::builtin::TableSummary;
 use scanbound_timing::table::{Evidence, Table};
 
 const BOLD: Style = Style::new().bold();
 
 /// The built-in tables, one a line.
 #[must_use]
-pub fn list(tables: &[Summary]) -> String {
+pub fn list(tables: &[TableSummary]) -> String {
     let mut rows = vec![vec![
         left("table").styled(BOLD),
         right("published").styled(BOLD),

@@ -24,7 +24,7 @@ impl Words {
     }
 
     /// The range test whose answer is this literal. `None` if there is no such test.
-    pub(super) fn asked(&self, lit: Lit) -> Option<Range> {
+    pub(super) fn range_test(&self, lit: Lit) -> Option<Range> {
         self.answers.asked.get(&lit).copied()
     }
 
@@ -68,7 +68,7 @@ impl Words {
             let before = open.len();
             open.extend(needs.into_iter().flatten().filter(|&need| !self.is_known(need)));
             if open.len() == before {
-                self.work_out(circuit, question);
+                self.compute(circuit, question);
                 open.pop();
             }
         }
@@ -124,7 +124,7 @@ impl Words {
                     [first.and_then(range), second.and_then(range), None, None]
                 }
                 Node::Carried(inner, addend, carry) => {
-                    let [with, without] = self.either_sum(inner, addend);
+                    let [with, without] = self.possible_sums(inner, addend);
                     let carry = Some(Query::Carry(carry));
                     [carry, range(with, low, high), range(without, low, high), None]
                 }
@@ -138,7 +138,7 @@ impl Words {
                 Node::Plus(inner, _) => [bits(inner), None, None, None],
                 Node::Sum(a, b, carry) => [bits(a), bits(b), Some(Query::Carry(carry)), None],
                 Node::Carried(inner, addend, carry) => {
-                    let [with, without] = self.either_sum(inner, addend);
+                    let [with, without] = self.possible_sums(inner, addend);
                     [Some(Query::Carry(carry)), bits(with), bits(without), None]
                 }
                 Node::Derived(number, _) => {
@@ -166,7 +166,7 @@ impl Words {
     }
 
     /// Computes an answer from the answers of the queries on which it depends.
-    fn work_out(&mut self, circuit: &mut Circuit, question: Query) {
+    fn compute(&mut self, circuit: &mut Circuit, question: Query) {
         match question {
             Query::Range(range) => self.work_out_range(circuit, range),
             Query::Bits(word) => self.work_out_bits(circuit, word),
@@ -197,7 +197,7 @@ impl Words {
                 circuit.any(parts.map(part))
             }
             Node::Carried(inner, addend, carry) => {
-                let sums = self.either_sum(inner, addend);
+                let sums = self.possible_sums(inner, addend);
                 let [with, without] = sums.map(|word| within(self, word));
                 circuit.ite(self.answered_carry(carry), with, without)
             }
@@ -245,7 +245,7 @@ impl Words {
             }
             Node::Sum(a, b, carry) => self.sum_of(circuit, a, b, carry).0,
             Node::Carried(inner, addend, carry) => {
-                let sums = self.either_sum(inner, addend);
+                let sums = self.possible_sums(inner, addend);
                 let [with, without] = sums.map(|word| self.answered_bits(word));
                 let carry = self.answered_carry(carry);
                 std::array::from_fn(|i| circuit.ite(carry, with[i], without[i]))
@@ -289,7 +289,7 @@ impl Words {
     }
 
     /// The two possible sums of a word and a constant: with and without a carry.
-    fn either_sum(&mut self, word: Word, addend: u16) -> [Word; 2] {
+    fn possible_sums(&mut self, word: Word, addend: u16) -> [Word; 2] {
         [self.plus(word, addend.wrapping_add(1)), self.plus(word, addend)]
     }
 

@@ -47,7 +47,7 @@ impl Run<'_> {
         }
         if let Some(&(low, high)) = self.program.stated_counts.get(&at) {
             let within = self.within(&number, false, low, high);
-            self.hold(fires, within);
+            self.exclude_unless(fires, within);
         }
         let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
         let mut above = |most: u64| {

@@ -19,12 +19,12 @@ impl Run<'_> {
 
     /// The value of a choice that is read, computed from its operation if possible. A value that was computed under a
     /// condition is used again wherever that condition holds.
-    fn settled(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
+    fn computed_value(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let moment = (self.frames.clone(), choice);
         let before = self.known.settled.get(&moment).copied();
         if let Some((under, word)) = before {
             let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
-            if self.known.given(circuit, words).holds(circuit, words, under) {
+            if self.known.implications(circuit, words).holds(circuit, words, under) {
                 return Some(word);
             }
         }
@@ -39,17 +39,17 @@ impl Run<'_> {
     }
 
     /// The value of a bit, simplified under the current `reached` condition.
-    pub(super) fn known_bit(&mut self, cell: Cell) -> Lit {
+    pub(super) fn simplified_bit(&mut self, cell: Cell) -> Lit {
         let bit = self.memory.read_bit(cell);
         let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
-        self.known.given(circuit, words).within(circuit, words, bit)
+        self.known.implications(circuit, words).within(circuit, words, bit)
     }
 
     /// The value of a word, simplified under the current `reached` condition.
-    pub(super) fn known_word(&mut self, cell: Cell) -> Word {
+    pub(super) fn simplified_word(&mut self, cell: Cell) -> Word {
         let word = self.memory.read_word(cell);
         let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
-        let short = self.known.short(circuit, words, word);
+        let short = self.known.simplified(circuit, words, word);
         if short != word && words.as_constant(short).is_none() {
             self.known.before.insert(short, (word, self.known.reached));
         }
@@ -59,7 +59,7 @@ impl Run<'_> {
     /// The literal of a choice that instruction `at` reads as a bit.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
-        if let Some(word) = self.settled(choice, at) {
+        if let Some(word) = self.computed_value(choice, at) {
             return self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
         }
         if let (Some(&ChoiceKind::StableExternal(cell)), Purpose::LowerBound) =
@@ -105,13 +105,13 @@ impl Run<'_> {
                 (Purpose::UpperBound, None) => {}
             }
         }
-        if let Some(word) = self.settled(choice, at) {
+        if let Some(word) = self.computed_value(choice, at) {
             return word;
         }
         let learned = !self.facts(choice).is_empty();
         let free = match iterations {
             None => self.memory.word_choice(&self.frames, choice, &|| describe(program, at)),
-            Some(_) => self.once(choice, at),
+            Some(_) => self.one_or_no_iteration(choice, at),
         };
         if iterations.is_none() && !learned {
             return free;
@@ -154,7 +154,7 @@ impl Run<'_> {
 
     /// The word 1 or 0, for a loop of which manuals do not say whether it makes one iteration or none. A free bit of
     /// the choice decides; a lower bound uses 0.
-    fn once(&mut self, choice: ChoiceId, at: usize) -> Word {
+    fn one_or_no_iteration(&mut self, choice: ChoiceId, at: usize) -> Word {
         if self.purpose == Purpose::LowerBound {
             return self.memory.words.constant(0);
         }
@@ -169,7 +169,7 @@ impl Run<'_> {
 
     /// Writes the known results of an operation in place of its havoc. Returns the guard under which nothing is known,
     /// so that the havoc remains necessary.
-    pub(super) fn write_known_of(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
+    pub(super) fn write_observed(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if guard == Lit::FALSE {
             return guard;
         }

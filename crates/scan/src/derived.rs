@@ -76,7 +76,7 @@ impl Derived {
             }
             Function::Quotient { signed } => divided(circuit, first, second, signed).0,
             Function::Remainder { signed } => divided(circuit, first, second, signed).1,
-            Function::Moved(way) => moved(circuit, first, second, way),
+            Function::Moved(way) => shifted(circuit, first, second, way),
             Function::FromDecimal => from_decimal(circuit, first),
             Function::ToDecimal => to_decimal(circuit, first),
         };
@@ -162,7 +162,7 @@ fn divided_unsigned(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> (Vec<Lit>, V
 }
 
 /// A barrel shifter: shifts by 1 if bit 0 of `places` is on, then by 2 if bit 1 is on, and so on.
-fn moved(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: ShiftKind) -> Vec<Lit> {
+fn shifted(circuit: &mut Circuit, bits: &[Lit], places: &[Lit], way: ShiftKind) -> Vec<Lit> {
     let count = bits.len();
     let fill = if way == ShiftKind::SignedRight { bits[count - 1] } else { Lit::FALSE };
     let mut now = bits.to_vec();

@@ -13,9 +13,9 @@ impl Run<'_> {
             Logic::Condition => condition,
             Logic::Const(value) => Lit::constant(*value),
             Logic::Bit(BitSource::Const(value)) => Lit::constant(*value),
-            Logic::Bit(BitSource::Cell(cell)) => self.known_bit(*cell),
+            Logic::Bit(BitSource::Cell(cell)) => self.simplified_bit(*cell),
             Logic::Bit(BitSource::WordBit(cell, bit)) => {
-                let word = self.known_word(*cell);
+                let word = self.simplified_word(*cell);
                 self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)]
             }
             Logic::Bit(BitSource::Free(choice)) => self.bit_choice(*choice, at),
@@ -82,11 +82,11 @@ impl Run<'_> {
     pub(super) fn word(&mut self, source: WordSource, at: usize) -> Word {
         match source {
             WordSource::Const(value) => self.memory.words.constant(value),
-            WordSource::Cell(cell) => self.known_word(cell),
+            WordSource::Cell(cell) => self.simplified_word(cell),
             WordSource::Bits { first, count } => {
                 let bits = std::array::from_fn(|i| {
                     if i < usize::from(count) {
-                        self.known_bit(first.plus(i as u32))
+                        self.simplified_bit(first.plus(i as u32))
                     } else {
                         Lit::FALSE
                     }

@@ -114,11 +114,11 @@ impl Implications {
         known: &mut FxHashMap<Word, Word>,
     ) -> Word {
         let word = self.word_within(circuit, words, word);
-        self.fewer(circuit, words, word, known, &mut { MAX_REMOVED }).0
+        self.simplify(circuit, words, word, known, &mut { MAX_REMOVED }).0
     }
 
     /// A simplified word, and whether the whole expression of the word was examined.
-    fn fewer(
+    fn simplify(
         &self,
         circuit: &Circuit,
         words: &mut Words,
@@ -135,11 +135,11 @@ impl Implications {
         }
         *left -= 1;
         let (found, whole) = match self.within(circuit, words, condition) {
-            Lit::TRUE => self.fewer(circuit, words, then, known, left),
-            Lit::FALSE => self.fewer(circuit, words, other, known, left),
+            Lit::TRUE => self.simplify(circuit, words, then, known, left),
+            Lit::FALSE => self.simplify(circuit, words, other, known, left),
             condition => {
-                let (other, all) = self.fewer(circuit, words, other, known, left);
-                let (then, both) = self.fewer(circuit, words, then, known, left);
+                let (other, all) = self.simplify(circuit, words, other, known, left);
+                let (then, both) = self.simplify(circuit, words, then, known, left);
                 (words.either(condition, then, other), all && both)
             }
         };
@@ -151,7 +151,7 @@ impl Implications {
 
     /// The possible values of a word under the condition, each with the condition under which the word has it. `None`
     /// if a part is unknown or there are too many values.
-    pub fn cases(
+    pub fn possible_values(
         &self,
         circuit: &mut Circuit,
         words: &mut Words,
@@ -200,8 +200,10 @@ impl Implications {
                 }
                 Node::Sum(a, b, Carry::NONE) => {
                     let few = most.min(8);
-                    let (first, second) =
-                        (self.cases(circuit, words, a, few)?, self.cases(circuit, words, b, few)?);
+                    let (first, second) = (
+                        self.possible_values(circuit, words, a, few)?,
+                        self.possible_values(circuit, words, b, few)?,
+                    );
                     for &(one, a) in &first {
                         for &(other, b) in &second {
                             let both = circuit.and(one, other);
@@ -219,7 +221,7 @@ impl Implications {
 
     /// Records the range of a word that follows from a literal.
     fn keep(&mut self, words: &Words, part: Lit) {
-        if let Some((word, ring)) = said(words, part) {
+        if let Some((word, ring)) = interval_of_literal(words, part) {
             let known = self.words.entry(word).or_insert(WordInterval::TOP);
             *known = known.meet(ring);
         }
@@ -253,7 +255,7 @@ impl Implications {
     }
 
     /// Computes the interval of a word and of all words on which it depends, each once.
-    pub fn work_out(&self, circuit: &Circuit, words: &Words, spans: &mut Intervals, word: Word) {
+    pub fn compute(&self, circuit: &Circuit, words: &Words, spans: &mut Intervals, word: Word) {
         let mut open = vec![word];
         while let Some(&word) = open.last() {
             let parts: [Option<Word>; 2] = match words.node(word) {
@@ -322,7 +324,7 @@ impl Implications {
                     }
                     let before = looking.said_more.len();
                     conjuncts(circuit, condition, 3, &mut |part| {
-                        looking.said_more.extend(said(words, part));
+                        looking.said_more.extend(interval_of_literal(words, part));
                     });
                     let one = self.span_where(looking, word, depth + 1);
                     looking.said_more.truncate(before);
@@ -380,7 +382,7 @@ impl Implications {
             return Some(false);
         }
         for (asked, is) in [(lit, true), (!lit, false)] {
-            let Some(Range(word, low, high)) = words.asked(asked) else { continue };
+            let Some(Range(word, low, high)) = words.range_test(asked) else { continue };
             let (known, asked) = (self.word(word), WordInterval::of(low.into(), high.into()));
             if asked.contains(known) {
                 return Some(is);
@@ -460,11 +462,11 @@ fn add_case(
 }
 
 /// The word and its interval, if the literal says that a word lies in a range or outside it.
-fn said(words: &Words, part: Lit) -> Option<(Word, WordInterval)> {
-    if let Some(Range(word, low, high)) = words.asked(part) {
+fn interval_of_literal(words: &Words, part: Lit) -> Option<(Word, WordInterval)> {
+    if let Some(Range(word, low, high)) = words.range_test(part) {
         return Some((word, WordInterval::of(low.into(), high.into())));
     }
-    let Range(word, low, high) = words.asked(!part)?;
+    let Range(word, low, high) = words.range_test(!part)?;
     Some((word, WordInterval::all_except(low, high)))
 }
 
@@ -561,8 +563,8 @@ mod tests {
             let mut asked = Vec::new();
             for &word in &all {
                 let within = given.word_within(&circuit, &mut words, word);
-                let cases = given.cases(&mut circuit, &mut words, word, 8);
-                always.work_out(&circuit, &words, &mut spans, word);
+                let cases = given.possible_values(&mut circuit, &mut words, word, 8);
+                always.compute(&circuit, &words, &mut spans, word);
                 let span = given.span(&circuit, &words, &spans, word);
                 closer += usize::from(span != WordInterval::TOP);
                 told += usize::from(cases.is_some());

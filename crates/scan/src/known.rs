@@ -92,7 +92,7 @@ impl KnownChoices {
     }
 
     /// What is implied by the condition under which the current instruction is reached.
-    pub(super) fn given(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
+    pub(super) fn implications(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
         let KnownChoices { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);
         let known = known.unwrap_or_else(|| {
@@ -104,22 +104,22 @@ impl KnownChoices {
     }
 
     /// A word simplified under the current `reached` condition.
-    pub(super) fn short(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
+    pub(super) fn simplified(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let reached = self.reached;
         if self.fewer.len() > MAX_CACHED {
             self.fewer.clear();
         }
         let mut known = self.fewer.remove(&reached).unwrap_or_default();
-        let short = self.given(circuit, words).simplified(circuit, words, word, &mut known);
+        let short = self.implications(circuit, words).simplified(circuit, words, word, &mut known);
         self.fewer.insert(reached, known);
         short
     }
 
     /// The interval of a word under the current `reached` condition.
     pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> WordInterval {
-        self.always.work_out(circuit, words, &mut self.spans, word);
+        self.always.compute(circuit, words, &mut self.spans, word);
         let spans = std::mem::take(&mut self.spans);
-        let found = self.given(circuit, words).span(circuit, words, &spans, word);
+        let found = self.implications(circuit, words).span(circuit, words, &spans, word);
         self.spans = spans;
         found
     }

@@ -31,14 +31,14 @@ pub use settings::{Purpose, ScanError, SizeLimits};
 
 use known::KnownChoices;
 use memory::Memory;
-use run::{Activation, ForLoop, OpenRegion, PendingJump, Results, Run};
+use run::{Activation, ForLoop, OpenRegion, PendingJump, Run, RungResults};
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{
     BitTarget, Cell, Effect, Frame, Join, Logic, Program, Source, Step, When, WordSource, Write,
 };
 use scanbound_model::{Lit, ScanModel, Unbounded};
-use settings::Settings;
+use settings::ScanSettings;
 use std::collections::{BTreeMap, BTreeSet};
 use violation_log::ViolationLog;
 use word::Word;
@@ -78,7 +78,7 @@ pub fn scan_model_with_knowledge(
     purpose: Purpose,
     limits: &SizeLimits<'_>,
 ) -> Result<ScanModel, ScanError> {
-    let settings = Settings { times, knowledge, purpose, limits };
+    let settings = ScanSettings { times, knowledge, purpose, limits };
     Ok(run(program, settings, None, |_| ())?.0)
 }
 
@@ -92,12 +92,12 @@ pub fn scan_model_to_end(
     limits: &SizeLimits<'_>,
     bits: &[BitTarget],
 ) -> Result<(ScanModel, Vec<Lit>), ScanError> {
-    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| held(memory, bit)).collect();
-    run(program, Settings::of_upper_bounds(times, limits), None, ends)
+    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| is_on(memory, bit)).collect();
+    run(program, ScanSettings::of_upper_bounds(times, limits), None, ends)
 }
 
 /// The literal that says whether a bit is on at this point of the scan.
-fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
+fn is_on(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => memory.read_bit(cell),
         BitTarget::WordBit(cell, bit) => {
@@ -110,11 +110,11 @@ fn held(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
 /// Builds the model. Also returns the result of `end`, which is called on the memory at the end of the scan.
 fn run<T>(
     program: &Program,
-    settings: Settings<'_>,
+    settings: ScanSettings<'_>,
     watch: Option<Box<ViolationLog>>,
     end: impl FnOnce(&mut Memory<'_>) -> T,
 ) -> Result<(ScanModel, T), ScanError> {
-    let Settings { times, knowledge, purpose, limits } = settings;
+    let ScanSettings { times, knowledge, purpose, limits } = settings;
     let mut run = Run {
         program,
         times,
@@ -190,7 +190,7 @@ impl Run<'_> {
     fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
         let mut act = Activation {
             active,
-            results: Results { stack: Some(Vec::new()), ..Results::default() },
+            results: RungResults { stack: Some(Vec::new()), ..RungResults::default() },
             open_regions: Vec::new(),
             pending_jumps: BTreeMap::new(),
             returned: Lit::FALSE,
@@ -204,7 +204,7 @@ impl Run<'_> {
         let mut at = from;
         while at < to {
             if let Some(pending) = act.pending_jumps.remove(&at) {
-                self.land(act, pending);
+                self.merge_jump(act, pending);
             }
             if act.active == Lit::FALSE {
                 // No path reaches the instructions before the next jump target.
@@ -224,7 +224,7 @@ impl Run<'_> {
     }
 
     /// Merges the state of a jump whose target is the next instruction with the state of the instructions before it.
-    fn land(&mut self, act: &mut Activation, pending: PendingJump) {
+    fn merge_jump(&mut self, act: &mut Activation, pending: PendingJump) {
         let here = PendingJump { taken: act.active, results: std::mem::take(&mut act.results) };
         let PendingJump { taken, results } = self.meet(here, pending);
         (act.active, act.results) = (taken, results);
@@ -348,7 +348,7 @@ impl Run<'_> {
                 }
             }
             Write::Havoc(region, choice) => {
-                let guard = self.write_known_of(*choice, guard, at);
+                let guard = self.write_observed(*choice, guard, at);
                 if guard != Lit::FALSE {
                     self.note_unknown_write(*choice, *region, at);
                     self.check_reach(guard, *choice, at);
@@ -463,7 +463,7 @@ impl Run<'_> {
     /// Combines a value with the stack, as a contact does.
     fn join(
         &mut self,
-        results: &mut Results,
+        results: &mut RungResults,
         join: Join,
         value: Lit,
         at: usize,
@@ -507,7 +507,7 @@ impl Run<'_> {
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let within = self.within(&value, true, low, high);
-        self.hold(Lit::TRUE, within);
+        self.exclude_unless(Lit::TRUE, within);
     }
 
     /// Adds the constraint that the start value of a word is in the list `values`. An empty list means no constraint.
@@ -520,7 +520,7 @@ impl Run<'_> {
             let one = words.in_range(&mut model.circuit, word, value, value);
             is_one = model.circuit.or(is_one, one);
         }
-        self.hold(Lit::TRUE, is_one);
+        self.exclude_unless(Lit::TRUE, is_one);
     }
 
     /// The literal that says whether the number in these words, low word first, lies in a range.
@@ -530,7 +530,7 @@ impl Run<'_> {
     }
 
     /// Excludes all scans in which `reached` is true and `holds` is false.
-    fn hold(&mut self, reached: Lit, holds: Lit) {
+    fn exclude_unless(&mut self, reached: Lit, holds: Lit) {
         let holds = self.memory.circuit().or(!reached, holds);
         if holds != Lit::TRUE {
             self.memory.model.constraints.push(holds);

@@ -1,6 +1,6 @@
 //! Loops: executed iteration by iteration, or charged as a summary.
 
-use super::run::{Activation, ForLoop, Results, Run};
+use super::run::{Activation, ForLoop, Run, RungResults};
 use super::settings::{Purpose, ScanError};
 use super::unknown_writes;
 use scanbound_ir::meaning::ChoiceKind;
@@ -14,7 +14,7 @@ impl Run<'_> {
         act: &mut Activation,
         own: ForLoop,
     ) -> Result<usize, ScanError> {
-        self.hold_iterations(act.active, own.at, own.count);
+        self.exclude_other_counts(act.active, own.at, own.count);
         self.check_iterations(act.active, own.at, own.count, own.most);
         self.iterations(act, own)?;
         Ok(own.end + 1)
@@ -30,7 +30,7 @@ impl Run<'_> {
     ) -> Result<usize, ScanError> {
         let Summary { end, charges, havocs, choice, exits, iterations } = summary;
         if let Some((count, _, most)) = *iterations {
-            self.hold_iterations(act.active, at, count);
+            self.exclude_other_counts(act.active, at, count);
             self.check_iterations(act.active, at, count, most);
         }
         match *iterations {
@@ -46,7 +46,7 @@ impl Run<'_> {
         for &region in havocs {
             self.memory.havoc(region, act.active, &self.frames, *choice);
         }
-        act.results = Results::default();
+        act.results = RungResults::default();
         for &(choice, exit) in exits {
             let taken = self.logic(&Logic::Bit(BitSource::Free(choice)), Lit::TRUE, at);
             let fired = self.memory.circuit().and(act.active, taken);
@@ -116,7 +116,7 @@ impl Run<'_> {
         }
         if done != Lit::FALSE {
             // The results of the last iteration are valid only if it was executed.
-            act.results = Results::default();
+            act.results = RungResults::default();
         }
         act.active = self.memory.circuit().or(act.active, done);
         Ok(())
@@ -154,7 +154,7 @@ impl Run<'_> {
     }
 
     /// Excludes scans in which the number of iterations of a loop is not as stated.
-    fn hold_iterations(&mut self, reached: Lit, at: usize, count: WordSource) {
+    fn exclude_other_counts(&mut self, reached: Lit, at: usize, count: WordSource) {
         let Some(&(low, high)) = self.program.stated_counts.get(&at) else { return };
         let (word, is_signed) = match count {
             WordSource::Free(choice) => match self.program.kinds.get(&choice) {
@@ -166,6 +166,6 @@ impl Run<'_> {
         };
         let word = self.word(word, at);
         let within = self.within(&[word], is_signed, low, high);
-        self.hold(reached, within);
+        self.exclude_unless(reached, within);
     }
 }

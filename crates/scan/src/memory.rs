@@ -272,7 +272,7 @@ impl<'p> Memory<'p> {
             return;
         }
         if let Some(watch) = &mut self.watch {
-            watch.lost(&mut self.model.circuit, region, guard);
+            watch.note_havoc(&mut self.model.circuit, region, guard);
         }
         self.model.havocs.push(Havoc { region, executed: guard, frames: frames.to_vec(), choice });
     }

@@ -72,7 +72,8 @@ impl<'p> Run<'p> {
         let (results, mut settled) = self.execute_operation(choice, meaning, at)?;
         let mut places: Vec<ResolvedTarget<'p>> = Vec::with_capacity(results.len());
         for (target, result) in meaning.outputs.iter().zip(&results) {
-            let (place, known) = self.placed(target, result.len(), self.follows(choice), at)?;
+            let (place, known) =
+                self.target_locations(target, result.len(), self.follows(choice), at)?;
             settled = self.memory.circuit().and(settled, known);
             places.push(place);
         }
@@ -325,7 +326,8 @@ impl<'p> Run<'p> {
                     Count::Text(_) => return None,
                 };
                 let mut found: Option<Vec<Word>> = None;
-                let (cases, known) = self.spots(address, *shape, count as usize, follows, at)?;
+                let (cases, known) =
+                    self.locations(address, *shape, count as usize, follows, at)?;
                 for (holds, spots) in cases {
                     let words: Option<Vec<Word>> =
                         spots.iter().map(|spot| self.read_spot(spot)).collect();
@@ -347,7 +349,7 @@ impl<'p> Run<'p> {
 
     /// The possible locations of a list of words at an address, each with the condition under which it is the actual
     /// one.
-    fn spots(
+    fn locations(
         &mut self,
         address: &Address,
         shape: Shape,
@@ -508,8 +510,8 @@ impl<'p> Run<'p> {
         for (place, &source) in sources.iter().enumerate() {
             let word = self.word(source, at);
             let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
-            let given = self.known.given(circuit, words);
-            let cases = given.cases(circuit, words, word, most)?;
+            let given = self.known.implications(circuit, words);
+            let cases = given.possible_values(circuit, words, word, most)?;
             let is_top = place + 1 == sources.len();
             let cases = cases.into_iter().map(|(holds, value)| {
                 let value =
@@ -532,12 +534,12 @@ impl<'p> Run<'p> {
         }
         Some(match spot {
             WordLocation::Cell(cell) if self.is_bit(*cell) => {
-                let bit = self.known_bit(*cell);
+                let bit = self.simplified_bit(*cell);
                 self.bit_word(bit)
             }
-            WordLocation::Cell(cell) => self.known_word(*cell),
+            WordLocation::Cell(cell) => self.simplified_word(*cell),
             WordLocation::WordBit(cell, bit) => {
-                let word = self.known_word(*cell);
+                let word = self.simplified_word(*cell);
                 let bit =
                     self.memory.words.bits(&mut self.memory.model.circuit, word)[usize::from(*bit)];
                 self.bit_word(bit)
@@ -545,7 +547,7 @@ impl<'p> Run<'p> {
             WordLocation::Bits(cells) => {
                 let mut bits = [Lit::FALSE; 16];
                 for (bit, &cell) in bits.iter_mut().zip(cells) {
-                    *bit = self.known_bit(cell);
+                    *bit = self.simplified_bit(cell);
                 }
                 self.memory.words.of_bits(&self.memory.model.circuit, bits)
             }
@@ -553,7 +555,7 @@ impl<'p> Run<'p> {
     }
 
     /// The cells of a target, and the condition under which they are valid.
-    fn placed(
+    fn target_locations(
         &mut self,
         target: &'p Target,
         count: usize,
@@ -562,7 +564,7 @@ impl<'p> Run<'p> {
     ) -> Option<(ResolvedTarget<'p>, Lit)> {
         match target {
             Target::Run(address, shape) => {
-                let (cases, known) = self.spots(address, *shape, count, follows, at)?;
+                let (cases, known) = self.locations(address, *shape, count, follows, at)?;
                 Some((ResolvedTarget::Cells(cases), known))
             }
             target => Some((ResolvedTarget::At(target), Lit::TRUE)),

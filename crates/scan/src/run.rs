@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The results of the rungs of a routine: stack and save slots.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Results {
+pub(super) struct RungResults {
     /// `None` after paths with different stack depths have joined: nothing may be read until the next rung starts.
     pub(super) stack: Option<Vec<Lit>>,
     pub(super) slots: BTreeMap<u32, Lit>,
@@ -21,7 +21,7 @@ pub(super) struct Results {
 #[derive(Debug, Clone)]
 pub(super) struct PendingJump {
     pub(super) taken: Lit,
-    pub(super) results: Results,
+    pub(super) results: RungResults,
 }
 
 /// An open master control region.
@@ -39,7 +39,7 @@ pub(super) struct OpenRegion {
 pub(super) struct Activation {
     /// The literal that says whether control is at the current instruction.
     pub(super) active: Lit,
-    pub(super) results: Results,
+    pub(super) results: RungResults,
     /// The open master control regions, outermost first; there may be thousands.
     pub(super) open_regions: Vec<OpenRegion>,
     /// Jumps that were taken, by target, while the target is not reached yet.

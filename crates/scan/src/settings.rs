@@ -67,7 +67,7 @@ pub struct SizeLimits<'a> {
 }
 
 impl Default for SizeLimits<'_> {
-    /// Settings without limits.
+    /// No limits.
     fn default() -> Self {
         SizeLimits { per_execution: usize::MAX, in_all: usize::MAX, is_over: &|| false }
     }
@@ -75,7 +75,7 @@ impl Default for SizeLimits<'_> {
 
 /// The parameters of a symbolic execution.
 #[derive(Clone, Copy)]
-pub(super) struct Settings<'p> {
+pub(super) struct ScanSettings<'p> {
     /// The times of each instruction.
     pub(super) times: &'p [Times],
     /// The observed results of exact choices.
@@ -85,10 +85,13 @@ pub(super) struct Settings<'p> {
     pub(super) limits: &'p SizeLimits<'p>,
 }
 
-impl<'p> Settings<'p> {
+impl<'p> ScanSettings<'p> {
     /// Parameters for upper bounds, without observations.
-    pub(super) fn of_upper_bounds(times: &'p [Times], limits: &'p SizeLimits<'p>) -> Settings<'p> {
+    pub(super) fn of_upper_bounds(
+        times: &'p [Times],
+        limits: &'p SizeLimits<'p>,
+    ) -> ScanSettings<'p> {
         static NOTHING: Knowledge = Knowledge::new();
-        Settings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }
+        ScanSettings { times, knowledge: &NOTHING, purpose: Purpose::UpperBound, limits }
     }
 }

@@ -48,7 +48,7 @@ impl Run<'_> {
             return;
         }
         let index: Vec<Word> = index.iter().map(|&word| self.word(word, at)).collect();
-        let (starts, follows) = self.comes_from(&index, choice);
+        let (starts, follows) = self.dependencies(&index, choice);
         let far = &mut self.memory.model.unknown_writes[place];
         far.is_independent |= follows.is_empty();
         far.start_cells.extend(starts);
@@ -66,7 +66,7 @@ impl Run<'_> {
     }
 
     /// The cells on whose start values these words may depend, and the unknown writes on whose values they may depend.
-    fn comes_from(&self, words: &[Word], own: ChoiceId) -> (BTreeSet<Cell>, BTreeSet<ChoiceId>) {
+    fn dependencies(&self, words: &[Word], own: ChoiceId) -> (BTreeSet<Cell>, BTreeSet<ChoiceId>) {
         let (mut starts, mut follows) = (BTreeSet::new(), BTreeSet::new());
         let model = &self.memory.model;
         for variable in parts(&self.memory.words, words) {

@@ -82,7 +82,7 @@ impl ViolationLog {
     }
 
     /// Records that all cells of a region may get any value if `guard` is true.
-    pub fn lost(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
+    pub fn note_havoc(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
         for (_, watched) in self.words.iter_mut().filter(|(cell, _)| region.contains(**cell)) {
             watched.broken = circuit.or(watched.broken, guard);
         }

@@ -3,11 +3,11 @@
 
 use super::memory::Memory;
 use super::run::Run;
-use super::settings::{Purpose, ScanError, Settings, SizeLimits};
+use super::settings::{Purpose, ScanError, ScanSettings, SizeLimits};
 pub use super::violation_log::Violation;
 use super::violation_log::ViolationLog;
 use super::word::Word;
-use super::{held, number, run};
+use super::{is_on, number, run};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{
@@ -26,7 +26,7 @@ pub fn scan_model_of_violations(
     times: &[Times],
     limits: &SizeLimits<'_>,
 ) -> Result<(ScanModel, Vec<Violation>), ScanError> {
-    let settings = Settings::of_upper_bounds(times, limits);
+    let settings = ScanSettings::of_upper_bounds(times, limits);
     let watch = Some(Box::new(ViolationLog::of(program)));
     let end = |memory: &mut Memory<'_>| violations(program, memory);
     let (mut model, found) = run(program, settings, watch, end)?;
@@ -79,7 +79,7 @@ pub fn scan_model_of_candidates(
     limits: &SizeLimits<'_>,
     all: &[Candidate],
 ) -> Result<(ScanModel, Vec<CandidateOutcome>), ScanError> {
-    let settings = Settings { times, knowledge, purpose, limits };
+    let settings = ScanSettings { times, knowledge, purpose, limits };
     let single = |(place, one): (usize, &Candidate)| match one {
         Candidate::Within(cells, low, high) => {
             let (cells, low, high) = (cells.clone(), *low, *high);
@@ -112,7 +112,7 @@ fn stay(memory: &mut Memory<'_>, one: &Candidate) -> CandidateOutcome {
         Candidate::Within(cells, low, high) => {
             let end: Vec<Word> = cells.iter().map(|&cell| memory.read_word(cell)).collect();
             let start: Option<Vec<Word>> =
-                cells.iter().map(|&cell| started(memory, cell)).collect();
+                cells.iter().map(|&cell| start_word(memory, cell)).collect();
             let Memory { words, model, .. } = memory;
             let circuit = &mut model.circuit;
             let ends = !number::within(words, circuit, &end, true, *low, *high);
@@ -124,9 +124,9 @@ fn stay(memory: &mut Memory<'_>, one: &Candidate) -> CandidateOutcome {
             CandidateOutcome { violated_at_end: ends, violated: ends, changed: vec![moves] }
         }
         Candidate::Exclusive(bits) => {
-            let end: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
+            let end: Vec<Lit> = bits.iter().map(|&bit| is_on(memory, bit)).collect();
             let moves = bits.iter().zip(&end).map(|(&bit, &end)| {
-                let was_on = bit_started(memory, bit);
+                let was_on = start_bit(memory, bit);
                 memory.circuit().and(!was_on, end)
             });
             let moves = moves.collect();
@@ -148,18 +148,18 @@ fn start_of(memory: &Memory<'_>, cell: Cell) -> Option<VarId> {
 }
 
 /// The value of a word at the start of the scan. `None` if the model does not depend on it.
-fn started(memory: &mut Memory<'_>, cell: Cell) -> Option<Word> {
+fn start_word(memory: &mut Memory<'_>, cell: Cell) -> Option<Word> {
     start_of(memory, cell).map(|variable| memory.words.free(variable))
 }
 
 /// The literal that says whether a bit was on at the start of the scan; false if the model does not depend on it.
-fn bit_started(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
+fn start_bit(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {
         BitTarget::Cell(cell) => match start_of(memory, cell) {
             Some(variable) => memory.circuit().atom(Atom::Bit(variable)),
             None => Lit::FALSE,
         },
-        BitTarget::WordBit(cell, bit) => match started(memory, cell) {
+        BitTarget::WordBit(cell, bit) => match start_word(memory, cell) {
             Some(word) => memory.words.bits(&mut memory.model.circuit, word)[usize::from(bit)],
             None => Lit::FALSE,
         },
@@ -170,7 +170,7 @@ fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit
     let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
     for apart in &program.mutually_exclusive {
         for bits in apart.forbidden_sets() {
-            let on: Vec<Lit> = bits.iter().map(|&bit| held(memory, bit)).collect();
+            let on: Vec<Lit> = bits.iter().map(|&bit| is_on(memory, bit)).collect();
             let happens = memory.circuit().all(on);
             all.insert(Violation::All(bits), happens);
         }

@@ -37,7 +37,7 @@ impl<'a> Bounds<'a> {
             engine: Engine::Cores,
             trace: limits.trace.then(Trace::default),
         };
-        bounds.found(problem.zeros());
+        bounds.record_assignment(problem.zeros());
         bounds
     }
 
@@ -59,7 +59,7 @@ impl<'a> Bounds<'a> {
     pub fn after_case(&mut self, case: Bounds<'_>) {
         self.calls += case.calls;
         if let Some((_, best)) = case.best {
-            self.found(best);
+            self.record_assignment(best);
         }
     }
 
@@ -79,7 +79,7 @@ impl<'a> Bounds<'a> {
     }
 
     /// Records an assignment, if it costs more than the best one so far.
-    pub fn found(&mut self, assignment: Assignment) {
+    pub fn record_assignment(&mut self, assignment: Assignment) {
         if let Some(cost) = self.problem.cost(&assignment)
             && self.best.as_ref().is_none_or(|best| best.0 < cost)
         {
@@ -90,9 +90,12 @@ impl<'a> Bounds<'a> {
     }
 
     /// Records that no assignment costs more than this.
-    pub fn proved(&mut self, upper: u64) {
+    pub fn record_upper(&mut self, upper: u64) {
         if upper < self.upper {
-            debug_assert!(upper >= self.lower(), "an upper bound is less than the cost of an assignment");
+            debug_assert!(
+                upper >= self.lower(),
+                "an upper bound is less than the cost of an assignment"
+            );
             self.upper = upper;
             self.tell();
         }
@@ -103,7 +106,7 @@ impl<'a> Bounds<'a> {
     pub fn falsified(&mut self, weight: u64) {
         self.remaining -= weight;
         // Within a case, the upper bound must not fall below the best scan, which may belong to another case.
-        self.proved(self.remaining.max(self.lower()));
+        self.record_upper(self.remaining.max(self.lower()));
     }
 
     /// The sum of all items minus the weights of the cores found.
@@ -148,7 +151,7 @@ impl<'a> Bounds<'a> {
     }
 
     /// Adds a query and its answer to the trace.
-    pub fn asked(&mut self, items: &[usize], total: u64, together: bool, time: Duration) {
+    pub fn record_query(&mut self, items: &[usize], total: u64, together: bool, time: Duration) {
         let (total, most) = (Picos(total), Picos(self.lower()));
         self.step(|| Step::Asked { items: items.to_vec(), total, together, time, most });
     }

@@ -42,12 +42,12 @@ impl Clauses {
         let mut clauses = Clauses { nodes: vec![0; nodes.len()], ..Clauses::default() };
         for index in order(nodes, late) {
             match nodes[index] {
-                Node::Atom(atom) if uses[index] != Use::None => {
+                Node::Atom(atom) if uses[index] != NodeUse::None => {
                     let variable = clauses.variable();
                     clauses.nodes[index] = variable;
                     clauses.atoms.push((variable, atom));
                 }
-                Node::And(a, b) if uses[index] == Use::Gate => {
+                Node::And(a, b) if uses[index] == NodeUse::Gate => {
                     let inputs = inputs(nodes, &uses, a, b);
                     let inputs: Vec<i32> = inputs.into_iter().map(|l| clauses.literal(l)).collect();
                     clauses.nodes[index] = clauses.and(&inputs);
@@ -76,7 +76,7 @@ impl Clauses {
     }
 
     /// The bits that occur in most clauses, at most `most` of them.
-    pub fn busiest_bits(&self, most: usize) -> Vec<VarId> {
+    pub fn most_used_bits(&self, most: usize) -> Vec<VarId> {
         let mut occurrences = vec![0usize; self.variables + 1];
         for literal in self.clauses.literals() {
             occurrences[literal.unsigned_abs() as usize] += 1;
@@ -211,7 +211,7 @@ fn order(nodes: &[Node], late: usize) -> Vec<usize> {
 
 /// How a node is represented.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Use {
+enum NodeUse {
     /// The node has no representation: no item and no constraint depends on it.
     None,
     /// The node is part of the only gate that uses it, and is not negated there.
@@ -220,18 +220,18 @@ enum Use {
     Gate,
 }
 
-fn uses(problem: &Problem) -> Vec<Use> {
+fn uses(problem: &Problem) -> Vec<NodeUse> {
     let nodes = problem.circuit.nodes();
-    let mut uses = vec![Use::None; nodes.len()];
+    let mut uses = vec![NodeUse::None; nodes.len()];
     let roots = problem.items.iter().map(|item| item.guard).chain(problem.hard.iter().copied());
     for root in roots {
-        uses[root.node()] = Use::Gate;
+        uses[root.node()] = NodeUse::Gate;
     }
     for index in (0..nodes.len()).rev() {
-        if let (Node::And(a, b), true) = (nodes[index], uses[index] != Use::None) {
+        if let (Node::And(a, b), true) = (nodes[index], uses[index] != NodeUse::None) {
             for input in [a, b] {
-                let inside = uses[input.node()] == Use::None && !input.is_negated();
-                uses[input.node()] = if inside { Use::Inside } else { Use::Gate };
+                let inside = uses[input.node()] == NodeUse::None && !input.is_negated();
+                uses[input.node()] = if inside { NodeUse::Inside } else { NodeUse::Gate };
             }
         }
     }
@@ -239,12 +239,12 @@ fn uses(problem: &Problem) -> Vec<Use> {
 }
 
 /// The inputs of a gate and of the gates that are merged into it.
-fn inputs(nodes: &[Node], uses: &[Use], a: Lit, b: Lit) -> Vec<Lit> {
+fn inputs(nodes: &[Node], uses: &[NodeUse], a: Lit, b: Lit) -> Vec<Lit> {
     let mut inputs = Vec::new();
     let mut stack = vec![b, a];
     while let Some(lit) = stack.pop() {
         match nodes[lit.node()] {
-            Node::And(a, b) if uses[lit.node()] == Use::Inside => stack.extend([b, a]),
+            Node::And(a, b) if uses[lit.node()] == NodeUse::Inside => stack.extend([b, a]),
             _ if inputs.contains(&lit) => {}
             _ => inputs.push(lit),
         }

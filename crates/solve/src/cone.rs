@@ -6,11 +6,11 @@ use scanbound_model::{Circuit, Lit, Node};
 /// Copies parts of one source circuit.
 pub struct Cone<'a> {
     source: &'a Circuit,
-    known: Known,
+    known: Copied,
 }
 
 /// The nodes that have been copied. Many groups have only a few nodes, one has most of the circuit.
-enum Known {
+enum Copied {
     /// A hash map by node.
     Few(FxHashMap<usize, Lit>),
     /// An array by node; [`UNKNOWN`] for nodes that are not copied.
@@ -22,24 +22,24 @@ const UNKNOWN: Lit = Lit(u32::MAX);
 /// The array is used if more than one in this many nodes is copied.
 const MANY: usize = 32;
 
-impl Known {
+impl Copied {
     fn get(&self, node: usize) -> Option<Lit> {
         match self {
-            Known::Few(known) => known.get(&node).copied(),
-            Known::Many(known) => Some(known[node]).filter(|&copied| copied != UNKNOWN),
+            Copied::Few(known) => known.get(&node).copied(),
+            Copied::Many(known) => Some(known[node]).filter(|&copied| copied != UNKNOWN),
         }
     }
 
     /// Stores the copy of a node; `nodes` is the size of the source circuit.
     fn put(&mut self, node: usize, copied: Lit, nodes: usize) {
         match self {
-            Known::Many(known) => known[node] = copied,
-            Known::Few(known) => {
+            Copied::Many(known) => known[node] = copied,
+            Copied::Few(known) => {
                 known.insert(node, copied);
                 if known.len() > nodes / MANY {
                     let mut many = vec![UNKNOWN; nodes];
                     known.iter().for_each(|(&node, &copied)| many[node] = copied);
-                    *self = Known::Many(many);
+                    *self = Copied::Many(many);
                 }
             }
         }
@@ -49,7 +49,7 @@ impl Known {
 impl<'a> Cone<'a> {
     /// Prepares copying from a circuit.
     pub fn new(source: &'a Circuit) -> Cone<'a> {
-        Cone { source, known: Known::Few(FxHashMap::default()) }
+        Cone { source, known: Copied::Few(FxHashMap::default()) }
     }
 
     /// Copies a literal and everything on which it depends, each gate once. Returns the literal of the copy.

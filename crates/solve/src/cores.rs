@@ -67,7 +67,7 @@ fn search_from(sizes: Sizes, problem: &Problem, bounds: &mut Bounds<'_>) {
         bounds.falsified(off);
     }
     let mut clauses = Clauses::with_late(&merged, problem.circuit.nodes().len());
-    let modes = clauses.busiest_bits(MODES);
+    let modes = clauses.most_used_bits(MODES);
     let formula = Formula::new(&mut clauses);
     let guards = clauses.items.iter().copied();
     let softs: Vec<(i32, u64)> = guards.zip(merged.items.iter().map(|item| item.weight)).collect();

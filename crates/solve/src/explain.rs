@@ -38,7 +38,7 @@ impl<'a> Exclusions<'a> {
         wanted: &[usize],
     ) -> Vec<Option<Vec<usize>>> {
         let Exclusions { problem, judge } = self;
-        let values = problem.circuit.evaluate(&problem.own(assignment));
+        let values = problem.circuit.evaluate(&problem.restricted(assignment));
         let items = 0..problem.items.len();
         let mut running: Vec<usize> =
             items.clone().filter(|&item| values.get(problem.items[item].guard)).collect();
@@ -70,7 +70,7 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(mut clauses: Clauses, limits: &Limits<'a>) -> Judge<'a> {
         let mut oracle = Oracle::new(limits, Branching::Inputs);
-        Formula::new(&mut clauses).teach(0, &mut oracle);
+        Formula::new(&mut clauses).pass_to(0, &mut oracle);
         Judge { oracle, guards: clauses.items }
     }
 

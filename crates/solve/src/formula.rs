@@ -116,7 +116,7 @@ impl Formula {
     }
 
     /// Passes the clauses from this index on to the solver `oracle`.
-    pub fn teach(&self, index: usize, oracle: &mut Oracle<'_>) {
+    pub fn pass_to(&self, index: usize, oracle: &mut Oracle<'_>) {
         for place in &self.clauses[index..] {
             if place.defines != 0 {
                 oracle.define(place.defines);

@@ -41,19 +41,19 @@ pub fn inductive(
     candidates: Vec<Vec<usize>>,
     limits: &Limits<'_>,
 ) -> Option<Vec<Vec<usize>>> {
-    let mut search = Search::new(model, bits, limits);
+    let mut search = InductiveSearch::new(model, bits, limits);
     let mut open: Vec<Candidate> =
         candidates.into_iter().map(|one| search.candidate(one, bits)).collect();
     for _ in 0..ROUNDS {
         if limits.reached() {
             return None;
         }
-        let Some(scan) = search.broken(&open)? else {
+        let Some(scan) = search.violated_candidate(&open)? else {
             return Some(open.into_iter().map(|one| one.bits).collect());
         };
         let before = open.len();
         // Simulate successive scans: at the end of one, all remaining candidates hold, so another may start there.
-        let mut lanes = search.like(&scan);
+        let mut lanes = search.variations(&scan);
         for _ in 0..FOLLOWING {
             let scans = Scans::of(model, &lanes);
             open.retain(|one| {
@@ -80,7 +80,7 @@ struct Candidate {
 }
 
 /// A solver with the clauses of one scan.
-struct Search<'a> {
+struct InductiveSearch<'a> {
     model: &'a ScanModel,
     problem: Problem,
     clauses: Clauses,
@@ -97,8 +97,12 @@ struct Search<'a> {
     random: Pcg64Mcg,
 }
 
-impl<'a> Search<'a> {
-    fn new(model: &'a ScanModel, bits: &[BitTransition], limits: &'a Limits<'a>) -> Search<'a> {
+impl<'a> InductiveSearch<'a> {
+    fn new(
+        model: &'a ScanModel,
+        bits: &[BitTransition],
+        limits: &'a Limits<'a>,
+    ) -> InductiveSearch<'a> {
         let mut nodes: Vec<usize> =
             bits.iter().flat_map(|bit| [bit.start.node(), bit.end.node()]).collect();
         nodes.sort_unstable();
@@ -133,7 +137,7 @@ impl<'a> Search<'a> {
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
         let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
         let random = Pcg64Mcg::seed_from_u64(1);
-        Search {
+        InductiveSearch {
             model,
             problem,
             clauses,
@@ -182,7 +186,7 @@ impl<'a> Search<'a> {
 
     /// A scan that starts with all of these candidates true and violates one of them, if there is one. The outer `None`
     /// means that the query took too long.
-    fn broken(&mut self, open: &[Candidate]) -> Option<Option<Assignment>> {
+    fn violated_candidate(&mut self, open: &[Candidate]) -> Option<Option<Assignment>> {
         let round = self.fresh();
         let one: Vec<i32> = open.iter().map(|one| one.broken).chain([-round]).collect();
         self.oracle.add(&one);
@@ -197,7 +201,7 @@ impl<'a> Search<'a> {
 
     /// Lanes with this scan in the first lane. The other lanes have variations of it that start with the same
     /// candidates true.
-    fn like(&mut self, scan: &Assignment) -> Vec<Lane> {
+    fn variations(&mut self, scan: &Assignment) -> Vec<Lane> {
         let places = 0..scan.0.len();
         places.map(|place| self.varied(scan, place, self.starts[place])).collect()
     }
@@ -239,7 +243,7 @@ impl<'a> Search<'a> {
     /// The values of a variable: that of the scan in the first lane, random variations in the others. With `down`, bits
     /// are only turned off.
     fn varied(&mut self, scan: &Assignment, place: usize, down: bool) -> Lane {
-        let Search { model, tied, thresholds, random, .. } = self;
+        let InductiveSearch { model, tied, thresholds, random, .. } = self;
         let value = scan.0[place];
         let kind = model.variables[place].kind;
         let mut some = || u64::from(random.next_u32()) << 32 | u64::from(random.next_u32());

@@ -35,7 +35,7 @@ pub struct Predecessors<'a> {
 }
 
 /// The answer of one query.
-enum Before {
+enum Predecessor {
     /// The start of a scan that leaves the state.
     Scan(State),
     /// No scan leaves these values, a part of the state.
@@ -87,7 +87,7 @@ impl<'a> Predecessors<'a> {
         while self.queries > 0 {
             self.queries -= 1;
             match self.before(state) {
-                Before::Never(mut part) => {
+                Predecessor::Never(mut part) => {
                     // A run may begin in a state in which only the other bits differ.
                     if part.iter().all(|&(bit, value)| self.initial[bit] == value) {
                         part.push(not_initial);
@@ -95,36 +95,36 @@ impl<'a> Predecessors<'a> {
                     self.exclude(&part);
                     return Some(part);
                 }
-                Before::Scan(previous) if depth > 0 => {
+                Predecessor::Scan(previous) if depth > 0 => {
                     // Once the earlier state is excluded, another scan may leave this one.
                     self.never(&previous, depth - 1)?;
                 }
-                Before::Scan(_) | Before::Unknown => return None,
+                Predecessor::Scan(_) | Predecessor::Unknown => return None,
             }
         }
         None
     }
 
-    fn before(&mut self, state: &[(usize, bool)]) -> Before {
+    fn before(&mut self, state: &[(usize, bool)]) -> Predecessor {
         let mut assumed = Vec::new();
         for &(bit, value) in state {
             let end = if value { self.bits[bit].end } else { !self.bits[bit].end };
             match end {
                 Lit::TRUE => {}
-                Lit::FALSE => return Before::Never(vec![(bit, value)]),
+                Lit::FALSE => return Predecessor::Never(vec![(bit, value)]),
                 end => assumed.push((self.literal(end), (bit, value))),
             }
         }
         let literals: Vec<i32> = assumed.iter().map(|one| one.0).collect();
         match self.oracle.ask(&literals, Effort::decisions(DECISIONS + literals.len() as u64)) {
-            None => Before::Unknown,
+            None => Predecessor::Unknown,
             Some(true) => {
                 let start = |bit: usize| match self.bits[bit].start {
                     Lit::TRUE => true,
                     Lit::FALSE => false,
                     start => self.oracle.holds(self.literal(start)),
                 };
-                Before::Scan((0..self.bits.len()).map(|bit| (bit, start(bit))).collect())
+                Predecessor::Scan((0..self.bits.len()).map(|bit| (bit, start(bit))).collect())
             }
             Some(false) => {
                 let core = self.oracle.core();
@@ -136,7 +136,7 @@ impl<'a> Predecessors<'a> {
                     let found = assumed.iter().find(same).or_else(|| assumed.iter().find(other));
                     part.extend(found.map(|one| one.1));
                 }
-                Before::Never(self.contradiction(&assumed).unwrap_or(part))
+                Predecessor::Never(self.contradiction(&assumed).unwrap_or(part))
             }
         }
     }

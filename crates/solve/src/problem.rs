@@ -131,7 +131,7 @@ impl Problem {
 
     /// The values of this problem's variables in an assignment of the model's variables.
     #[must_use]
-    pub fn own(&self, all: &Assignment) -> Assignment {
+    pub fn restricted(&self, all: &Assignment) -> Assignment {
         Assignment(self.variables.iter().map(|variable| all.0[variable.0 as usize]).collect())
     }
 

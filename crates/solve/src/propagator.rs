@@ -117,7 +117,7 @@ impl Propagator {
             [literal] => {
                 self.late.push(literal);
                 if self.limits.is_empty() {
-                    self.settle();
+                    self.assign_fixed();
                 }
             }
             [a, b] => {
@@ -176,18 +176,18 @@ impl Propagator {
     }
 
     /// Removes assumptions until this many remain.
-    pub fn back(&mut self, level: usize) {
+    pub fn retract_to(&mut self, level: usize) {
         if level < self.limits.len() {
             self.undo(level);
         }
         if level == 0 {
-            self.settle();
+            self.assign_fixed();
         }
     }
 
     /// Assigns the literals that are true without assumptions. If they contradict each other, the clauses are
     /// unsatisfiable; then later queries find less. The caller must detect this elsewhere.
-    fn settle(&mut self) {
+    fn assign_fixed(&mut self) {
         for literal in std::mem::take(&mut self.late) {
             if self.value(literal) == 0 {
                 self.set(literal, Reason::None);
@@ -218,12 +218,12 @@ impl Propagator {
         let mut false_literals = vec![first];
         self.others(first, reason, &mut false_literals);
         let core = self.ancestors(false_literals);
-        self.back(self.limits.len() - 1);
+        self.retract_to(self.limits.len() - 1);
         Some(core)
     }
 
     /// For a false literal: a core that consists of it and of the assumptions that make it false.
-    fn against(&mut self, literal: i32) -> Vec<i32> {
+    fn core_of(&mut self, literal: i32) -> Vec<i32> {
         let mut core = self.ancestors(vec![literal]);
         core.push(literal);
         core
@@ -235,7 +235,7 @@ impl Propagator {
         match self.value(literal) {
             0 => self.assume(literal),
             1 => None,
-            _ => Some(self.against(literal)),
+            _ => Some(self.core_of(literal)),
         }
     }
 

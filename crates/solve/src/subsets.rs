@@ -67,15 +67,15 @@ pub fn search(
     let mut judge = SubsetSearch::new(problem, &clauses, bounds, budget);
     let ended = if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
     // A search that is stopped leaves the bounds that it has proved so far.
-    ended.err().map_or(SearchEnd::Done, |Stopped(end)| end)
+    ended.err().map_or(SearchEnd::Done, |SearchStopped(end)| end)
 }
 
 /// The limits or the effort limit ended the search.
-struct Stopped(SearchEnd);
+struct SearchStopped(SearchEnd);
 
 /// The paper's order: all items, then all subsets with one item less, and so on. The subsets of an unsatisfiable set
 /// are tried only if its total exceeds the best satisfiable set so far.
-fn plain(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
+fn plain(judge: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
     let all: Vec<usize> = (0..judge.problem.items.len()).collect();
     let mut level = BTreeSet::from([all]);
     while !level.is_empty() {
@@ -95,14 +95,14 @@ fn plain(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
                 }
             }
         }
-        judge.bounds.proved(upper);
+        judge.bounds.record_upper(upper);
         judge.bounds.round();
     }
     Ok(())
 }
 
 /// Removes a minimum-weight hitting set of all conflicts found so far, until the remaining items can be true together.
-fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
+fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
     let weights: Vec<u64> = judge.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
     while !judge.bounds.exact() {
@@ -113,12 +113,16 @@ fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), Stopped> {
             spent() || (judge.budget.is_none() && limits.reached())
         };
         let Some(taken) = least_hitting_set(&weights, &cores, &stop) else {
-            return Err(Stopped(if spent() { SearchEnd::OutOfBudget } else { SearchEnd::Done }));
+            return Err(SearchStopped(if spent() {
+                SearchEnd::OutOfBudget
+            } else {
+                SearchEnd::Done
+            }));
         };
         let mut left: Vec<usize> =
             (0..weights.len()).filter(|item| taken.binary_search(item).is_err()).collect();
         let upper = judge.total(&left);
-        judge.bounds.proved(upper);
+        judge.bounds.record_upper(upper);
         judge.bounds.round();
         // Find conflicts without common items, as many as there are: each lowers the bound separately.
         while !judge.ask(&left)? {
@@ -171,7 +175,7 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
     }
 
     /// Whether these items can be true together. If so, records the scan.
-    fn ask(&mut self, items: &[usize]) -> Result<bool, Stopped> {
+    fn ask(&mut self, items: &[usize]) -> Result<bool, SearchStopped> {
         if let Some(&answer) = self.answers.get(items) {
             return Ok(answer);
         }
@@ -179,15 +183,16 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         let answer = self.check(items)?;
         let time = begin.elapsed();
         if answer {
-            self.bounds.found(self.clauses.assignment(self.problem, self.solver.model()));
+            self.bounds
+                .record_assignment(self.clauses.assignment(self.problem, self.solver.model()));
         }
-        self.bounds.asked(items, self.total(items), answer, time);
+        self.bounds.record_query(items, self.total(items), answer, time);
         self.answers.insert(items.to_vec(), answer);
         Ok(answer)
     }
 
     /// A minimal subset of these items that cannot be true together. All items together cannot be true.
-    fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, Stopped> {
+    fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, SearchStopped> {
         let mut core = items.to_vec();
         if self.refuted.as_deref() == Some(items) || !self.check(items)? {
             self.keep_named(&mut core);
@@ -215,15 +220,15 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         items.retain(|&item| named.contains(&guard(item)));
     }
 
-    fn check(&mut self, items: &[usize]) -> Result<bool, Stopped> {
+    fn check(&mut self, items: &[usize]) -> Result<bool, SearchStopped> {
         let assumptions: Vec<i32> = items.iter().map(|&item| self.clauses.items[item]).collect();
         let mut effort = self.budget.map_or(EFFORT, |budget| budget.effort);
         loop {
             if self.ended() {
-                return Err(Stopped(SearchEnd::Done));
+                return Err(SearchStopped(SearchEnd::Done));
             }
             if self.budget.is_some_and(|budget| self.asked >= budget.questions) {
-                return Err(Stopped(SearchEnd::OutOfBudget));
+                return Err(SearchStopped(SearchEnd::OutOfBudget));
             }
             self.asked += 1;
             self.bounds.count();
@@ -237,7 +242,7 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
                     return Ok(false);
                 }
                 None if self.budget.is_some() => {
-                    return Err(Stopped(SearchEnd::OutOfBudget));
+                    return Err(SearchStopped(SearchEnd::OutOfBudget));
                 }
                 None => effort = effort.saturating_mul(2),
             }

@@ -22,7 +22,9 @@ pub use networks::NetworkUse;
 pub use overhead::OverheadTerm;
 use overhead::charged;
 use refresh::Refresh;
-pub use refresh::{MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, unsure};
+pub use refresh::{
+    MorePoints, UnstatedBase, UnstatedPoints, more_points, own_points, uncertain_refresh,
+};
 use touched::Cells;
 
 /// The times of an instruction and where they come from.
@@ -96,8 +98,8 @@ impl Prices {
 
     /// The part of the refresh time that may not occur, because points or base units are not stated.
     #[must_use]
-    pub fn unsure(&self) -> Picos {
-        unsure(&self.points, &self.bases)
+    pub fn uncertain_refresh(&self) -> Picos {
+        uncertain_refresh(&self.points, &self.bases)
     }
 
     /// The sum of all overhead terms.
@@ -120,11 +122,11 @@ pub enum NoPrice {
 
 /// How often each tag of the `@+` rows occurs in an instruction's operands. For the name of an area: how many of its
 /// cells are read or written. For `WORDBIT`: how many bits of words.
-pub type Tags = BTreeMap<String, u64>;
+pub type OperandTags = BTreeMap<String, u64>;
 
 /// Everything that a price depends on: the timing key, the tags of the operands, and whether a rung or an interrupt
 /// routine begins at the instruction.
-type Asked<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], Tags, [bool; 2]);
+type PriceInput<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], OperandTags, [bool; 2]);
 
 /// The tag for bits of words.
 const WORD_BIT: &str = "WORDBIT";
@@ -140,7 +142,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     let extras = table.has_extras();
     let tagged: Vec<Option<String>> = program.areas.iter().map(tag).collect();
     // Most instructions have the same price as many others.
-    let mut known: FxHashMap<Asked<'_>, Priced> = FxHashMap::default();
+    let mut known: FxHashMap<PriceInput<'_>, PricedInstruction> = FxHashMap::default();
     let rung = table.row("@rung");
     let entry = table.row("@interrupt-entry");
     let entries: BTreeSet<usize> = match entry {
@@ -168,13 +170,13 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
         let begins = rung.filter(|_| instruction.block != block);
         // The cost of an interrupt is charged at the first instruction of its routine, once for each occurrence.
         let entered = entry.filter(|_| entries.contains(&at));
-        let Priced { price, begun } = match &instruction.timing {
+        let PricedInstruction { price, begun } = match &instruction.timing {
             None => priced(table, Err(NoPrice::Free), begins, entered),
             Some(key) => {
                 let touched = if extras {
                     tags(&Cells::of(instruction, units(&key.units), &program.indexed), &tagged)
                 } else {
-                    Tags::new()
+                    OperandTags::new()
                 };
                 let switches = [key.use_larger_time, key.optional];
                 let here = [begins.is_some(), entered.is_some()];
@@ -228,7 +230,7 @@ fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
 
 /// An instruction's price, and whether it includes the time of the rung that begins at the instruction.
 #[derive(Clone)]
-struct Priced {
+struct PricedInstruction {
     price: Result<Arc<Price>, NoPrice>,
     begun: bool,
 }
@@ -239,7 +241,7 @@ fn priced<'a>(
     mut sum: Result<Sum<'a>, NoPrice>,
     begins: Option<&'a Row>,
     entered: Option<&'a Row>,
-) -> Priced {
+) -> PricedInstruction {
     let mut begun = false;
     if let (Some(rung), Ok(sum)) = (begins, &mut sum) {
         sum.add(rung, 1, 0);
@@ -250,7 +252,7 @@ fn priced<'a>(
         (Some(entry), Err(NoPrice::Free)) => sum = Ok(Sum::new(entry, 0)),
         _ => {}
     }
-    Priced { price: sum.and_then(|sum| sum.price(table)).map(Arc::new), begun }
+    PricedInstruction { price: sum.and_then(|sum| sum.price(table)).map(Arc::new), begun }
 }
 
 /// The price of an instruction, in this order: the row of the first of its names that has one, otherwise the row of its
@@ -259,11 +261,15 @@ fn priced<'a>(
 ///
 /// # Errors
 /// If there is no row, or the time is too large.
-pub fn price_of(table: &Table, key: &TimingKey, tags: &Tags) -> Result<Price, NoPrice> {
+pub fn price_of(table: &Table, key: &TimingKey, tags: &OperandTags) -> Result<Price, NoPrice> {
     sum_of(table, key, tags)?.price(table)
 }
 
-fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'a>, NoPrice> {
+fn sum_of<'a>(
+    table: &'a Table,
+    key: &TimingKey,
+    touched: &OperandTags,
+) -> Result<Sum<'a>, NoPrice> {
     let mut rows = key.names.iter().filter_map(|name| table.row(name).map(|row| (name, row)));
     let mut sum = match rows.next() {
         Some((name, row)) => {
@@ -304,7 +310,7 @@ fn sum_of<'a>(table: &'a Table, key: &TimingKey, touched: &Tags) -> Result<Sum<'
 fn with_extras<'a>(
     table: &'a Table,
     key: &TimingKey,
-    touched: &Tags,
+    touched: &OperandTags,
     row: &'a Row,
     told: Option<String>,
 ) -> Sum<'a> {
@@ -446,8 +452,8 @@ fn variant(name: &str) -> Option<String> {
     name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
 }
 
-fn tags(cells: &Cells, tagged: &[Option<String>]) -> Tags {
-    let mut tags = Tags::new();
+fn tags(cells: &Cells, tagged: &[Option<String>]) -> OperandTags {
+    let mut tags = OperandTags::new();
     for of in &cells.areas {
         if let Some(tag) = &tagged[usize::from(of.area.0)] {
             tags.insert(tag.clone(), of.count);

@@ -86,7 +86,7 @@ impl Facts {
                 }
                 _ => {
                     let message = format!("a facts file has no table [{name}]");
-                    reader.fault(Some(key.span()), message, &meant(name, &TABLES, FORM));
+                    reader.fault(Some(key.span()), message, &help_for_unknown(name, &TABLES, FORM));
                 }
             }
         }
@@ -139,7 +139,11 @@ impl Reader<'_> {
                 }
                 other => {
                     let message = format!("'{other}' is not a key of a routine in [calls]");
-                    self.fault(Some(key.span()), message, &meant(other, &["time", "writes"], HELP));
+                    self.fault(
+                        Some(key.span()),
+                        message,
+                        &help_for_unknown(other, &["time", "writes"], HELP),
+                    );
                     continue;
                 }
             };
@@ -220,7 +224,9 @@ impl Reader<'_> {
                     "download in [start] must be true or false".to_owned(),
                     DOWNLOAD,
                 ),
-                (other, _) => self.unknown(key, "start", &meant(other, &["download"], DOWNLOAD)),
+                (other, _) => {
+                    self.unknown(key, "start", &help_for_unknown(other, &["download"], DOWNLOAD))
+                }
             },
             "sfc" => self.chart(key, value),
             _ => self.scan(key, value),
@@ -258,7 +264,7 @@ impl Reader<'_> {
             other => {
                 let help = format!("{SELECTION}; {ACTION_ORDER}; {DRAWN}");
                 let keys = ["selection", "action_order", "drawn_conditions"];
-                self.unknown(key, "sfc", &meant(other, &keys, &help));
+                self.unknown(key, "sfc", &help_for_unknown(other, &keys, &help));
             }
         }
     }
@@ -336,7 +342,7 @@ impl Reader<'_> {
             }
             other => {
                 let help = "write bits = 16, Z0 = [0, 99], or indirect = [\"ZR1000-ZR1999\"]";
-                self.unknown(key, "index", &meant(other, &["bits", "indirect"], help));
+                self.unknown(key, "index", &help_for_unknown(other, &["bits", "indirect"], help));
             }
         }
     }
@@ -350,7 +356,7 @@ impl Reader<'_> {
         help: &str,
     ) -> Option<Vec<String>> {
         if key.get_ref().as_ref() != "devices" {
-            self.unknown(key, table, &meant(key.get_ref(), &["devices"], help));
+            self.unknown(key, table, &help_for_unknown(key.get_ref(), &["devices"], help));
             return None;
         }
         let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
@@ -364,7 +370,11 @@ impl Reader<'_> {
     fn exclusive(&mut self, key: &Key<'_>, value: &Value<'_>) {
         let help = "write sets = [[\"X10\", \"X11\"], [\"M100\", \"M101\", \"M102\"]], where no two bits of a set are on at the same time when a scan starts";
         if key.get_ref().as_ref() != "sets" {
-            return self.unknown(key, "exclusive", &meant(key.get_ref(), &["sets"], help));
+            return self.unknown(
+                key,
+                "exclusive",
+                &help_for_unknown(key.get_ref(), &["sets"], help),
+            );
         }
         let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
         let set = |one: &Value<'_>| {
@@ -405,7 +415,7 @@ impl Reader<'_> {
             other => self.unknown(
                 key,
                 "io",
-                &meant(
+                &help_for_unknown(
                     other,
                     &["inputs", "outputs", "base", "latched"],
                     "write inputs = 64 and outputs = 32, the points that the CPU refreshes",
@@ -442,7 +452,11 @@ impl Reader<'_> {
     fn network(&mut self, key: &Key<'_>, value: &Value<'_>) {
         let help = "write refresh = \"1.5ms\", the longest time that the refresh of all networks takes in one scan, or refresh = \"none\" if there is no network";
         if key.get_ref().as_ref() != "refresh" {
-            return self.unknown(key, "network", &meant(key.get_ref(), &["refresh"], help));
+            return self.unknown(
+                key,
+                "network",
+                &help_for_unknown(key.get_ref(), &["refresh"], help),
+            );
         }
         let text = value.get_ref().as_str().map(str::trim);
         let time = match text {
@@ -473,7 +487,7 @@ impl Reader<'_> {
                 return self.unknown(
                     key,
                     "scan",
-                    &meant(other, &known, &format!("{SCAN}; {ON_ERROR}")),
+                    &help_for_unknown(other, &known, &format!("{SCAN}; {ON_ERROR}")),
                 );
             }
         };
@@ -555,7 +569,7 @@ impl Reader<'_> {
 }
 
 /// The help text, preceded by "did you mean NAME?" if a known name is similar to the wrong one.
-fn meant(wrong: &str, known: &[&str], help: &str) -> String {
+fn help_for_unknown(wrong: &str, known: &[&str], help: &str) -> String {
     let likeness =
         |name: &&&str| Some(strsim::jaro_winkler(wrong, name)).filter(|&likeness| likeness > 0.8);
     let nearest = known.iter().filter(|name| likeness(name).is_some());

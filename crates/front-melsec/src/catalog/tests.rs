@@ -76,7 +76,7 @@ fn every_row_is_well_formed() {
                 Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice | Role::Extra(Axis)
             )
         });
-        let silent = matches!(entry.meaning, Operation::Nothing | Operation::Free);
+        let silent = matches!(entry.meaning, InstructionEffect::Nothing | InstructionEffect::Free);
         assert_eq!(writes || !entry.also.is_empty(), !silent, "{}", entry.mnemonic);
     }
 }
@@ -86,17 +86,17 @@ fn exact_operations_have_the_operands_they_need() {
     for entry in entries() {
         let roles: Vec<Role> = entry.operands.iter().map(|it| it.role).collect();
         let fits = match entry.meaning {
-            Operation::Havoc
-            | Operation::HavocAlways
-            | Operation::HavocAnytime
-            | Operation::Nothing
-            | Operation::Free => true,
-            Operation::Add
-            | Operation::Subtract
-            | Operation::WordAnd
-            | Operation::WordOr
-            | Operation::WordXor
-            | Operation::WordXnr => {
+            InstructionEffect::Havoc
+            | InstructionEffect::HavocAlways
+            | InstructionEffect::HavocAnytime
+            | InstructionEffect::Nothing
+            | InstructionEffect::Free => true,
+            InstructionEffect::Add
+            | InstructionEffect::Subtract
+            | InstructionEffect::WordAnd
+            | InstructionEffect::WordOr
+            | InstructionEffect::WordXor
+            | InstructionEffect::WordXnr => {
                 let extents = entry.operands.windows(2).all(|two| two[0].extent == two[1].extent);
                 extents
                     && matches!(
@@ -105,39 +105,41 @@ fn exact_operations_have_the_operands_they_need() {
                             | [Role::Source, Role::Source, Role::Destination]
                     )
             }
-            Operation::Copy | Operation::WordNot => {
+            InstructionEffect::Copy | InstructionEffect::WordNot => {
                 entry.operands[0].extent == entry.operands[1].extent
                     && roles.starts_with(&[Role::Source, Role::Destination])
             }
-            Operation::Fill => roles == [Role::Source, Role::Destination, Role::Number],
-            Operation::Exchange => roles.starts_with(&[Role::ReadWrite, Role::ReadWrite]),
-            Operation::Increment
-            | Operation::Decrement
-            | Operation::Negate
-            | Operation::Swap
-            | Operation::ShiftOne
-            | Operation::Alternate => roles == [Role::ReadWrite],
-            Operation::Clear => roles == [Role::Destination, Role::Number],
-            Operation::ClearRange => roles == [Role::Destination, Role::Destination],
-            Operation::SlideUp | Operation::SlideDown => {
+            InstructionEffect::Fill => roles == [Role::Source, Role::Destination, Role::Number],
+            InstructionEffect::Exchange => roles.starts_with(&[Role::ReadWrite, Role::ReadWrite]),
+            InstructionEffect::Increment
+            | InstructionEffect::Decrement
+            | InstructionEffect::Negate
+            | InstructionEffect::Swap
+            | InstructionEffect::ShiftOne
+            | InstructionEffect::Alternate => roles == [Role::ReadWrite],
+            InstructionEffect::Clear => roles == [Role::Destination, Role::Number],
+            InstructionEffect::ClearRange => roles == [Role::Destination, Role::Destination],
+            InstructionEffect::SlideUp | InstructionEffect::SlideDown => {
                 let amount = entry.operands[0].extent.amount();
                 roles == [Role::ReadWrite, Role::Number]
                     && amount == Amount::Counted { unit: 1, operand: 1 }
             }
-            Operation::Pairwise => {
+            InstructionEffect::Pairwise => {
                 roles == [Role::Source, Role::Source, Role::Destination, Role::Number]
                     && entry.operands[0].extent == entry.operands[1].extent
             }
-            Operation::Text => {
+            InstructionEffect::Text => {
                 roles == [Role::Source, Role::Destination]
                     && entry.operands.iter().all(|it| it.extent == Extent::Text)
             }
-            Operation::Order => {
+            InstructionEffect::Order => {
                 roles == [Role::Source, Role::Source, Role::Destination]
                     && entry.operands[0].extent == entry.operands[1].extent
                     && entry.operands[2].extent == Extent::Bits(Amount::Fixed(3))
             }
-            Operation::SetBit | Operation::ResetBit => roles == [Role::ReadWrite, Role::Number],
+            InstructionEffect::SetBit | InstructionEffect::ResetBit => {
+                roles == [Role::ReadWrite, Role::Number]
+            }
         };
         assert!(fits, "{} {:?}", entry.mnemonic, entry.meaning);
     }

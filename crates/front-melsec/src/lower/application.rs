@@ -3,7 +3,9 @@
 
 use super::access::{BitPlace, WordPlace};
 use super::state::{Lowering, timing};
-use crate::catalog::{Amount, Axis, CatalogMatch, EVERYWHERE, Entry, Extent, Operation, Role};
+use crate::catalog::{
+    Amount, Axis, CatalogMatch, EVERYWHERE, Entry, Extent, InstructionEffect, Role,
+};
 use crate::memory::{DeviceType, area};
 use crate::operand::{Operand as Written, Place};
 use crate::source::RawInstruction;
@@ -50,7 +52,7 @@ impl Lowering<'_> {
     /// Lowers an instruction that the catalog lists.
     pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &CatalogMatch) {
         let entry = &found.entry;
-        let free = entry.meaning == Operation::Free;
+        let free = entry.meaning == InstructionEffect::Free;
         if !free {
             self.output_here(mnemonic);
         } else if self.rung.depth > 0 && !mnemonic.starts_with("NOP") {
@@ -60,7 +62,7 @@ impl Lowering<'_> {
         if !self.sources_are_read(raw, entry) {
             return;
         }
-        if self.modes.counts_elsewhere && entry.class == "module" {
+        if self.modes.counts_in_d8164 && entry.class == "module" {
             self.fault(
                 Code::NotModelled,
                 &raw.mnemonic,
@@ -82,10 +84,10 @@ impl Lowering<'_> {
             effects.push(fired(Write::Havoc(region, self.choice())));
             // A module that writes to any device does so between scans. Operands may be written at any moment.
             match (entry.meaning, region) {
-                (Operation::HavocAnytime, Region::Everything) => {
+                (InstructionEffect::HavocAnytime, Region::Everything) => {
                     self.out.program.external.push(region);
                 }
-                (Operation::HavocAnytime, _) => self.out.program.volatile.push(region),
+                (InstructionEffect::HavocAnytime, _) => self.out.program.volatile.push(region),
                 _ => {}
             }
             self.approximate(format!(
@@ -120,9 +122,11 @@ impl Lowering<'_> {
     /// The effects of the instruction, exact if possible.
     fn operation(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Vec<Effect>> {
         let exact = match entry.meaning {
-            Operation::Nothing | Operation::Free => return Some(Vec::new()),
-            Operation::HavocAlways => return Some(self.havoc_all(raw, entry, When::Always)),
-            Operation::HavocAnytime => {
+            InstructionEffect::Nothing | InstructionEffect::Free => return Some(Vec::new()),
+            InstructionEffect::HavocAlways => {
+                return Some(self.havoc_all(raw, entry, When::Always));
+            }
+            InstructionEffect::HavocAnytime => {
                 let effects = self.havoc_all(raw, entry, When::Fired);
                 self.out.program.volatile.extend(effects.iter().filter_map(|effect| {
                     match effect.write {
@@ -132,25 +136,25 @@ impl Lowering<'_> {
                 }));
                 return Some(effects);
             }
-            Operation::Copy | Operation::Fill => self.copy(raw, entry)?,
-            Operation::Exchange => self.exchange(raw, entry)?,
-            Operation::Clear => self.clear(raw, entry)?,
-            Operation::ClearRange => self.clear_range(raw)?,
-            Operation::SetBit | Operation::ResetBit => {
-                self.bit_of_word(raw, entry.meaning == Operation::SetBit)?
+            InstructionEffect::Copy | InstructionEffect::Fill => self.copy(raw, entry)?,
+            InstructionEffect::Exchange => self.exchange(raw, entry)?,
+            InstructionEffect::Clear => self.clear(raw, entry)?,
+            InstructionEffect::ClearRange => self.clear_range(raw)?,
+            InstructionEffect::SetBit | InstructionEffect::ResetBit => {
+                self.bit_of_word(raw, entry.meaning == InstructionEffect::SetBit)?
             }
-            Operation::ShiftOne => self.shift(raw)?,
-            Operation::Alternate => {
+            InstructionEffect::ShiftOne => self.shift(raw)?,
+            InstructionEffect::Alternate => {
                 let now = self.read_bit(&raw.operands[0])?;
                 Some(self.bit_effects(&raw.operands[0], now.not(), false)?)
             }
-            Operation::SlideUp | Operation::SlideDown => {
-                self.slide(raw, entry, entry.meaning == Operation::SlideUp)?
+            InstructionEffect::SlideUp | InstructionEffect::SlideDown => {
+                self.slide(raw, entry, entry.meaning == InstructionEffect::SlideUp)?
             }
-            Operation::Pairwise => self.pairwise(raw, entry)?,
-            Operation::Text => self.constant_text(raw)?,
-            Operation::Order => self.compare_to_bits(raw, entry)?,
-            Operation::Havoc | Operation::Swap => None,
+            InstructionEffect::Pairwise => self.pairwise(raw, entry)?,
+            InstructionEffect::Text => self.constant_text(raw)?,
+            InstructionEffect::Order => self.compare_to_bits(raw, entry)?,
+            InstructionEffect::Havoc | InstructionEffect::Swap => None,
             _ => self.arithmetic(raw, entry)?,
         };
         Some(match exact {
@@ -194,11 +198,13 @@ impl Lowering<'_> {
             )
         };
         let (a, b) = match (entry.meaning, last) {
-            (Operation::Increment | Operation::Decrement, _) => {
+            (InstructionEffect::Increment | InstructionEffect::Decrement, _) => {
                 (self.number(&raw.operands[0], words)?, constant(1))
             }
-            (Operation::Negate, _) => (constant(0), self.number(&raw.operands[0], words)?),
-            (Operation::WordNot, _) => (self.number(&raw.operands[0], words)?, constant(u16::MAX)),
+            (InstructionEffect::Negate, _) => (constant(0), self.number(&raw.operands[0], words)?),
+            (InstructionEffect::WordNot, _) => {
+                (self.number(&raw.operands[0], words)?, constant(u16::MAX))
+            }
             // With two operands, the second one is both a source and the destination.
             (_, 1) => {
                 (self.number(&raw.operands[1], words)?, self.number(&raw.operands[0], words)?)
@@ -218,12 +224,14 @@ impl Lowering<'_> {
         }
         let (a, b) = (Box::new(a), Box::new(b));
         let number = match entry.meaning {
-            Operation::Add | Operation::Increment => Number::Add(a, b),
-            Operation::Subtract | Operation::Decrement | Operation::Negate => Number::Sub(a, b),
-            Operation::WordAnd => Number::And(a, b),
-            Operation::WordOr => Number::Or(a, b),
-            Operation::WordXor | Operation::WordNot => Number::Xor(a, b),
-            Operation::WordXnr => {
+            InstructionEffect::Add | InstructionEffect::Increment => Number::Add(a, b),
+            InstructionEffect::Subtract
+            | InstructionEffect::Decrement
+            | InstructionEffect::Negate => Number::Sub(a, b),
+            InstructionEffect::WordAnd => Number::And(a, b),
+            InstructionEffect::WordOr => Number::Or(a, b),
+            InstructionEffect::WordXor | InstructionEffect::WordNot => Number::Xor(a, b),
+            InstructionEffect::WordXnr => {
                 Number::Xor(Box::new(Number::Xor(a, b)), Box::new(constant(u16::MAX)))
             }
             _ => return Some(None),
@@ -253,7 +261,7 @@ impl Lowering<'_> {
     }
 
     fn copy(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
-        if self.modes.turns_moves && entry.mnemonic == "BMOV" {
+        if self.modes.changes_moves && entry.mnemonic == "BMOV" {
             return self.havoc_both(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[1].extent) else {
@@ -262,7 +270,7 @@ impl Lowering<'_> {
         if words == 0 {
             return Some(Some(Vec::new()));
         }
-        let sources = if entry.meaning == Operation::Fill {
+        let sources = if entry.meaning == InstructionEffect::Fill {
             let unit = match entry.operands[1].extent {
                 Extent::Words(Amount::Counted { unit, .. }) => unit as usize,
                 _ => words,
@@ -289,7 +297,7 @@ impl Lowering<'_> {
     }
 
     fn exchange(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
-        if self.modes.turns_moves {
+        if self.modes.changes_moves {
             return self.havoc_both(raw, entry);
         }
         let Some(words) = self.block_words(raw, entry.operands[0].extent) else {

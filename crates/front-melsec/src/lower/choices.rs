@@ -56,7 +56,7 @@ impl Lowering<'_> {
         setting: WordSource,
         unit: Picos,
     ) -> (ChoiceId, ChoiceId) {
-        let before = self.stood_at(value);
+        let before = self.previous_present(value);
         let word = |source| OperationInput::Words(vec![source]);
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(ran.unwrap_or(value), setting, unit);

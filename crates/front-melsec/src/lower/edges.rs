@@ -3,7 +3,7 @@
 //! pulse contact's device changes during the scan; or the contact is not executed in every scan. For M2800 to M3071 of
 //! the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
 
-use super::state::{Edge, Lowering};
+use super::state::{EdgeInstruction, Lowering};
 use crate::memory::{Family, area};
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::flow;
@@ -19,7 +19,7 @@ impl Lowering<'_> {
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();
         if matches!(self.family, Family::Fx | Family::Fx5) {
-            self.edges.at.push(Edge {
+            self.edges.at.push(EdgeInstruction {
                 at: self.out.program.instructions.len(),
                 memory,
                 is_contact,

@@ -54,7 +54,7 @@ impl Lowering<'_> {
         match name {
             "SWAP" if self.is_whole(text, 1) => {
                 let from = self.value(text, 1)?;
-                self.one(Operation::Each(Unary::SwapBytes), vec![from], text, 1)
+                self.single_result(Operation::Each(Unary::SwapBytes), vec![from], text, 1)
             }
             _ => None,
         }
@@ -67,7 +67,7 @@ impl Lowering<'_> {
         };
         let one = |emitter: &mut Self, operation| {
             let value = emitter.value(from, words)?;
-            emitter.one(operation, vec![value], to, words)
+            emitter.single_result(operation, vec![value], to, words)
         };
         match plain {
             // The FX manuals do not say what happens to digits beyond the designation.
@@ -81,28 +81,28 @@ impl Lowering<'_> {
             "SUM" if words == 1 => one(self, Operation::CountBits(1)),
             "DBL" => {
                 let value = self.value(from, 1)?;
-                self.one(Operation::Resize(2), vec![value], to, 2)
+                self.single_result(Operation::Resize(2), vec![value], to, 2)
             }
             "WORD" if words == 1 => {
                 let value = self.value(from, 2)?;
-                self.one(Operation::Resize(1), vec![value], to, 1)
+                self.single_result(Operation::Resize(1), vec![value], to, 1)
             }
             "ROL" | "ROR" | "SFL" | "SFR" => self.moved(plain, from, to, words),
             "BSET" | "BRST" if words == 1 && self.is_bit_number(to, 16) => {
                 let inputs = vec![self.value(from, 1)?, self.value(to, 1)?];
-                self.one(Operation::PutBit(plain == "BSET"), inputs, from, 1)
+                self.single_result(Operation::PutBit(plain == "BSET"), inputs, from, 1)
             }
             "FLT" => {
                 let value = self.value(from, words)?;
-                self.one(Operation::ToReal, vec![value], to, 2)
+                self.single_result(Operation::ToReal, vec![value], to, 2)
             }
             "INT" => {
                 let value = self.value(from, 2)?;
-                self.one(Operation::FromReal(words as u8), vec![value], to, words)
+                self.single_result(Operation::FromReal(words as u8), vec![value], to, words)
             }
             "SECOND" => {
                 let time = OperationInput::Words(self.cells(from, 3)?);
-                self.one(Operation::ToSeconds, vec![time], to, 2)
+                self.single_result(Operation::ToSeconds, vec![time], to, 2)
             }
             "HOUR" if self.is_large() => {
                 let seconds = self.value(from, 2)?;
@@ -191,7 +191,7 @@ impl Lowering<'_> {
                     let output = Target::Words(self.places(c, 4)?);
                     return Some(meaning(Operation::Multiply { signed: true }, inputs, output));
                 }
-                self.one(Operation::Multiply { signed: true }, inputs, c, 2)
+                self.single_result(Operation::Multiply { signed: true }, inputs, c, 2)
             }
             "/" | "DIV" => {
                 let inputs = vec![self.value(a, words)?, self.value(b, words)?];
@@ -216,15 +216,15 @@ impl Lowering<'_> {
             "DECO" => self.decoded(a, b, c),
             "ENCO" if words == 1 => {
                 let bits = self.bits(a, self.power(c)?)?;
-                self.one(Operation::Encode, vec![bits], b, 1)
+                self.single_result(Operation::Encode, vec![bits], b, 1)
             }
             "BMOV" => {
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let (from, to) = (self.run_of(a, 1, many)?, self.run_to(b, 1, many)?);
                 Some(meaning(Operation::Copy, vec![from], to))
             }
             "FMOV" => {
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let value = self.value(a, words)?;
                 let to = self.run_to(b, words as u32, many)?;
                 let times = match many {
@@ -236,28 +236,28 @@ impl Lowering<'_> {
                 Some(meaning(Operation::Repeat, inputs, to))
             }
             "BKBCD" | "BKBIN" => {
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let (from, to) = (self.run_of(a, 1, many)?, self.run_to(b, 1, many)?);
                 let unary = if plain == "BKBCD" { Unary::ToBcd } else { Unary::FromBcd };
                 Some(meaning(Operation::EachWord(unary), vec![from], to))
             }
             "DIS" | "WTOB" | "UNI" | "BTOW" => self.parts(plain, a, b, c),
             "MAX" | "MIN" if self.is_large() => {
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let from = self.run_of(a, words as u32, many)?;
                 let output = Target::Words(self.places(b, words + 2)?);
                 let operation = Operation::Extreme { words: size, greatest: plain == "MAX" };
                 Some(meaning(operation, vec![from], output))
             }
             "WSUM" if self.is_large() => {
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let from = self.run_of(a, words as u32, many)?;
                 let output = Target::Words(self.places(b, 2 * words)?);
                 Some(meaning(Operation::Total(size), vec![from], output))
             }
             "MEAN" => {
                 // On the FX there are at most 64.
-                let many = self.many(c)?;
+                let many = self.element_count(c)?;
                 let is_few = matches!(many, ElementCount::Known(1..=64));
                 if !is_few && !self.is_large() {
                     return None;
@@ -286,16 +286,16 @@ impl Lowering<'_> {
         };
         if let Some(operation) = control {
             let inputs = vec![self.value(a, words)?, self.value(b, words)?, self.value(c, words)?];
-            return self.one(operation, inputs, d, words);
+            return self.single_result(operation, inputs, d, words);
         }
         match plain {
             // The FX instruction has its operands in another order, and more results.
             "SER" if matches!(self.family, Family::Q | Family::L) => {
                 let wanted = self.value(a, words)?;
-                let many = self.many(d)?;
+                let many = self.element_count(d)?;
                 let list = self.run_of(b, words as u32, many)?;
                 let output = Target::Words(self.places(c, 2)?);
-                let halving = self.modes.searches_by_halves;
+                let halving = self.modes.uses_binary_search;
                 Some(meaning(Operation::Find { halving }, vec![wanted, list], output))
             }
             _ => None,
@@ -396,11 +396,11 @@ impl Lowering<'_> {
             _ => Arithmetic::Divide,
         };
         let inputs = vec![self.value(a, 2)?, self.value(b, 2)?];
-        self.one(Operation::Real(arithmetic), inputs, to, 2)
+        self.single_result(Operation::Real(arithmetic), inputs, to, 2)
     }
 
     /// The meaning of an operation whose result is one number, written to `to`.
-    fn one(
+    fn single_result(
         &mut self,
         operation: Operation,
         inputs: Vec<OperationInput>,
@@ -446,7 +446,7 @@ impl Lowering<'_> {
     }
 
     /// The number of elements of a block, which a constant or a word gives.
-    fn many(&mut self, text: &str) -> Option<ElementCount> {
+    fn element_count(&mut self, text: &str) -> Option<ElementCount> {
         let most = self.most_elements();
         match self.constant(text) {
             Some(count) => {

@@ -33,7 +33,7 @@ use scanbound_front::Faults;
 use scanbound_front::builder::{Builder, always};
 use scanbound_ir::{Program, Region, SourceFile, Step, Write};
 pub(super) use state::Lowering;
-use state::{CurrentInstruction, Edges, JumpTargets, OPEN, Rung};
+use state::{CurrentInstruction, Edges, JumpTargets, OPEN, RungState};
 use std::sync::Arc;
 
 impl<'a> Lowering<'a> {
@@ -67,7 +67,7 @@ impl<'a> Lowering<'a> {
             indirect: ranges::indirect(options, modes.switches_file_register),
             modes,
             current: CurrentInstruction::default(),
-            rung: Rung::default(),
+            rung: RungState::default(),
             edges: Edges::default(),
             targets: JumpTargets::default(),
             state: None,
@@ -80,7 +80,7 @@ impl<'a> Lowering<'a> {
         let items = resolved.files[file].clone();
         let first = self.out.next();
         self.current = CurrentInstruction::of(file);
-        self.rung = Rung::default();
+        self.rung = RungState::default();
         self.out.program.instructions.reserve(items.len());
         if let Some(end) = self.structure.skip_target(file) {
             self.lower_skip(end);

@@ -11,15 +11,15 @@ pub(super) struct Modes {
     /// The program switches the file register block, so `R` may be any `ZR`.
     pub switches_file_register: bool,
     /// FX, FX5: special relays change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
-    pub turns_moves: bool,
+    pub changes_moves: bool,
     /// FX: with M8023 on, double-word additions and subtractions work on real numbers.
     pub sums_reals: bool,
     /// Q, L: with SM702 on, searches use binary search and expect sorted blocks.
-    pub searches_by_halves: bool,
+    pub uses_binary_search: bool,
     /// FX, FX5: M8040 or IST may inhibit transitions of a step ladder.
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
-    pub counts_elsewhere: bool,
+    pub counts_in_d8164: bool,
     /// For each area with contiguous devices: the smallest number of devices that the CPU can have, since the program
     /// names the highest one.
     pub named: BTreeMap<AreaId, u32>,
@@ -35,11 +35,11 @@ impl Modes {
         let is_fx = matches!(family, Family::Fx | Family::Fx5);
         Modes {
             switches_file_register: has(&["RSET", "RSETP", "QDRSET", "QDRSETP"]),
-            turns_moves: is_fx && touches(&[8024, 8160]),
+            changes_moves: is_fx && touches(&[8024, 8160]),
             sums_reals: family == Family::Fx && touches(&[8023]),
-            searches_by_halves: touches(&[702]),
+            uses_binary_search: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
-            counts_elsewhere: family == Family::Fx && touches(&[8164]),
+            counts_in_d8164: family == Family::Fx && touches(&[8164]),
             named: named(items),
             highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
         }

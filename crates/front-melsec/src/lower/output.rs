@@ -85,22 +85,22 @@ impl Lowering<'_> {
             _ => "coil",
         };
         let mut key = timing(mnemonic, false, Some(&variant), class, Units::None, false);
-        self.know_special(&mut key, target);
+        self.add_special_row(&mut key, target);
         let at = self.out.next();
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
         if is_timed {
-            self.keep_time(mnemonic, &raw.operands[0], times, at);
+            self.note_timer(mnemonic, &raw.operands[0], times, at);
         }
     }
 
     /// Records how the emulated CPU counts the timer at an instruction. Counters need no record: they count executions.
-    fn keep_time(&mut self, mnemonic: &str, text: &str, setting: Option<WordSource>, at: usize) {
+    fn note_timer(&mut self, mnemonic: &str, text: &str, setting: Option<WordSource>, at: usize) {
         let (Some(device), Some(setting)) = (self.device(text), setting) else { return };
         let Place::At(DeviceType::Timed(timed), index) = device.place else { return };
         if !matches!(device.name, "T" | "ST") || self.runs_in_interrupts(&device) {
             return;
         }
-        let step = self.step_of(mnemonic, index);
+        let step = self.time_base(mnemonic, index);
         let cell = |area| Cell { area, index };
         let keeps = scanbound_ir::timers::TimerOrCounter {
             kind: TimerKind::UpTimer(step, timed.retentive),
@@ -117,7 +117,7 @@ impl Lowering<'_> {
     }
 
     /// The time base of a timer according to the default parameters of the CPU.
-    fn step_of(&self, mnemonic: &str, index: u32) -> Picos {
+    fn time_base(&self, mnemonic: &str, index: u32) -> Picos {
         const MS: u64 = 1_000_000_000;
         Picos(match (self.family, mnemonic) {
             (Family::Fx, _) if index >= 200 => 10 * MS,
@@ -127,7 +127,7 @@ impl Lowering<'_> {
     }
 
     /// Adds a table row for special relays of the FX (`M8000` and above), which take longer than ordinary relays.
-    fn know_special(&self, key: &mut TimingKey, text: &str) {
+    fn add_special_row(&self, key: &mut TimingKey, text: &str) {
         let number = text.strip_prefix(['M', 'm']).and_then(|digits| digits.parse::<u32>().ok());
         if self.family == Family::Fx && number.is_some_and(|number| number >= 8000) {
             let name = key.names.last().map_or("", String::as_str);
@@ -167,15 +167,15 @@ impl Lowering<'_> {
                 self.counted([timed.contact, timed.coil, timed.value].map(cell), setting)
             }
             Some(setting) => {
-                let unit = self.step_of(mnemonic, index);
+                let unit = self.time_base(mnemonic, index);
                 self.elapsed((ran, value), setting, unit)
             }
             None => (self.choice(), self.choice()),
         };
         let mut done = vec![Logic::Condition, Logic::Bit(BitSource::Free(through))];
         if let Some(setting) = setting.filter(|_| !is_counter) {
-            let stood = self.stood_at(value);
-            done.push(self.has_started(ran, stood, setting, self.step_of(mnemonic, index)));
+            let stood = self.previous_present(value);
+            done.push(self.has_started(ran, stood, setting, self.time_base(mnemonic, index)));
         }
         if let Some(setting @ WordSource::Const(1..=0x7FFF)) = setting {
             let over = is_at_least(value, setting);
@@ -191,7 +191,10 @@ impl Lowering<'_> {
         let mut effects = Vec::new();
         if setting.is_some() && !is_counter {
             let now = Number::Words(vec![WordSource::Cell(value)]);
-            effects.push(always(Write::Words(vec![WordTarget::Cell(self.stood_at(value))], now)));
+            effects.push(always(Write::Words(
+                vec![WordTarget::Cell(self.previous_present(value))],
+                now,
+            )));
         }
         let present =
             Write::Words(vec![WordTarget::Cell(value)], Number::Words(vec![WordSource::Free(now)]));
@@ -244,7 +247,7 @@ impl Lowering<'_> {
     }
 
     /// The hidden word that holds the timer's present value as it was before this instruction.
-    pub(super) fn stood_at(&self, value: Cell) -> Cell {
+    pub(super) fn previous_present(&self, value: Cell) -> Cell {
         Cell { area: const { area("stood at ") }, index: value.index }
     }
 
@@ -316,7 +319,7 @@ impl Lowering<'_> {
             Units::None,
             false,
         );
-        self.know_special(&mut key, text);
+        self.add_special_row(&mut key, text);
         self.add(Some(key), effects, Step::Act { fires: Logic::Condition });
     }
 

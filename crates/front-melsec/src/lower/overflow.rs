@@ -2,7 +2,7 @@
 
 use super::access::WordPlace;
 use super::state::{Lowering, OverflowHavoc};
-use crate::catalog::{Entry, Operation};
+use crate::catalog::{Entry, InstructionEffect};
 use crate::memory::Family;
 use scanbound_front::builder::{always, fired};
 use scanbound_ir::{
@@ -28,7 +28,7 @@ impl Lowering<'_> {
         (a, b): (Number, Number),
         words: usize,
     ) -> Option<Vec<Effect>> {
-        let is_sum = entry.meaning == Operation::Add;
+        let is_sum = entry.meaning == InstructionEffect::Add;
         let (left, right) = (Box::new(a.clone()), Box::new(b.clone()));
         let result = if is_sum { Number::Add(left, right) } else { Number::Sub(left, right) };
         let targets = match self.word_place(text, words)? {

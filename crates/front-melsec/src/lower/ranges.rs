@@ -65,7 +65,7 @@ pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Ve
 
 impl Lowering<'_> {
     /// Limits the current instruction's effects through an indirect address to the devices that the user stated.
-    pub(super) fn pointed(&self, effects: Vec<Effect>) -> Vec<Effect> {
+    pub(super) fn limit_indirect(&self, effects: Vec<Effect>) -> Vec<Effect> {
         let is_indirect = |raw: &&RawInstruction| {
             raw.operands.iter().any(|operand| operand.trim_start().starts_with('@'))
         };

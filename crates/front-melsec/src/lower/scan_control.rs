@@ -2,7 +2,7 @@
 //! scan.
 
 use super::state::Lowering;
-use crate::catalog::{Operation, Role};
+use crate::catalog::{InstructionEffect, Role};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::{Category, Item};
@@ -158,16 +158,16 @@ impl Lowering<'_> {
             return 1 << exponent.min(8);
         }
         match found.entry.meaning {
-            Operation::Copy
-            | Operation::Fill
-            | Operation::Havoc
-            | Operation::HavocAlways
-            | Operation::HavocAnytime
-            | Operation::Clear
-            | Operation::SlideUp
-            | Operation::SlideDown
-            | Operation::Pairwise
-            | Operation::Text => {
+            InstructionEffect::Copy
+            | InstructionEffect::Fill
+            | InstructionEffect::Havoc
+            | InstructionEffect::HavocAlways
+            | InstructionEffect::HavocAnytime
+            | InstructionEffect::Clear
+            | InstructionEffect::SlideUp
+            | InstructionEffect::SlideDown
+            | InstructionEffect::Pairwise
+            | InstructionEffect::Text => {
                 let is_move = matches!(unpulsed(&item.name), "MOV" | "CML" | "SMOV");
                 let is_long = matches!(unpulsed(&item.name), "DMOV" | "DCML" | "EMOV" | "DEMOV");
                 let constants = item.operands.iter().filter_map(|operand| match operand {

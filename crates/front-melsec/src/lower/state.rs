@@ -31,7 +31,7 @@ pub struct Lowering<'a> {
     /// The instruction that is being lowered.
     pub(super) current: CurrentInstruction<'a>,
     /// The rung that is being lowered.
-    pub(super) rung: Rung,
+    pub(super) rung: RungState,
     /// The hidden bits that remember conditions for edges.
     pub(super) edges: Edges,
     /// The regions that may be written through indirect addresses, if stated.
@@ -69,7 +69,7 @@ impl Lowering<'_> {
 
     /// Adds an instruction and returns its index.
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
-        let effects = self.pointed(effects);
+        let effects = self.limit_indirect(effects);
         let timing = timing.map(|key| self.with_operands(key));
         let at = self.out.add(timing, effects, step);
         let mut errors = std::mem::take(&mut self.current.errors);
@@ -154,7 +154,7 @@ impl<'a> CurrentInstruction<'a> {
 }
 
 /// The state of the rung that is being lowered.
-pub(super) struct Rung {
+pub(super) struct RungState {
     /// The number of results on the logic stack.
     pub depth: usize,
     /// The number of results saved by MPS and not yet taken by MPP.
@@ -165,15 +165,15 @@ pub(super) struct Rung {
     pub open: bool,
 }
 
-impl Default for Rung {
+impl Default for RungState {
     /// The state between two rungs.
-    fn default() -> Rung {
-        Rung { depth: 0, saved: 0, has_output: true, open: false }
+    fn default() -> RungState {
+        RungState { depth: 0, saved: 0, has_output: true, open: false }
     }
 }
 
 /// An instruction that acts on an edge.
-pub(super) struct Edge {
+pub(super) struct EdgeInstruction {
     /// The index of the instruction.
     pub(super) at: usize,
     /// The hidden bit that holds the value at the last execution.
@@ -188,7 +188,7 @@ pub(super) struct Edges {
     /// The number of hidden bits so far.
     pub count: u32,
     /// The edge instructions of the FX and FX5, which need special treatment.
-    pub at: Vec<Edge>,
+    pub at: Vec<EdgeInstruction>,
     /// For each relay whose edge only one pulse contact detects, its pulse contacts.
     pub single: BTreeMap<Cell, Vec<usize>>,
 }

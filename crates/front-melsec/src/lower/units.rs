@@ -1,7 +1,7 @@
 //! The number of units (words, digits, characters) that an application instruction processes.
 
 use super::state::Lowering;
-use crate::catalog::{Amount, Entry, Extent, Operation, Role};
+use crate::catalog::{Amount, Entry, Extent, InstructionEffect, Role};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Operand, Place};
 use crate::source::RawInstruction;
@@ -41,7 +41,7 @@ impl Lowering<'_> {
                 None => Units::AtMost(most.saturating_mul(entry.unit_size)),
             };
         }
-        if entry.meaning == Operation::ClearRange {
+        if entry.meaning == InstructionEffect::ClearRange {
             return self.units_of_range(raw, entry);
         }
         if let Some(most) = entry.most_units {

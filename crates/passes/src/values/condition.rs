@@ -99,7 +99,7 @@ impl Condition {
     }
 
     /// Adds facts that hold while the condition is true.
-    pub fn knowing(mut self, known: impl Iterator<Item = WordFact>) -> Condition {
+    pub fn with_facts(mut self, known: impl Iterator<Item = WordFact>) -> Condition {
         let more: Rc<[WordFact]> = known.collect();
         self.known = chained(self.known.as_ref(), Some(&more)).filter(|known| !known.is_empty());
         self
@@ -107,7 +107,7 @@ impl Condition {
 
     /// Adds facts that hold while the condition is false, and limits all its facts to states in which the literals of
     /// `context` are true.
-    pub fn denying(
+    pub fn with_facts_if_false(
         mut self,
         known: impl Iterator<Item = WordFact>,
         context: &[Literal],
@@ -167,7 +167,7 @@ impl Condition {
 
     /// The cases in which the condition is false, each with its true literals and the possible values of a word. `None`
     /// if not all cases are known, or if none limits the word.
-    pub fn ways_off(&self, slot: usize, stamp: u32) -> Option<Vec<(Vec<Literal>, Value)>> {
+    pub fn cases_if_false(&self, slot: usize, stamp: u32) -> Option<Vec<(Vec<Literal>, Value)>> {
         self.denied.as_ref()?;
         let literals = self.conjunction()?;
         let way = |(place, &literal): (usize, &Literal)| {
@@ -264,7 +264,7 @@ impl Condition {
 
     /// Makes sure that literals describe the condition exactly: if they do not, it gets a new literal with this
     /// `stamp`, which must be new.
-    pub fn seen(self, stamp: impl FnOnce() -> u32) -> Condition {
+    pub fn with_literal(self, stamp: impl FnOnce() -> u32) -> Condition {
         if self.surely || self.never || self.exact {
             return self;
         }
@@ -287,7 +287,7 @@ pub struct ConditionalWrite {
 }
 
 /// Whether a write was executed.
-pub enum Executed {
+pub enum WasExecuted {
     Yes,
     No,
     ConditionalWrite,
@@ -295,14 +295,14 @@ pub enum Executed {
 
 impl ConditionalWrite {
     /// Whether the write was executed, given that these literals are true.
-    pub fn happened(&self, holds: &[Literal]) -> Executed {
-        let Some(when) = &self.when else { return Executed::ConditionalWrite };
+    pub fn happened(&self, holds: &[Literal]) -> WasExecuted {
+        let Some(when) = &self.when else { return WasExecuted::ConditionalWrite };
         if when.iter().any(|one| holds.contains(&one.negated())) {
-            Executed::No
+            WasExecuted::No
         } else if when.iter().all(|one| holds.contains(one)) {
-            Executed::Yes
+            WasExecuted::Yes
         } else {
-            Executed::ConditionalWrite
+            WasExecuted::ConditionalWrite
         }
     }
 }

@@ -89,8 +89,8 @@ impl Evaluation<'_> {
         a.into_iter().zip(b).map(|(a, b)| how(a, b)).collect()
     }
 
-    fn seen(&self, condition: Condition) -> Condition {
-        condition.seen(|| {
+    fn with_literal(&self, condition: Condition) -> Condition {
+        condition.with_literal(|| {
             self.stamp.set(self.stamp.get() + 1);
             self.stamp.get()
         })
@@ -118,7 +118,7 @@ impl Evaluation<'_> {
             }
             Logic::Compare(compare) => self.compare(compare, compare.relation),
         };
-        self.seen(found)
+        self.with_literal(found)
     }
 
     fn bit(&self, bit: BitSource, on: bool) -> Condition {
@@ -145,9 +145,11 @@ impl Evaluation<'_> {
         let (surely, never) =
             (holds(&left, &right, relation), holds(&left, &right, opposite(relation)));
         if surely || never {
-            return Condition::constant(surely).knowing(known(relation));
+            return Condition::constant(surely).with_facts(known(relation));
         }
-        Condition::default().knowing(known(relation)).denying(known(opposite(relation)), self.holds)
+        Condition::default()
+            .with_facts(known(relation))
+            .with_facts_if_false(known(opposite(relation)), self.holds)
     }
 
     /// What is known about the words on both sides of a comparison if it is true.
@@ -162,11 +164,13 @@ impl Evaluation<'_> {
         let mut found = Vec::new();
         let sides = [
             (&compare.left, left, right, relation),
-            (&compare.right, right, left, turned(relation)),
+            (&compare.right, right, left, mirrored(relation)),
         ];
         for (number, own, other, relation) in sides {
             let Number::Words(words) = number else { continue };
-            let Some(lies) = lies(own, other, relation, words.len(), signed) else { continue };
+            let Some(lies) = values_if_true(own, other, relation, words.len(), signed) else {
+                continue;
+            };
             for (word, lies) in words.iter().zip(lies) {
                 if let WordSource::Cell(cell) = word
                     && let Some(slot) = self.followed.words.slot(*cell)
@@ -351,7 +355,7 @@ fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
 }
 
 /// The values of a number's words if a comparison with another number is true.
-fn lies(
+fn values_if_true(
     own: &Integers,
     other: &Integers,
     relation: Relation,
@@ -395,7 +399,7 @@ fn opposite(relation: Relation) -> Relation {
 }
 
 /// The relation with its sides exchanged.
-fn turned(relation: Relation) -> Relation {
+fn mirrored(relation: Relation) -> Relation {
     match relation {
         Relation::Equal | Relation::NotEqual => relation,
         Relation::Less => Relation::Greater,

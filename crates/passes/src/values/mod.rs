@@ -61,7 +61,7 @@ pub const PASS: Pass = Pass {
 /// ranges of trusted words on which these rely become constraints on the start of the scan. Results that hold with less
 /// trust also hold with more, so the results of all levels of trust are combined.
 fn narrow(program: &mut Program, settings: &Settings<'_>) {
-    let mut known = Results::default();
+    let mut known = ValueResults::default();
     // If the user states no internal cells, analysing counts without trust gives nothing that the analysis with trust
     // does not.
     let first = match program.internal.is_empty() {
@@ -88,7 +88,7 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
 
 /// What is known about a program's words.
 #[derive(Default)]
-struct Results {
+struct ValueResults {
     /// Limits on counts and indexed writes; `None` if no scan could be analysed.
     found: Option<CountLimits>,
     /// The values of trusted words at the start of a scan.
@@ -97,9 +97,9 @@ struct Results {
     keeps: BTreeSet<Cell>,
 }
 
-impl Results {
+impl ValueResults {
     /// Combines two results that both hold.
-    fn closer(&mut self, other: Results) {
+    fn closer(&mut self, other: ValueResults) {
         match (&mut self.found, other.found) {
             (Some(found), Some(other)) => found.meet(other),
             (found, other) => *found = found.take().or(other),
@@ -120,7 +120,7 @@ fn of_word((cell, value): (Cell, Value)) -> TrustedRange {
 }
 
 /// Analyses the program with this level of trust.
-fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results {
+fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueResults {
     let cut = |open: &str| {
         if let Some(budget) = settings.budget {
             budget.record_stop_at_part(PARTS, PASS.name, open);
@@ -135,7 +135,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results 
     };
     let words = Slots::of(words);
     if words.cells().is_empty() {
-        return Results::default();
+        return ValueResults::default();
     }
     let bits = Slots::of(slice::contacts(program, &program.volatile, &words));
     let followed = Tracked::of(program, words, bits);
@@ -144,10 +144,10 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results 
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
         cut("for each number of iterations or units, the largest value of its word is assumed");
-        return Results::default();
+        return ValueResults::default();
     };
     let keeps = keeps(program, slots, &run.written);
-    let mut known = Results { found: Some(run.found), keeps, ..Results::default() };
+    let mut known = ValueResults { found: Some(run.found), keeps, ..ValueResults::default() };
     let Some(end) = end.filter(|_| trust != Trust::None) else { return known };
     let cell = |slot: usize| slots.cells()[slot];
     // If stated values differ from those at power-up, another writer must have set them before the first scan.
@@ -182,7 +182,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> Results 
     }
     let found = Some(over.found);
     let trusted = over.trusted.iter().map(|&slot| (cell(slot), over.start[slot])).collect();
-    known.closer(Results { found, trusted, ..Results::default() });
+    known.closer(ValueResults { found, trusted, ..ValueResults::default() });
     known
 }
 

@@ -23,7 +23,7 @@ const EXACT_WORK: u64 = 400_000;
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// The number of iterations of a loop that are executed before widening begins, unless all of its iterations are
 /// executed.
-const TURNS: u64 = 3;
+const ITERATIONS_BEFORE_WIDENING: u64 = 3;
 /// After this many instructions in one loop, it is widened to the extreme values, and its result is not narrowed.
 const CHEAP_WORK: u64 = 10_000;
 /// The largest number of times that a loop is widened to the next limit, before it is widened to the extreme values.
@@ -74,7 +74,7 @@ struct Activation {
     lost: bool,
     slots: BTreeMap<u32, Condition>,
     /// The open master control regions: the level of each, and the conjunction of the conditions of all regions so far.
-    zones: Vec<(u32, Condition)>,
+    mc_regions: Vec<(u32, Condition)>,
     pending_jumps: BTreeMap<usize, PendingJump>,
     returned: Option<State>,
 }
@@ -296,7 +296,7 @@ impl<'p> Run<'p> {
         let instruction = &program.instructions[at];
         let Some(state) = &act.state else { return Ok(at + 1) };
         let top = Run::top(act);
-        let condition = match act.zones.last() {
+        let condition = match act.mc_regions.last() {
             Some((_, all)) if instruction.step.depends_on_master_control() => top.and(all),
             _ => top,
         };
@@ -341,7 +341,7 @@ impl<'p> Run<'p> {
             most = Some(stated.map_or(count, |stated| count.min(stated)));
         }
         for (slot, value) in before.into_iter().rev() {
-            state.know(slot, value);
+            state.restrict(slot, value);
         }
         if let Some(most) = most {
             let known = self.found.units.entry(at).or_default();
@@ -382,7 +382,7 @@ impl<'p> Run<'p> {
                 writer.write(write, &mut done);
                 let writes = writer.writes;
                 for (slot, value) in before.into_iter().rev() {
-                    state.know(slot, value);
+                    state.restrict(slot, value);
                 }
                 for to in writes {
                     self.stamp.set(self.stamp.get() + 1);
@@ -406,17 +406,17 @@ impl<'p> Run<'p> {
                             *all = Some(all.map_or(value, |all| all.join(value)));
                         }
                         To::Words(slots) => {
-                            state.lose(slots.clone(), stamp);
+                            state.forget(slots.clone(), stamp);
                             if self.lost.insert((slots.start, slots.end)) {
                                 self.written[slots].fill(Some(Value::TOP));
                             }
                         }
-                        To::Bits(bits) => state.lose_bits(bits, stamp),
+                        To::Bits(bits) => state.forget_bits(bits, stamp),
                     }
                 }
             } else {
                 for (slot, value) in before.into_iter().rev() {
-                    state.know(slot, value);
+                    state.restrict(slot, value);
                 }
             }
         }
@@ -437,7 +437,7 @@ impl<'p> Run<'p> {
                 let (b, a) = (act.stack.pop(), act.stack.pop());
                 let (a, b) = (a.unwrap_or_default(), b.unwrap_or_default());
                 let both = if *step == Step::AndBlock { a.and(&b) } else { a.or(&b) };
-                act.stack.push(both.seen(|| self.fresh()));
+                act.stack.push(both.with_literal(|| self.fresh()));
             }
             Step::Save(slot) => {
                 act.slots.insert(*slot, Run::top(act));
@@ -476,28 +476,28 @@ impl<'p> Run<'p> {
             }
             Step::Unbounded { .. } => act.state = None,
             Step::ForBegin { count, least, most, end } => {
-                let turns = self.turns(act, at, *count, *least, *most);
-                self.turn(act, at, *end, turns)?;
+                let turns = self.iteration_limits(act, at, *count, *least, *most);
+                self.execute_loop(act, at, *end, turns)?;
                 return Ok(end + 1);
             }
             Step::ForEnd => {}
             Step::Summary(summary) => match summary.iterations {
                 Some((count, least, most)) => {
-                    let turns = self.turns(act, at, count, least, most);
-                    self.turn(act, at, summary.end, turns)?;
+                    let turns = self.iteration_limits(act, at, count, least, most);
+                    self.execute_loop(act, at, summary.end, turns)?;
                     return Ok(summary.end + 1);
                 }
                 // A summary of something other than a loop cannot be executed iteration by iteration.
                 None => return Err(NotAnalysed),
             },
             Step::MasterControlBegin { level, .. } => {
-                let all = match act.zones.last() {
+                let all = match act.mc_regions.last() {
                     Some((_, outer)) => outer.and(&fires),
                     None => fires,
                 };
-                act.zones.push((*level, all));
+                act.mc_regions.push((*level, all));
             }
-            Step::MasterControlEnd { level } => act.zones.retain(|(open, _)| open < level),
+            Step::MasterControlEnd { level } => act.mc_regions.retain(|(open, _)| open < level),
         }
         Ok(next)
     }
@@ -514,7 +514,7 @@ impl<'p> Run<'p> {
                 let top = Run::top(act);
                 let joined = if join == Join::And { top.and(&value) } else { top.or(&value) };
                 act.stack.pop();
-                act.stack.push(joined.seen(|| self.fresh()));
+                act.stack.push(joined.with_literal(|| self.fresh()));
             }
             Join::Replace => {
                 act.stack.pop();
@@ -530,7 +530,7 @@ impl<'p> Run<'p> {
             return None;
         }
         let mut taken = act.state.clone()?;
-        taken.know_where(fires.literals());
+        taken.restrict_where(fires.literals());
         let possible = taken.assume(fires, &mut Vec::new());
         if fires.surely || act.state.as_mut().is_some_and(|stays| !stays.assume_not(fires)) {
             act.state = None;
@@ -539,7 +539,7 @@ impl<'p> Run<'p> {
     }
 
     /// The smallest and the largest number of iterations of a loop.
-    fn turns(
+    fn iteration_limits(
         &mut self,
         act: &mut Activation,
         at: usize,
@@ -572,7 +572,7 @@ impl<'p> Run<'p> {
                 && let Some(slot) = self.followed.words.slot(cell)
                 && let Some(value) = state.value(slot).meet(Value::range(least, largest))
             {
-                state.know(slot, value);
+                state.restrict(slot, value);
             }
         }
         let within = |turns: i64| turns.clamp(least.into(), most.into());
@@ -584,7 +584,7 @@ impl<'p> Run<'p> {
     }
 
     /// Executes a loop: iteration by iteration if that takes few instructions, otherwise up to a fixpoint.
-    fn turn(
+    fn execute_loop(
         &mut self,
         act: &mut Activation,
         at: usize,
@@ -610,7 +610,7 @@ impl<'p> Run<'p> {
                 join(self.fresh(), &mut exits, state.clone());
             }
             // For a loop that is executed completely, it is tested only rarely whether the state still changes.
-            let is_asked = turn < TURNS || turn.is_power_of_two();
+            let is_asked = turn < ITERATIONS_BEFORE_WIDENING || turn.is_power_of_two();
             if !settled && is_asked && head.covers(&state) {
                 // All further iterations are the same.
                 if turn < least {
@@ -620,21 +620,21 @@ impl<'p> Run<'p> {
             }
             let spent = self.work - began;
             let all = (spent / turn).saturating_mul(most);
-            if !settled && (turn < TURNS || all <= exact_work) {
+            if !settled && (turn < ITERATIONS_BEFORE_WIDENING || all <= exact_work) {
                 head = state;
                 continue;
             }
             // From here on, the state at the loop head covers all further iterations.
             let is_cheap = spent <= CHEAP_WORK;
             if !settled && is_cheap {
-                before = Some(self.noted(act, &exits));
+                before = Some(self.snapshot(act, &exits));
             }
             settled = true;
             let stamp = self.fresh();
             let mut wider = head.clone();
             let is_last = !is_cheap || grown >= MAX_WIDENINGS;
             grown += u64::from(!is_last);
-            if turn < 2 * TURNS + grown || spent < EXACT_WORK {
+            if turn < 2 * ITERATIONS_BEFORE_WIDENING + grown || spent < EXACT_WORK {
                 wider.widen(&state, stamp, &self.followed.limits, is_last);
             } else {
                 wider = self.followed.anything();
@@ -643,7 +643,7 @@ impl<'p> Run<'p> {
                 // The iteration adds nothing to the state at its head, so all further iterations are the same.
                 join(self.fresh(), &mut exits, state.clone());
                 if let Some(before) = before.filter(|_| is_cheap) {
-                    exits = self.narrower(act, at..end, state, before)?;
+                    exits = self.narrow(act, at..end, state, before)?;
                 }
                 break;
             }
@@ -655,7 +655,7 @@ impl<'p> Run<'p> {
     }
 
     /// What was recorded up to this instruction, so that the execution can return to it later.
-    fn noted(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
+    fn snapshot(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
         // Copying takes as long as some instructions.
         self.work +=
             (self.found.units.len() + self.found.reaches.len() + self.written.len()) as u64 / 64;
@@ -671,7 +671,7 @@ impl<'p> Run<'p> {
     /// Narrowing: executes one more iteration from the widened state, and takes the result as the new state at the loop
     /// head, since every iteration but the first begins with what another one left. The records of the widened
     /// iterations are discarded. Returns the state at which the loop is left.
-    fn narrower(
+    fn narrow(
         &mut self,
         act: &mut Activation,
         body: std::ops::Range<usize>,

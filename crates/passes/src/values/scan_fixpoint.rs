@@ -104,7 +104,7 @@ impl ScanFixpoint<'_> {
             }
             if next == start {
                 if scan > EXACT_SCANS {
-                    (start, scanned) = self.narrower(start, scanned, trusted, &mut work);
+                    (start, scanned) = self.narrow(start, scanned, trusted, &mut work);
                 }
                 let mut trusted = trusted.to_vec();
                 trusted.retain(|&slot| start[slot] != Value::TOP);
@@ -138,7 +138,7 @@ impl ScanFixpoint<'_> {
 
     /// Narrowing after widening: at the start of a scan, memory has its power-up values or those that a scan left which
     /// started within the invariant. Each result is contained in the previous one, so it is an invariant too.
-    fn narrower(
+    fn narrow(
         &self,
         mut start: Vec<Value>,
         mut scanned: ScanResult,

@@ -11,7 +11,7 @@ pub fn skippable(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
     let entries = entries(program);
     let kept = slots_kept(instructions);
     let changes_nothing = |at: usize| {
-        goes_on(program, &kept, at)
+        continues(program, &kept, at)
             && flow::written(program, at)
                 .into_iter()
                 .all(|region| words.within(region).is_empty() && bits.within(region).is_empty())
@@ -71,7 +71,7 @@ fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
 }
 
 /// Whether an instruction always continues with the next one, and affects no result of the analysis.
-fn goes_on(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
+fn continues(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let goes_on = match &instruction.step {
         Step::Logic { .. } | Step::AndBlock | Step::OrBlock | Step::Fetch(_) | Step::Act { .. } => {

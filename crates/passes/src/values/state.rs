@@ -1,6 +1,6 @@
 //! The abstract state at one program point: the possible values of words, and what is known about bits.
 
-use super::condition::{Condition, ConditionalWrite, Executed, Literal, WordFact};
+use super::condition::{Condition, ConditionalWrite, Literal, WasExecuted, WordFact};
 use super::limits::WideningLimits;
 use super::skippable::skippable;
 use super::slots::Slots;
@@ -138,9 +138,9 @@ impl State {
         let mut done = false;
         for write in &writes.perhaps {
             match write.happened(holds) {
-                Executed::No => continue,
-                Executed::ConditionalWrite => add(write.value),
-                Executed::Yes => {
+                WasExecuted::No => continue,
+                WasExecuted::ConditionalWrite => add(write.value),
+                WasExecuted::Yes => {
                     add(write.value);
                     done = true;
                     break;
@@ -163,7 +163,7 @@ impl State {
     }
 
     /// Restricts the value of a word to `value`, without a new stamp.
-    pub fn know(&mut self, slot: usize, value: Value) {
+    pub fn restrict(&mut self, slot: usize, value: Value) {
         if self.value(slot) != value {
             Rc::make_mut(&mut self.words[slot / BLOCK]).values[slot % BLOCK] = value;
         }
@@ -180,7 +180,7 @@ impl State {
             match value.meet(known.value) {
                 Some(closer) => {
                     before.push((known.slot, value));
-                    self.know(known.slot, closer);
+                    self.restrict(known.slot, closer);
                 }
                 None => return false,
             }
@@ -195,7 +195,7 @@ impl State {
                 continue;
             }
             match self.value(known.slot).meet(known.value) {
-                Some(closer) => self.know(known.slot, closer),
+                Some(closer) => self.restrict(known.slot, closer),
                 None => return false,
             }
         }
@@ -205,7 +205,7 @@ impl State {
     /// The value of a word if a condition is false; `None` if it cannot be false here.
     pub fn value_unless(&self, slot: usize, condition: &Condition) -> Option<Value> {
         let (mut value, stamp) = (self.value(slot), self.stamp(slot));
-        if let Some(ways) = condition.ways_off(slot, stamp) {
+        if let Some(ways) = condition.cases_if_false(slot, stamp) {
             let on_way =
                 |(holds, lies): (Vec<Literal>, Value)| self.value_where(slot, &holds).meet(lies);
             let all = ways.into_iter().filter_map(on_way).reduce(Value::join)?;
@@ -217,13 +217,13 @@ impl State {
     }
 
     /// Restricts the values of all words to what follows if these literals are true.
-    pub fn know_where(&mut self, holds: &[Literal]) {
+    pub fn restrict_where(&mut self, holds: &[Literal]) {
         if holds.is_empty() {
             return;
         }
         for slot in 0..self.words.len() * BLOCK {
             if self.writes(slot).is_some() {
-                self.know(slot, self.value_where(slot, holds));
+                self.restrict(slot, self.value_where(slot, holds));
             }
         }
     }
@@ -238,7 +238,7 @@ impl State {
     }
 
     /// Sets words to any value; `stamp` must be new.
-    pub fn lose(&mut self, slots: Range<usize>, stamp: u32) {
+    pub fn forget(&mut self, slots: Range<usize>, stamp: u32) {
         let all = std::cell::OnceCell::new();
         for (place, within) in blocks(slots) {
             let block = &mut self.words[place];
@@ -296,8 +296,8 @@ impl State {
                 }
                 let opposite = if on { when_off } else { when_on };
                 let [words, off] = [known, opposite].map(|truth| truth.words().to_vec());
-                let found = Condition::of(literal, known.literals()).knowing(words.into_iter());
-                found.denying(off.into_iter(), &[])
+                let found = Condition::of(literal, known.literals()).with_facts(words.into_iter());
+                found.with_facts_if_false(off.into_iter(), &[])
             }
             None => Condition::literal(literal),
         }
@@ -310,7 +310,7 @@ impl State {
     }
 
     /// Forgets everything about bits; `stamp` must be new.
-    pub fn lose_bits(&mut self, bits: Range<usize>, stamp: u32) {
+    pub fn forget_bits(&mut self, bits: Range<usize>, stamp: u32) {
         let all = std::cell::OnceCell::new();
         let lost = || Bit { stamp, truth: None };
         for (place, within) in blocks(bits) {

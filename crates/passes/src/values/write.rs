@@ -63,7 +63,7 @@ impl Writer<'_> {
             Write::Words(targets, number) => {
                 let values = self.evaluation.number(number);
                 self.put(targets, &values);
-                flow::written_by(write).into_iter().for_each(|region| self.lose_bits(region));
+                flow::written_by(write).into_iter().for_each(|region| self.forget_bits(region));
             }
             Write::Havoc(region, choice) => self.havoc(*region, *choice, done),
         }
@@ -97,18 +97,18 @@ impl Writer<'_> {
                     }
                 }
             }
-            self.lose_bits(region);
+            self.forget_bits(region);
             return;
         }
         for region in self.reach(region, choice) {
             let words = self.words().within(region);
             self.writes.extend((!words.is_empty()).then_some(To::Words(words)));
-            self.lose_bits(region);
+            self.forget_bits(region);
         }
     }
 
     /// Forgets everything about the bits of a region.
-    fn lose_bits(&mut self, region: Region) {
+    fn forget_bits(&mut self, region: Region) {
         let bits = self.bits().within(region);
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
     }

@@ -6,7 +6,7 @@ use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use scanbound_front::{Fronts, Input, Options, SourceOptions};
 use scanbound_ir::{Instruction, Join, Program, Step, TimingKey, Units};
-use scanbound_timing::price::{Tags, price_of};
+use scanbound_timing::price::{OperandTags, price_of};
 use scanbound_timing::table::{Evidence, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -216,7 +216,7 @@ fn used(program: &Program, table: &Table) -> Vec<Used> {
     let mut times: BTreeMap<Asked, (u128, &'static str)> = BTreeMap::new();
     for instruction in &program.instructions {
         let Some(key) = instruction.timing.as_deref() else { continue };
-        let Ok(price) = price_of(table, key, &Tags::new()) else { continue };
+        let Ok(price) = price_of(table, key, &OperandTags::new()) else { continue };
         // A row of the user that is measured or published need not be measured again.
         if price.evidence == Evidence::Assumed {
             let one = times.entry(Asked::of(key, table)).or_insert((0, key.class));
@@ -326,7 +326,7 @@ fn special_form(special: Special, source: Source<'_>) -> Option<Form> {
     let named = |one: &&Instruction| one.text.split(' ').next() == Some(name);
     let exact = program.instructions.iter().find(|one| *one.text == *own);
     let key = exact.or_else(|| program.instructions.iter().find(named))?.timing.as_deref()?;
-    let price = price_of(source.table, key, &Tags::new()).ok()?;
+    let price = price_of(source.table, key, &OperandTags::new()).ok()?;
     let units = match key.units {
         Units::Exactly(units) if table_counts(source.table, key.class, &price.row) => units,
         _ => 0,
@@ -429,7 +429,7 @@ fn shaped(line: &str, rung: Rung, source: Source<'_>) -> Option<Form> {
     if !HARMLESS.contains(&key.class) || (key.class == "contact" && !is_contact(name)) {
         return None;
     }
-    let price = price_of(table, key, &Tags::new()).ok()?;
+    let price = price_of(table, key, &OperandTags::new()).ok()?;
     let units = match key.units {
         Units::Exactly(units) if table_counts(table, key.class, &price.row) => units,
         Units::None | Units::Exactly(_) => 0,

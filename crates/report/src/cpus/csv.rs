@@ -2,7 +2,7 @@
 
 use crate::sheet::Sheet;
 use scanbound_audit::Share;
-use scanbound_audit::cpus::Choice;
+use scanbound_audit::cpus::CpuComparison;
 use std::io::{self, Write};
 
 const HEADS: [&str; 10] = [
@@ -22,7 +22,7 @@ const HEADS: [&str; 10] = [
 ///
 /// # Errors
 /// Where what is written to takes no more.
-pub fn write(choice: &Choice, out: &mut dyn Write) -> io::Result<()> {
+pub fn write(choice: &CpuComparison, out: &mut dyn Write) -> io::Result<()> {
     let mut sheet = Sheet::new(out)?;
     sheet.put(&HEADS)?;
     for one in &choice.candidates {

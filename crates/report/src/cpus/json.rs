@@ -1,6 +1,6 @@
 //! One program by every table of its family as JSON, schema `scanbound.cpus/1` (docs/json.md).
 
-use scanbound_audit::cpus::{Candidate, Choice, Limit};
+use scanbound_audit::cpus::{CpuComparison, CpuResult, Limit};
 use scanbound_audit::verdict::{Check, Verdict};
 use scanbound_base::diagnostic::Diagnostic;
 use schemars::JsonSchema;
@@ -69,7 +69,7 @@ struct Fault<'a> {
 ///
 /// # Errors
 /// Where what is written to takes no more.
-pub fn write(choice: &Choice, out: &mut dyn Write) -> io::Result<()> {
+pub fn write(choice: &CpuComparison, out: &mut dyn Write) -> io::Result<()> {
     let report = Report {
         schema: "scanbound.cpus/1",
         files: &choice.files,
@@ -88,7 +88,7 @@ pub fn write(choice: &Choice, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-fn row(one: &Candidate) -> Row<'_> {
+fn row(one: &CpuResult) -> Row<'_> {
     let found = one.outcome.as_ref().ok();
     let faults = one.outcome.as_ref().err();
     Row {

@@ -5,7 +5,7 @@ use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
 use scanbound_audit::Share;
-use scanbound_audit::cpus::{Candidate, Choice, CpuScanTime, Limit};
+use scanbound_audit::cpus::{CpuComparison, CpuResult, CpuScanTime, Limit};
 use scanbound_audit::verdict::{Check, Verdict};
 use scanbound_base::time_text::at_most;
 
@@ -21,7 +21,7 @@ const MAX_LISTED: usize = 5;
 
 /// The choice. Has colour codes.
 #[must_use]
-pub fn render(choice: &Choice, extent: Extent) -> String {
+pub fn render(choice: &CpuComparison, extent: Extent) -> String {
     let told = wrap::paragraph(0, &answer(choice), extent.width);
     let mut text = format!("{}\n\n", paint(BOLD, told.trim_end()));
     let mut rows = vec![heads(choice)];
@@ -43,7 +43,7 @@ pub fn render(choice: &Choice, extent: Extent) -> String {
 
 /// The answer in a sentence.
 #[must_use]
-pub fn answer(choice: &Choice) -> String {
+pub fn answer(choice: &CpuComparison) -> String {
     let Some(limit) = limit(choice) else {
         let found = choice.candidates.iter().filter(|one| one.outcome.is_ok()).count();
         return format!("The bound by {found} timing tables, the slowest CPU first.");
@@ -62,7 +62,7 @@ pub fn answer(choice: &Choice) -> String {
 }
 
 /// What a limit is called.
-fn limit(choice: &Choice) -> Option<String> {
+fn limit(choice: &CpuComparison) -> Option<String> {
     let margin = match choice.condition.margin.is_none() {
         true => String::new(),
         false => format!(" with a margin of {}", choice.condition.margin),
@@ -74,7 +74,7 @@ fn limit(choice: &Choice) -> Option<String> {
 }
 
 /// A table by a CPU that it is for.
-fn name(one: &Candidate) -> String {
+fn name(one: &CpuResult) -> String {
     match one.cpu.as_ref().or(one.cpus.first()) {
         None => format!("table {}", one.table),
         Some(cpu) => format!("{cpu} (table {})", one.table),
@@ -82,7 +82,7 @@ fn name(one: &Candidate) -> String {
 }
 
 /// The CPUs of a table: one of them, and how many others.
-fn cpus(one: &Candidate) -> String {
+fn cpus(one: &CpuResult) -> String {
     match (one.cpu.as_ref().or(one.cpus.first()), one.cpus.len()) {
         (None, _) => String::new(),
         (Some(cpu), 0 | 1) => cpu.clone(),
@@ -91,12 +91,12 @@ fn cpus(one: &Candidate) -> String {
 }
 
 /// Whether what a limit is held against is more than the bound.
-fn has_points(choice: &Choice) -> bool {
+fn has_points(choice: &CpuComparison) -> bool {
     choice.condition.limit.is_some()
         && found(choice).any(|(_, found)| found.all_points != found.upper)
 }
 
-fn heads(choice: &Choice) -> Vec<Cell> {
+fn heads(choice: &CpuComparison) -> Vec<Cell> {
     let mut heads = vec![left(" "), left("table"), left("CPU (+ others)"), right("bound")];
     if has_points(choice) {
         heads.push(right("all points"));
@@ -111,7 +111,7 @@ fn heads(choice: &Choice) -> Vec<Cell> {
     heads.into_iter().map(|cell| cell.styled(BOLD)).collect()
 }
 
-fn row(choice: &Choice, one: &Candidate) -> Vec<Cell> {
+fn row(choice: &CpuComparison, one: &CpuResult) -> Vec<Cell> {
     let limited = choice.condition.limit.is_some();
     let is_chosen = choice.slowest().is_some_and(|chosen| chosen.table == one.table);
     let mark = match (is_chosen, one.is_own) {
@@ -160,12 +160,12 @@ fn verdict(found: &CpuScanTime) -> Cell {
     }
 }
 
-fn found(choice: &Choice) -> impl Iterator<Item = (&Candidate, &CpuScanTime)> {
+fn found(choice: &CpuComparison) -> impl Iterator<Item = (&CpuResult, &CpuScanTime)> {
     choice.candidates.iter().filter_map(|one| Some((one, one.outcome.as_ref().ok()?)))
 }
 
 /// What the marks and columns mean.
-fn notes(choice: &Choice) -> Vec<String> {
+fn notes(choice: &CpuComparison) -> Vec<String> {
     let mut notes = Vec::new();
     if choice.slowest().is_some() {
         notes.push("> the slowest CPU that keeps to the limit".to_owned());
@@ -191,10 +191,10 @@ fn notes(choice: &Choice) -> Vec<String> {
 }
 
 /// What has no time in which table.
-fn without_times(choice: &Choice, most: usize) -> Vec<String> {
+fn without_times(choice: &CpuComparison, most: usize) -> Vec<String> {
     let refused =
         choice.candidates.iter().filter_map(|one| Some((one, one.outcome.as_ref().err()?)));
-    let told = |(one, faults): (&Candidate, &Vec<_>)| {
+    let told = |(one, faults): (&CpuResult, &Vec<_>)| {
         let mut messages: Vec<&str> = Vec::new();
         for fault in faults {
             let fault: &scanbound_base::diagnostic::Diagnostic = fault;
@@ -211,7 +211,7 @@ fn without_times(choice: &Choice, most: usize) -> Vec<String> {
 }
 
 /// Why the fastest CPU that is undecided is so, or all of them.
-fn reasons(choice: &Choice, extent: Extent) -> Vec<String> {
+fn reasons(choice: &CpuComparison, extent: Extent) -> Vec<String> {
     let undecided = found(choice).filter_map(|(one, found)| match &found.check.as_ref()?.verdict {
         Verdict::Undecided(reasons) => Some((one, reasons)),
         Verdict::Proved | Verdict::Refuted => None,

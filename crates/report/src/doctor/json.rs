@@ -1,6 +1,6 @@
 //! What of a project is read and what stands in the way of a bound as JSON, schema `scanbound.doctor/1` (docs/json.md).
 
-use scanbound_audit::doctor::{Diagnosis, ExaminedFile, Finding, What};
+use scanbound_audit::doctor::{Diagnosis, ExaminedFile, ExaminedKind, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -63,9 +63,9 @@ pub fn write(found: &Diagnosis, out: &mut dyn Write) -> io::Result<()> {
 
 fn file(seen: &ExaminedFile) -> File<'_> {
     let (kind, dialect) = match seen.what {
-        What::Program(dialect) => ("program", Some(dialect)),
-        What::Comments => ("comments", None),
-        What::Refused => ("refused", None),
+        ExaminedKind::Program(dialect) => ("program", Some(dialect)),
+        ExaminedKind::Comments => ("comments", None),
+        ExaminedKind::Refused => ("refused", None),
     };
     let ExaminedFile { name, instructions, standby, .. } = seen;
     File { name, kind, dialect, instructions: *instructions, standby: *standby }

@@ -4,7 +4,7 @@ use crate::columns::{Cell, fitted, left, paint, right};
 use crate::format::{Detail, Extent};
 use crate::wrap;
 use anstyle::{AnsiColor, Style};
-use scanbound_audit::doctor::{Diagnosis, ExaminedFile, Finding, Section, What};
+use scanbound_audit::doctor::{Diagnosis, ExaminedFile, ExaminedKind, Finding, Section};
 
 const BOLD: Style = Style::new().bold();
 const GOOD: Style = AnsiColor::Green.on_default().bold();
@@ -81,9 +81,9 @@ fn title(section: Section) -> &'static str {
 
 fn file(seen: &ExaminedFile) -> Vec<Cell> {
     let (what, style) = match seen.what {
-        What::Program(dialect) => (dialect, Style::new()),
-        What::Comments => ("names and comments of devices", Style::new()),
-        What::Refused => ("refused", BAD),
+        ExaminedKind::Program(dialect) => (dialect, Style::new()),
+        ExaminedKind::Comments => ("names and comments of devices", Style::new()),
+        ExaminedKind::Refused => ("refused", BAD),
     };
     let count = seen.instructions.map_or(String::new(), |count| format!("{count} instructions"));
     let what = match seen.standby {

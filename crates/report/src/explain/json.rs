@@ -1,6 +1,6 @@
 //! What is known of an instruction as JSON, schema `scanbound.explain/1` (docs/json.md).
 
-use scanbound_audit::explain::{Explained, FormUse};
+use scanbound_audit::explain::{ExplainedInstruction, FormUse};
 use scanbound_timing::table::Row;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -51,7 +51,7 @@ struct Times<'a> {
 ///
 /// # Errors
 /// Where what is written to takes no more.
-pub fn write(found: &[Explained], out: &mut dyn Write) -> io::Result<()> {
+pub fn write(found: &[ExplainedInstruction], out: &mut dyn Write) -> io::Result<()> {
     let report = Report {
         schema: "scanbound.explain/1",
         name: found.first().map_or("", |one| one.name.as_str()),
@@ -61,7 +61,7 @@ pub fn write(found: &[Explained], out: &mut dyn Write) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-fn of(found: &Explained) -> Of<'_> {
+fn of(found: &ExplainedInstruction) -> Of<'_> {
     Of {
         name: &found.table,
         title: &found.title,

@@ -4,7 +4,7 @@ use crate::columns::{Cell, fitted, left, paint, right};
 use crate::format::Extent;
 use crate::wrap;
 use anstyle::Style;
-use scanbound_audit::explain::{Explained, Follow, FormUse};
+use scanbound_audit::explain::{ExplainedInstruction, Follow, FormUse};
 use scanbound_base::time::Picos;
 use scanbound_timing::table::Row;
 
@@ -12,7 +12,7 @@ const BOLD: Style = Style::new().bold();
 
 /// An instruction by one table, all that is known. Has colour codes.
 #[must_use]
-pub fn one(found: &Explained, extent: Extent) -> String {
+pub fn one(found: &ExplainedInstruction, extent: Extent) -> String {
     let mut text =
         paint(BOLD, &format!("{}  table {}: {}", found.name, found.table, found.title)) + "\n";
     for form in &found.forms {
@@ -48,7 +48,7 @@ pub fn one(found: &Explained, extent: Extent) -> String {
 
 /// An instruction by several tables, a row each.
 #[must_use]
-pub fn several(found: &[Explained], extent: Extent) -> String {
+pub fn several(found: &[ExplainedInstruction], extent: Extent) -> String {
     let Some(first) = found.first() else { return String::new() };
     let told = format!(
         "{} by {} timing tables; --cpu or --table tells all of one",

@@ -1,7 +1,7 @@
 //! The ladder as the page's script reads it: lists without names, since there are tens of thousands of them.
 
 use scanbound_audit::Audit;
-use scanbound_audit::ladder::{Drawn, Notes};
+use scanbound_audit::ladder::{DrawnRung, Notes};
 use scanbound_ir::ladder::{Drawing, Element, Path, Symbol};
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ pub(super) fn ladder(audit: &Audit) -> Vec<Value> {
     audit.ladder.iter().flat_map(|ladder| &ladder.rungs).map(rung).collect()
 }
 
-fn rung(drawn: &Drawn) -> Value {
+fn rung(drawn: &DrawnRung) -> Value {
     let rung = &drawn.rung;
     let elements: Vec<Value> =
         rung.elements.iter().zip(&drawn.notes).map(|(one, notes)| element(one, notes)).collect();

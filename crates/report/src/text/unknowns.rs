@@ -114,7 +114,7 @@ fn solved(audit: &Audit, extent: Extent) -> String {
 mod tests {
     use super::*;
     use scanbound_audit::fixture::fixture;
-    use scanbound_audit::{Step, WhatIf};
+    use scanbound_audit::{LimitedCount, WhatIf};
     use scanbound_base::time::Picos;
 
     #[test]
@@ -127,8 +127,10 @@ mod tests {
         };
         for (cut, marks) in [(false, 0), (true, 2)] {
             let bound = |ms: u64, cut| Some(SolvedBound { upper: Picos(ms * 1_000_000_000), cut });
-            let step =
-                Step { unknown: unknown.clone(), solved: vec![bound(20, false), bound(30, cut)] };
+            let step = LimitedCount {
+                unknown: unknown.clone(),
+                solved: vec![bound(20, false), bound(30, cut)],
+            };
             let steps = vec![step];
             audit.what_if = Some(WhatIf { most: vec![20, 100], steps, minor: None, own: None });
             let text = told(&audit);

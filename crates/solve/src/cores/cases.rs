@@ -45,11 +45,11 @@ struct Case {
     literals: Vec<i32>,
     /// The upper bound of the case.
     upper: u64,
-    state: State,
+    state: CaseState,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
+enum CaseState {
     New,
     /// The case was searched and must be split.
     Searched,
@@ -58,7 +58,7 @@ enum State {
 }
 
 /// The result of processing a case: the cases into which it was split, and the bounds of its search.
-type Next<'a> = (Vec<Case>, Option<Bounds<'a>>);
+type CaseOutcome<'a> = (Vec<Case>, Option<Bounds<'a>>);
 
 /// A bit and the bounds for its two values, sorted by how much they lower the bound.
 type Ranked = (Reverse<u128>, i32, [u64; 2]);
@@ -96,19 +96,19 @@ pub fn search(
     let (_, found) =
         split.search(&first, &mut trail, most, Some(ground.sizes.decisions), bounds, &quiet);
     bounds.after_case(found);
-    let mut open = vec![Case { literals: Vec::new(), upper: split.most, state: State::New }];
+    let mut open = vec![Case { literals: Vec::new(), upper: split.most, state: CaseState::New }];
     loop {
         open.retain(|case| case.upper > bounds.lower());
         open.sort_by_key(|case| Reverse(case.upper));
-        bounds.proved(open.first().map_or(bounds.lower(), |case| case.upper));
-        let ends = open.first().is_none_or(|case| case.state == State::Ended);
+        bounds.record_upper(open.first().map_or(bounds.lower(), |case| case.upper));
+        let ends = open.first().is_none_or(|case| case.state == CaseState::Ended);
         if ends || limits.reached() {
             break;
         }
         let next: Vec<Case> = open.drain(..open.len().min(TOGETHER)).collect();
         let known = &*bounds;
         let next = next.into_par_iter().map(|case| split.next(case, &candidates, known, &quiet));
-        let next: Vec<Next<'_>> = next.collect();
+        let next: Vec<CaseOutcome<'_>> = next.collect();
         for (cases, found) in next {
             open.extend(cases);
             if let Some(found) = found {
@@ -141,7 +141,7 @@ impl<'g> Split<'g> {
     ) -> Split<'g> {
         let mut propagator = Propagator::default();
         formula.since(0).for_each(|clause| propagator.add(clause));
-        propagator.back(0);
+        propagator.retract_to(0);
         let mut lost = vec![[0, 0]; ground.clauses.variables + 1];
         let mut most = together;
         for &(literal, weight) in &softs {
@@ -158,20 +158,20 @@ impl<'g> Split<'g> {
     }
 
     /// The weight that is lost if these literals are true.
-    fn loses(&self, literals: &[i32]) -> u64 {
+    fn lost_weight(&self, literals: &[i32]) -> u64 {
         let each = |&l: &i32| self.lost[l.unsigned_abs() as usize][usize::from(l < 0)];
         literals.iter().map(each).sum()
     }
 
     /// The bound that remains if `literal` is also assumed: 0 if it contradicts the trail.
-    fn left(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
+    fn remaining_bound(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
         let (level, known) = (trail.level(), trail.length());
         if trail.assume(literal).is_some() {
             return 0;
         }
         // If more weight is lost than the bound leaves, the literal cannot be true.
-        let left = most.saturating_sub(self.loses(trail.since(known)));
-        trail.back(level);
+        let left = most.saturating_sub(self.lost_weight(trail.since(known)));
+        trail.retract_to(level);
         left
     }
 
@@ -180,7 +180,7 @@ impl<'g> Split<'g> {
         let mut ranked: Vec<Ranked> = Vec::with_capacity(bits.len());
         for &bit in bits {
             if trail.value(bit) == 0 {
-                let left = [bit, -bit].map(|literal| self.left(trail, literal, most));
+                let left = [bit, -bit].map(|literal| self.remaining_bound(trail, literal, most));
                 let [one, other] = left.map(|left| u128::from(most - left + most / 1000));
                 ranked.push((Reverse(one * other), bit, left));
             }
@@ -218,7 +218,7 @@ impl<'g> Split<'g> {
     /// taken, as long as this lowers the bound. The trail then holds its literals. Also returns the cost of all its
     /// soft literals.
     fn promising(&self, trail: &mut Propagator, candidates: &[i32]) -> (Case, u64) {
-        let mut case = Case { literals: Vec::new(), upper: self.most, state: State::New };
+        let mut case = Case { literals: Vec::new(), upper: self.most, state: CaseState::New };
         let mut most = self.most;
         while let Some((bit, lefts)) = self.best(trail, candidates, most) {
             let mut sides = Vec::new();
@@ -228,7 +228,7 @@ impl<'g> Split<'g> {
                     let off = Slices::of(&self.open(trail), trail).off;
                     // The soft literals may lose more than the bound if the constraints exclude every scan of the case.
                     sides.push((left.saturating_sub(off), literal, left));
-                    trail.back(level);
+                    trail.retract_to(level);
                 }
             }
             let Some((upper, literal, left)) = sides.into_iter().max() else { break };
@@ -249,12 +249,13 @@ impl<'g> Split<'g> {
         candidates: &[i32],
         known: &Bounds<'a>,
         limits: &'a Limits<'a>,
-    ) -> Next<'a> {
+    ) -> CaseOutcome<'a> {
         let mut trail = self.propagator.clone();
         if case.literals.iter().any(|&literal| trail.require(literal).is_some()) {
             return (Vec::new(), None);
         }
-        let most = self.most.saturating_sub(self.loses(trail.since(self.propagator.length())));
+        let most =
+            self.most.saturating_sub(self.lost_weight(trail.since(self.propagator.length())));
         let off = Slices::of(&self.open(&trail), &mut trail).off;
         let case = Case { upper: case.upper.min(most.saturating_sub(off)), ..case };
         if case.upper <= known.lower() {
@@ -264,17 +265,17 @@ impl<'g> Split<'g> {
         let is_far = case.upper > known.lower() * FAR;
         let is_worth_it = |left: &[u64; 2]| left.iter().all(|&one| one < most / WORTH.1 * WORTH.0);
         let is_split =
-            |left: &[u64; 2]| case.state == State::Searched || is_far && is_worth_it(left);
+            |left: &[u64; 2]| case.state == CaseState::Searched || is_far && is_worth_it(left);
         if let Some((bit, left)) = best.filter(|(_, left)| is_split(left)) {
             let part = |(literal, left): (i32, u64)| {
                 let literals = case.literals.iter().copied().chain([literal]).collect();
-                Case { literals, upper: case.upper.min(left), state: State::New }
+                Case { literals, upper: case.upper.min(left), state: CaseState::New }
             };
             return ([bit, -bit].into_iter().zip(left).map(part).collect(), None);
         }
         let decisions = best.is_some().then_some(self.ground.sizes.decisions);
         let (is_open, found) = self.search(&case, &mut trail, most, decisions, known, limits);
-        let state = if best.is_some() { State::Searched } else { State::Ended };
+        let state = if best.is_some() { CaseState::Searched } else { CaseState::Ended };
         let left = Case { upper: found.upper(), state, ..case };
         (is_open.then_some(left).into_iter().collect(), Some(found))
     }
@@ -295,7 +296,7 @@ impl<'g> Split<'g> {
         let value = |literal: i32| trail.value(literal);
         let fixed: Vec<i8> = [0].into_iter().chain(self.formula.variables().map(value)).collect();
         let mut bounds = known.of_case(limits, most);
-        bounds.proved(case.upper.max(bounds.lower()));
+        bounds.record_upper(case.upper.max(bounds.lower()));
         let mut objective = self.ground.objective(self.formula.under(value), &softs, &mut bounds);
         slices.take(&softs, &mut objective);
         bounds.falsified(objective.take_falsified());

@@ -1,7 +1,7 @@
 //! The problem that all cases share, and the rounds of the search on it.
 
 use super::objective::Objective;
-use super::search::Search;
+use super::search::PartitionSearch;
 use crate::bounds::Bounds;
 use crate::clauses::Clauses;
 use crate::formula::Formula;
@@ -59,7 +59,7 @@ impl Ground<'_> {
         decisions: Option<u64>,
         bounds: &mut Bounds<'_>,
     ) -> bool {
-        let mut search = Search {
+        let mut search = PartitionSearch {
             problem: self.problem,
             clauses: self.clauses,
             origins: self.origins,

@@ -1,7 +1,7 @@
 //! A partition of the program, with a SAT solver of its own.
 
 use super::objective::Objective;
-use super::search::Search;
+use super::search::PartitionSearch;
 use crate::formula::Formula;
 use crate::limits::{Decisions, Limits};
 use crate::oracle::{Branching, Effort, Oracle};
@@ -45,7 +45,7 @@ impl Partition {
     ///
     /// Every round goes stratum by stratum: asked for all soft literals of a project of 64 stations at once, the solver
     /// took minutes.
-    pub fn solve(&mut self, search: &Search<'_, '_>, whole: bool) {
+    pub fn solve(&mut self, search: &PartitionSearch<'_, '_>, whole: bool) {
         if search.limits.reached() {
             // Passing the clauses to a solver takes long too.
             return;
@@ -84,7 +84,9 @@ impl Partition {
                 }
                 Some(true) => {
                     if whole {
-                        search.found(&mut self.objective, |literal| asker.oracle.holds(literal));
+                        search.record_assignment(&mut self.objective, |literal| {
+                            asker.oracle.holds(literal)
+                        });
                     }
                     if cores.is_empty() {
                         let Some(next) = self.stratum_below(least, &asker.oracle, strata) else {
@@ -172,7 +174,7 @@ struct Asker<'a> {
 }
 
 impl<'a> Asker<'a> {
-    fn new(search: &'a Search<'_, '_>, limits: &'a Limits<'a>) -> Asker<'a> {
+    fn new(search: &'a PartitionSearch<'_, '_>, limits: &'a Limits<'a>) -> Asker<'a> {
         let hints = search.values.as_slice();
         let oracle = Oracle::new(limits, Branching::Inputs).with_hints(hints);
         Asker { limits, hints, oracle, told: 0, easy: search.easy }
@@ -191,7 +193,7 @@ impl<'a> Asker<'a> {
     }
 
     fn put(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
-        formula.teach(self.told, &mut self.oracle);
+        formula.pass_to(self.told, &mut self.oracle);
         self.told = formula.len();
         self.oracle.ask(assumptions, most)
     }

@@ -10,7 +10,7 @@
 //! it is replaced by a soft literal that needs it.
 
 use super::objective::Objective;
-use super::search::Search;
+use super::search::PartitionSearch;
 use crate::limits::Limits;
 use crate::propagator::Propagator;
 use std::cmp::Reverse;
@@ -53,7 +53,7 @@ struct Pivot {
 /// Soft literals, heaviest first, then by variable.
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
-impl Search<'_, '_> {
+impl PartitionSearch<'_, '_> {
     /// Extracts the cores that unit propagation finds in a few passes.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
@@ -77,7 +77,7 @@ impl Search<'_, '_> {
                 value => value > 0,
             };
             let assignment = self.clauses.assignment(self.problem, holds);
-            self.bounds().found(assignment);
+            self.bounds().record_assignment(assignment);
             if !more || self.done() {
                 return;
             }
@@ -86,7 +86,7 @@ impl Search<'_, '_> {
 
     /// Assumes every soft literal once. Returns whether one more pass may find more cores.
     fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
-        extraction.trail.back(0);
+        extraction.trail.retract_to(0);
         extraction.learn(objective);
         let mut pivots = extraction.pivots(objective, self.limits);
         pivots.retain(|pivot| {
@@ -164,7 +164,7 @@ impl Extraction {
                 break;
             }
             let needing = |literal: i32, probe: &mut Propagator| -> Vec<i32> {
-                probe.back(0);
+                probe.retract_to(0);
                 if probe.value(literal) != 0 || probe.assume(-literal).is_some() {
                     return Vec::new();
                 }
@@ -180,7 +180,7 @@ impl Extraction {
                 pivots.push(Pivot { literal, needed_by, against: weigh(&against) });
             }
         }
-        self.probe.back(0);
+        self.probe.retract_to(0);
         pivots.sort_by_key(|pivot| (Reverse(pivot.against), pivot.literal));
         pivots
     }
@@ -215,14 +215,14 @@ fn shrunk(
     }
     // The last literals are used least.
     loop {
-        probe.back(0);
+        probe.retract_to(0);
         let used = core.iter().find_map(|&literal| probe.require(literal));
         let Some(used) = used.filter(|used| used.len() < core.len()) else { break };
         core.retain(|literal| used.contains(literal));
         core.reverse();
     }
     if core.len() > LARGEST {
-        probe.back(0);
+        probe.retract_to(0);
         return core;
     }
     core.sort_unstable_by_key(|&literal| (Reverse(objective.weight(literal)), literal));
@@ -232,7 +232,7 @@ fn shrunk(
     while at > 0 && core.len() > 1 && !limits.reached() {
         at -= 1;
         levels.truncate(at + 1);
-        probe.back(levels[levels.len() - 1]);
+        probe.retract_to(levels[levels.len() - 1]);
         let mut smaller = None;
         while smaller.is_none() && levels.len() <= at {
             smaller = probe.require(core[levels.len() - 1]);
@@ -246,6 +246,6 @@ fn shrunk(
             at = at.min(core.len());
         }
     }
-    probe.back(0);
+    probe.retract_to(0);
     core
 }

@@ -2,11 +2,11 @@
 
 use super::objective::Objective;
 use super::partition::Partition;
-use super::search::Search;
+use super::search::PartitionSearch;
 use crate::trace::Step;
 use rayon::prelude::*;
 
-impl Search<'_, '_> {
+impl PartitionSearch<'_, '_> {
     /// Searches all partitions of `size` of the `whole` variables in parallel. No partition sees the results of
     /// another, nor that the bounds have met, so the result does not depend on the order of threads. Returns whether
     /// the constraints may be satisfiable.
@@ -54,6 +54,6 @@ impl Search<'_, '_> {
                 best.0[mode.0 as usize] ^= 1;
             }
         }
-        self.bounds().found(best);
+        self.bounds().record_assignment(best);
     }
 }

@@ -11,7 +11,7 @@ use scanbound_model::VarId;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The data that all partitions share.
-pub(super) struct Search<'a, 'b> {
+pub(super) struct PartitionSearch<'a, 'b> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
     /// For each item of the clauses, the index of the original item. `None` if several items were combined.
@@ -31,7 +31,7 @@ pub(super) struct Search<'a, 'b> {
     pub(super) modes: &'a [VarId],
 }
 
-impl<'a, 'b> Search<'a, 'b> {
+impl<'a, 'b> PartitionSearch<'a, 'b> {
     pub(super) fn bounds(&self) -> MutexGuard<'_, &'a mut Bounds<'b>> {
         self.bounds.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -52,14 +52,14 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// Records a model of the whole program. A soft literal that weighs more than the gap between the bounds is true in
     /// every better scan, so it is hardened: it becomes a clause.
-    pub(super) fn found(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
+    pub(super) fn record_assignment(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
         bounds.falsified(objective.take_falsified());
         let holds = |literal: i32| match self.fixed.get(literal.unsigned_abs() as usize) {
             None | Some(0) => holds(literal),
             Some(fixed) => (*fixed > 0) == (literal > 0),
         };
-        bounds.found(self.clauses.assignment(self.problem, holds));
+        bounds.record_assignment(self.clauses.assignment(self.problem, holds));
         let heavy = objective.soft_literals(bounds.gap() + 1).map(|(literal, _)| literal);
         heavy.collect::<Vec<i32>>().into_iter().for_each(|literal| objective.harden(literal));
     }

@@ -38,7 +38,7 @@ impl Slices {
         if softs.len() > MAX_SOFT {
             return found;
         }
-        let mut table = Table::new(softs);
+        let mut table = ExclusionTable::new(softs);
         let places = softs.iter().enumerate().map(|(at, &(literal, _))| (literal, at));
         let places: FxHashMap<i32, usize> = places.collect();
         for (at, &(literal, weight)) in softs.iter().enumerate() {
@@ -54,7 +54,7 @@ impl Slices {
                     table.exclude(at, other);
                 }
             }
-            trail.back(level);
+            trail.retract_to(level);
         }
         for at in 0..softs.len() {
             if table.weights[at] == 0 {
@@ -85,7 +85,7 @@ impl Slices {
 
 /// Which literals exclude each other, and the weight that each still has. Indices are those of the soft literals,
 /// followed by those of the slices.
-struct Table {
+struct ExclusionTable {
     weights: Vec<u64>,
     excluded: Vec<Vec<u64>>,
     /// The number of exclusions in each row.
@@ -103,10 +103,10 @@ fn common(one: &[u64], other: &[u64]) -> u32 {
     one.iter().zip(other).map(|(one, other)| (one & other).count_ones()).sum()
 }
 
-impl Table {
-    fn new(softs: &[(i32, u64)]) -> Table {
+impl ExclusionTable {
+    fn new(softs: &[(i32, u64)]) -> ExclusionTable {
         let words = (2 * softs.len()).div_ceil(64);
-        Table {
+        ExclusionTable {
             weights: softs.iter().map(|soft| soft.1).collect(),
             excluded: vec![vec![0; words]; softs.len()],
             counts: vec![0; softs.len()],
@@ -195,7 +195,7 @@ mod tests {
         let clauses: &[&[i32]] = &[&[-1, -2], &[-3, 1], &[-4, 1], &[-3, -4]];
         let mut trail = Propagator::default();
         clauses.iter().for_each(|clause| trail.add(clause));
-        trail.back(0);
+        trail.retract_to(0);
         // In step 1: 10 by itself, plus 5 or 7. In step 2: 12.
         let slices = Slices::of(&[(1, 10), (3, 5), (4, 7), (2, 12)], &mut trail);
         assert_eq!(slices.off, 10 + 5 + 7 + 12 - 17);

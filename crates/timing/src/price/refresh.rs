@@ -54,7 +54,7 @@ pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
 /// The refresh time that was charged and may not occur: that of points that are not stated, and the difference between
 /// the slowest and the fastest base.
 #[must_use]
-pub fn unsure(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
+pub fn uncertain_refresh(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     let is_stated = |base: &&UnstatedBase| unstated.iter().all(|points| points.side != base.side);
     let bases = bases.iter().filter(is_stated).map(|base| base.saves);
     unstated.iter().map(|points| points.time).chain(bases).sum()
@@ -83,7 +83,7 @@ pub struct Refresh {
 }
 
 /// The table rows for the inputs or for the outputs: a time for each 8 or 16 points, and a time once in each scan.
-struct Side<'a> {
+struct PointRows<'a> {
     name: &'static str,
     table: &'a Table,
     /// Whether the points may be distributed over several bases in any way. This is so for a stated number of points on
@@ -95,7 +95,7 @@ struct Side<'a> {
 }
 
 /// One table row that is charged for points.
-struct Charge<'a> {
+struct ChargedRow<'a> {
     row: &'a Row,
     /// The number of points for which the row's time is. 0: any number.
     size: u32,
@@ -111,7 +111,7 @@ const SIZES: [u32; 3] = [8, 16, 0];
 /// A number of points on one kind of base unit. `None` if the base unit is not stated.
 type Points<'a> = (Option<&'a str>, u32);
 
-impl<'a> Side<'a> {
+impl<'a> PointRows<'a> {
     /// The rows that give times for points, each with the number of points that its time is for (0: any number).
     fn rows(&self, base: Option<&str>) -> Vec<(u32, &'a Row)> {
         SIZES
@@ -152,17 +152,17 @@ impl<'a> Side<'a> {
     }
 
     /// The table rows that are charged for at most this many points.
-    fn charges(&self, base: Option<&str>, points: u32) -> Vec<Charge<'a>> {
+    fn charges(&self, base: Option<&str>, points: u32) -> Vec<ChargedRow<'a>> {
         let mut charges = Vec::new();
         for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
             let others = match base {
-                None if self.splits && size > 0 => self.begun_besides(size, row, points),
+                None if self.splits && size > 0 => self.rows_of_further_bases(size, row, points),
                 _ => Vec::new(),
             };
             let left = points - u32::try_from(others.len()).unwrap_or(0);
-            charges.push(Charge { row, size, times: times(size, left), besides: false });
+            charges.push(ChargedRow { row, size, times: times(size, left), besides: false });
             let others = others.into_iter();
-            charges.extend(others.map(|row| Charge { row, size, times: 1, besides: true }));
+            charges.extend(others.map(|row| ChargedRow { row, size, times: 1, besides: true }));
         }
         charges
     }
@@ -171,7 +171,7 @@ impl<'a> Side<'a> {
     /// bases, and all others charged by the slowest row. Each base rounds its number of points up. No other
     /// distribution takes longer, because beyond the first row of each base the slowest row is the most that further
     /// points can take. The total number of modules is limited by the CPU's addresses.
-    fn begun_besides(&self, size: u32, slowest: &'a Row, points: u32) -> Vec<&'a Row> {
+    fn rows_of_further_bases(&self, size: u32, slowest: &'a Row, points: u32) -> Vec<&'a Row> {
         let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.on));
@@ -241,11 +241,11 @@ pub fn refresh(
         ("input", Role::Input, facts.inputs, &table.most_inputs),
         ("output", Role::Output, facts.outputs, &table.most_outputs),
     ];
-    know_bases(table, facts)?;
+    check_bases(table, facts)?;
     let mut found = Refresh::default();
     for (at, (name, role, stated, most)) in sides.into_iter().enumerate() {
         let addresses = most.as_ref().map(|most| most.points);
-        let side = Side { name, table, splits: stated.is_some(), most: addresses };
+        let side = PointRows { name, table, splits: stated.is_some(), most: addresses };
         if side.rows(None).is_empty() {
             continue;
         }
@@ -279,7 +279,7 @@ pub fn refresh(
                 sixteen: side.time(&[(base, 16)])?,
                 begun: {
                     let some = [(base, points.max(16))];
-                    let split = Side { splits: true, most: None, ..side }.time(&some)?;
+                    let split = PointRows { splits: true, most: None, ..side }.time(&some)?;
                     split.checked_sub(side.time(&some)?).unwrap_or_default()
                 },
                 why: origin.clone(),
@@ -304,7 +304,7 @@ pub fn refresh(
             }
         }
         for (base, points) in taken {
-            for Charge { row, size, times, besides } in side.charges(base, points) {
+            for ChargedRow { row, size, times, besides } in side.charges(base, points) {
                 let unit = row.on.us_text();
                 let each = match size {
                     0 => "once a scan".to_owned(),
@@ -331,9 +331,10 @@ pub fn refresh(
 }
 
 /// Refuses base units for which the table has no times.
-fn know_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
-    let sides = ["input", "output"].map(|name| Side { name, table, splits: false, most: None });
-    let known: BTreeSet<String> = sides.iter().flat_map(Side::bases).collect();
+fn check_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let sides =
+        ["input", "output"].map(|name| PointRows { name, table, splits: false, most: None });
+    let known: BTreeSet<String> = sides.iter().flat_map(PointRows::bases).collect();
     let names = known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     let fault = |key: &str, part: Part, base: &str| {
         let message = format!("the table {} has no times for the base '{base}'", table.name);

@@ -31,7 +31,7 @@ fn us(n: u64) -> Picos {
 }
 
 fn times(table: &Table, key: &TimingKey) -> (Picos, Picos, String) {
-    let price = price_of(table, key, &Tags::new()).unwrap();
+    let price = price_of(table, key, &OperandTags::new()).unwrap();
     (price.on, price.off, price.row.to_string())
 }
 
@@ -42,17 +42,19 @@ fn the_first_name_with_a_row_counts_then_the_class() {
     assert_eq!(found(&["OUT:T", "OUT"]), (us(5), us(4), "OUT:T".into()));
     assert_eq!(found(&["OUT:Y", "OUT"]), (us(2), us(1), "OUT".into()));
     assert_eq!(found(&["OUTH:T", "OUTH"]), (us(9), us(8), "@coil".into()));
-    let by_class = price_of(&table, &key(&["OUTH"], "coil", Units::None), &Tags::new()).unwrap();
+    let by_class =
+        price_of(&table, &key(&["OUTH"], "coil", Units::None), &OperandTags::new()).unwrap();
     assert_eq!(by_class.instead_of.as_deref(), Some("OUTH"));
     assert_eq!(by_class.evidence, Evidence::Assumed);
-    let missing = price_of(&table, &key(&["MOV"], "move", Units::None), &Tags::new());
+    let missing = price_of(&table, &key(&["MOV"], "move", Units::None), &OperandTags::new());
     assert_eq!(missing, Err(NoPrice::Missing));
 }
 
 #[test]
 fn units_count_when_the_instruction_fires() {
     let table = table("BMOV,10,1,2\nMOV,3,1\n");
-    let found = |units| price_of(&table, &key(&["BMOV"], "block", units), &Tags::new()).unwrap();
+    let found =
+        |units| price_of(&table, &key(&["BMOV"], "block", units), &OperandTags::new()).unwrap();
     assert_eq!((found(Units::Exactly(1)).on, found(Units::Exactly(10)).on), (us(12), us(30)));
     assert_eq!(found(Units::Exactly(10)).off, us(1));
     assert_eq!(found(Units::Exactly(0)).on, us(10));
@@ -63,9 +65,10 @@ fn units_count_when_the_instruction_fires() {
         (us(210), Some(100))
     );
     let uncounted =
-        price_of(&table, &key(&["MOV"], "move", Units::AtMost(7)), &Tags::new()).unwrap();
+        price_of(&table, &key(&["MOV"], "move", Units::AtMost(7)), &OperandTags::new()).unwrap();
     assert_eq!(uncounted.at_most_units, None);
-    let huge = price_of(&table, &key(&["BMOV"], "block", Units::AtMost(u64::MAX)), &Tags::new());
+    let huge =
+        price_of(&table, &key(&["BMOV"], "block", Units::AtMost(u64::MAX)), &OperandTags::new());
     assert_eq!(huge, Err(NoPrice::TooLarge));
 }
 
@@ -86,7 +89,8 @@ fn operands_add_their_rows_unless_the_row_found_is_for_them() {
         (us(207), us(6), "MOV:digits + @+indexed".into())
     );
     let price =
-        price_of(&table, &key(&["MOV:indexed", "MOV"], "move", Units::None), &Tags::new()).unwrap();
+        price_of(&table, &key(&["MOV:indexed", "MOV"], "move", Units::None), &OperandTags::new())
+            .unwrap();
     assert_eq!(price.evidence, Evidence::Assumed);
 }
 
@@ -104,7 +108,8 @@ fn a_price_from_the_command_line_replaces_the_row() {
     let mut table = table("MOV,1,1,5,published\n@factor,2,\n");
     table.amend("mov", us(3), us(2));
     table.amend("SwOp0", us(50), us(0));
-    let found = price_of(&table, &key(&["MOV"], "move", Units::Exactly(9)), &Tags::new()).unwrap();
+    let found =
+        price_of(&table, &key(&["MOV"], "move", Units::Exactly(9)), &OperandTags::new()).unwrap();
     assert_eq!((found.on, found.off, found.evidence), (us(6), us(4), Evidence::Stated));
     assert_eq!(times(&table, &key(&["SwOp0"], "user", Units::None)).0, us(100));
 }
@@ -396,7 +401,7 @@ fn built_in_tables_price_what_their_cpus_run() {
             continue;
         }
         let price = |names: &[&str], class: &'static str, units| {
-            price_of(&table, &key(names, class, units), &Tags::new()).unwrap()
+            price_of(&table, &key(names, class, units), &OperandTags::new()).unwrap()
         };
         let block = |n| price(&["BMOVP", "BMOV"], "block", Units::Exactly(n)).on;
         assert!(block(10) > block(1), "{name}");

@@ -63,7 +63,7 @@ const MAX_SIMILAR: usize = 4;
 
 /// One line of the list of built-in tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Summary {
+pub struct TableSummary {
     /// The name that `--table` takes.
     pub name: &'static str,
     /// The title, one line.
@@ -103,9 +103,9 @@ pub fn text(name: &str) -> Option<&'static str> {
 
 /// The list of all built-in tables.
 #[must_use]
-pub fn list() -> Vec<Summary> {
+pub fn list() -> Vec<TableSummary> {
     tables()
-        .map(|(name, table)| Summary {
+        .map(|(name, table)| TableSummary {
             name,
             title: table.title.clone(),
             cpus: table.cpus.clone(),
@@ -126,7 +126,7 @@ impl Table {
     /// the slowest.
     #[must_use]
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
-        let meant = meant(cpu);
+        let meant = possible_cpus(cpu);
         let slowness = |table: &Table| table.row("MOV").map_or(Picos::ZERO, |row| row.on);
         let is_meant = |text: &str| cpus(text).any(|cpu| meant.iter().any(|meant| meant == cpu));
         FILES
@@ -144,7 +144,7 @@ impl Table {
         let shared = |name: &str| {
             let alike =
                 |own: &String| own.chars().zip(name.chars()).take_while(|(a, b)| a == b).count();
-            meant(cpu).iter().map(alike).max().unwrap_or(0)
+            possible_cpus(cpu).iter().map(alike).max().unwrap_or(0)
         };
         let tables = list();
         let all =
@@ -166,8 +166,9 @@ impl Table {
             }
         };
         // Different letters may mean another, slower CPU. The same letters in another order are a typing error.
-        let slip =
-            all().find(|(own, _)| meant(cpu).iter().any(|one| suggestion::is_reordered(one, own)));
+        let slip = all().find(|(own, _)| {
+            possible_cpus(cpu).iter().any(|one| suggestion::is_reordered(one, own))
+        });
         let slip = slip.map(|(own, _)| own.clone());
         let advice = format!(
             "give a table with --table: a built-in one ({}) or your own file{near}",
@@ -179,7 +180,7 @@ impl Table {
 
 /// The CPUs that a written name can mean: `FX3U/FX3UC`, `FX3U(C)`, `Q26UDVCPU`. For the order name of a unit
 /// (`CJ2M-CPU31`, `CP1L-M40DR-A`, `FX3U-32MR/ES`) this is the series, unless the whole is a name in a table (`L26-BT`).
-fn meant(cpu: &str) -> Vec<String> {
+fn possible_cpus(cpu: &str) -> Vec<String> {
     let mut names = Vec::new();
     for part in cpu.to_ascii_uppercase().replace("CPU", "").split(['/', ',', ' ']) {
         match part.split_once('(') {

@@ -542,7 +542,8 @@ impl<'a> Reader<'a> {
             }
             _ => {
                 let message = format!("there is no built-in table '{}' to amend", shown(&text));
-                let help = format!("the built-in tables are {}", super::builtin::names().join(", "));
+                let help =
+                    format!("the built-in tables are {}", super::builtin::names().join(", "));
                 self.fault_at(fields, Code::TableBase, &text, message, help);
             }
         }
