@@ -12,7 +12,7 @@ use crate::common::iec::probe::{self, PROBE, bound};
 use crate::common::tape::cases;
 
 use drawn::Manner;
-use generate::{Body, Case, Dice, GLOBALS, INPUTS, PRESETS};
+use generate::{Body, Case, Code, Dice, GLOBALS, INPUTS, PRESETS};
 use machine::{BOOL, Machine};
 use scanbound::audit::Audit;
 use scanbound::passes::values::Trust;
@@ -134,7 +134,12 @@ fn the_bound_of_random_drawings_of_truth_values_is_their_longest_scan() {
         let most = most + PRESETS;
         assert!(bound(&found) >= most, "seed {seed}: {} < {most}\n{text}", bound(&found));
         all += 1;
-        if found.approximations.is_empty() {
+        // A jump may have kept one of a contact's edges from seeing what the others saw, which is not tried here.
+        let sees_alike = match &case.body {
+            Body::Code(Code::Ladder(drawing) | Code::Blocks(drawing)) => !drawing.has_jumps(),
+            _ => true,
+        };
+        if found.approximations.is_empty() && sees_alike {
             assert_eq!(bound(&found), most, "seed {seed}\n{text}");
             exact += 1;
         }

@@ -2,8 +2,8 @@
 //! element: by the standard alone, and by no line of what they are held against.
 //!
 //! An element that does something is carried out when its turn comes; what leads to it is looked at then, once. Some
-//! controllers look at contacts again for each element behind them, with edges of their own, and some carry out coils before
-//! blocks: so does a run that is asked to.
+//! controllers look at contacts again for each element behind them, with edges of their own. Generators of text always do, and
+//! write coils and outputs before blocks, from what the file has or from rows. A run is asked for one of these manners.
 
 use super::machine::{Expr, Machine, Scope, Ty};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,8 +74,9 @@ pub struct Manner {
 
 impl Manner {
     pub fn all() -> impl Iterator<Item = Manner> {
-        let turns = [Turn::Places, Turn::File, Turn::Rows].into_iter();
-        turns.flat_map(|turn| [false, true].map(|again| Manner { again, turn }))
+        let generated = [Turn::File, Turn::Rows].map(|turn| Manner { again: true, turn });
+        let drawn = [false, true].map(|again| Manner { again, turn: Turn::Places });
+        drawn.into_iter().chain(generated)
     }
 }
 
@@ -163,10 +164,15 @@ impl Drawing {
     }
 
     /// The elements as they come.
+    /// Whether it jumps or returns: generators know neither.
+    pub fn has_jumps(&self) -> bool {
+        let jumps = |one: &What| matches!(one, What::Jump(..) | What::Label(_) | What::Return(_));
+        self.elements.iter().any(jumps)
+    }
+
     fn order(&self, turn: Turn) -> Vec<usize> {
         let mut all: Vec<usize> = (0..self.elements.len()).collect();
-        let jumps = |one: &What| matches!(one, What::Jump(..) | What::Label(_) | What::Return(_));
-        if turn == Turn::Places || self.numbered || self.elements.iter().any(jumps) {
+        if turn == Turn::Places || self.numbered || self.has_jumps() {
             return all;
         }
         let is_block = |id: usize| {
@@ -308,25 +314,17 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         found
     }
 
-    /// How many edges are looked at anew: each of these takes 1, for all that is known of the controller.
+    /// How many edges are looked at anew, one for each way that leads to them, as generators write them out: each of these
+    /// takes 1, for all that is known of the controller.
     fn edges_behind(&self, from: &[Pin]) -> u64 {
-        let mut open: Vec<usize> = from.iter().map(|(id, _)| *id).collect();
-        let mut seen = BTreeSet::new();
-        let mut edges = 0;
-        while let Some(id) = open.pop() {
-            if !seen.insert(id) {
-                continue;
+        let of = |&(id, _): &Pin| match &self.drawing.elements[id] {
+            What::Contact(_, _, kind, from) => {
+                u64::from(*kind != Edge::None) + self.edges_behind(from)
             }
-            match &self.drawing.elements[id] {
-                What::Contact(_, _, kind, from) => {
-                    edges += u64::from(*kind != Edge::None);
-                    open.extend(from.iter().map(|(id, _)| *id));
-                }
-                What::Coil(_, _, _, from) => open.extend(from.iter().map(|(id, _)| *id)),
-                _ => {}
-            }
-        }
-        edges
+            What::Coil(_, _, _, from) => self.edges_behind(from),
+            _ => 0,
+        };
+        from.iter().map(of).sum()
     }
 
     /// What several ways bring.
@@ -378,9 +376,11 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                 self.any(from) & (own ^ i64::from(*negated))
             }
             What::Coil(_, _, _, from) => {
-                // A coil is carried out before what stands behind it.
+                // A coil is carried out before what stands behind it; by generators in its own place.
                 if self.manner.again {
-                    self.act(id);
+                    if self.manner.turn == Turn::Places || self.drawing.has_jumps() {
+                        self.act(id);
+                    }
                     self.any(from)
                 } else {
                     let before = self.any(from);

@@ -77,7 +77,7 @@ impl Resolver<'_> {
         let all = ways.into_iter().map(|(what, own)| (what, statements(own)));
         let either = |(one, before): (_, Vec<Statement>), (what, other)| {
             let kind = StatementKind::Either(what, other, before);
-            (one, vec![Statement { kind, text: "".into(), line }])
+            (one, vec![Statement { kind, text: what.into(), line }])
         };
         Ok(all.reduce(either).map(|(_, statements)| statements).unwrap_or_default())
     }

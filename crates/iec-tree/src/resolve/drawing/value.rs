@@ -108,19 +108,20 @@ impl<'d> Drawer<'_, '_, 'd> {
         let is_written_once = self.sheet.is_written_once(from);
         let term = Term { is_written_once, ..Term::default() };
         let outer = std::mem::replace(&mut self.term, term);
-        let value = self.joined(one, from);
+        let ways = self.ways(from);
         self.term = outer;
-        value
+        Ok(self.joined(one.line, ways?))
     }
 
-    /// The value that leads in through connections.
-    fn joined(&mut self, one: &'d Element, from: &'d [Connection]) -> Result<Worth, Fault> {
-        let mut ways = Vec::new();
-        for connection in from {
-            ways.push(self.worth((connection.from, &connection.output))?);
-        }
-        // What is not connected carries no power.
-        Ok(self.any_of(ways).unwrap_or_else(|| self.truth(false, one.line)))
+    /// What each connection brings.
+    fn ways(&mut self, from: &'d [Connection]) -> Result<Vec<Worth>, Fault> {
+        let way = |one: &'d Connection| self.worth((one.from, &one.output));
+        from.iter().map(way).collect()
+    }
+
+    /// The value that leads in through connections: what is not connected carries no power.
+    fn joined(&mut self, line: u32, ways: Vec<Worth>) -> Worth {
+        self.any_of(ways).unwrap_or_else(|| self.truth(false, line))
     }
 
     fn worth(&mut self, key: Output<'d>) -> Result<Worth, Fault> {
@@ -165,8 +166,10 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         let value = match self.progress.kept.get(&key).cloned() {
             _ if is_plain => found,
-            // Some controllers look at it again, and others do not.
-            Some(kept) if self.has_changed(kept.held) => self.either(kept.value, found),
+            // Some controllers look at it again, and others do not; what a generator writes always does.
+            Some(kept) if !self.is_generated && self.has_changed(kept.held) => {
+                self.either(kept.value, found)
+            }
             _ => found,
         };
         let value = match is_plain || one.uses < 2 {
@@ -249,7 +252,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         match &one.kind {
             ElementKind::LeftRail => Ok(self.truth(true, one.line)),
             ElementKind::Contact => {
-                let way = self.joined(one, &one.inputs)?;
+                let ways = self.ways(&one.inputs)?;
+                let way = self.joined(one.line, ways);
                 let mut value = self.operand(one)?;
                 if let Some(edge) = one.edge {
                     let always = self.truth(true, one.line);
@@ -266,20 +270,19 @@ impl<'d> Drawer<'_, '_, 'd> {
                 if !self.is_generated {
                     self.act(id)?;
                 }
-                let any = self.joined(one, &one.inputs)?;
+                let ways = self.ways(&one.inputs)?;
+                let any = self.joined(one.line, ways.clone());
                 if !self.is_generated || one.inputs.len() < 2 {
                     return Ok(any);
                 }
                 self.progress.joins_all = true;
-                let mut all = self.truth(true, one.line);
-                for input in &one.inputs {
-                    let way = self.joined(one, std::slice::from_ref(input))?;
-                    all = self.and(all, way);
-                }
+                let always = self.truth(true, one.line);
+                let all = ways.into_iter().fold(always, |all, way| self.and(all, way));
                 Ok(self.either(any, all))
             }
             ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => {
-                self.joined(one, &one.inputs)
+                let ways = self.ways(&one.inputs)?;
+                Ok(self.joined(one.line, ways))
             }
             ElementKind::In | ElementKind::InOut => {
                 // What leads into it is written before it is read; by generators in its own place.
@@ -369,6 +372,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             return shows;
         };
         match self.sheet.has_jumps || self.has_changed(first.held) {
+            true if self.is_generated => shows,
             true => self.either(first.value, shows),
             false => first.value,
         }
