@@ -70,12 +70,17 @@ pub struct Manner {
     /// Whether contacts are looked at again, with an edge for each element that asks.
     pub again: bool,
     pub turn: Turn,
+    /// Whether what leads through a coil is joined by AND, as some generators write it.
+    pub joins_all: bool,
 }
 
 impl Manner {
     pub fn all() -> impl Iterator<Item = Manner> {
-        let generated = [Turn::File, Turn::Rows].map(|turn| Manner { again: true, turn });
-        let drawn = [false, true].map(|again| Manner { again, turn: Turn::Places });
+        let of = |again, turn, joins_all| Manner { again, turn, joins_all };
+        let drawn = [false, true].map(|again| of(again, Turn::Places, false));
+        let generated = [Turn::File, Turn::Rows].into_iter();
+        let generated =
+            generated.flat_map(move |turn| [false, true].map(|all| of(true, turn, all)));
         drawn.into_iter().chain(generated)
     }
 }
@@ -377,10 +382,13 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             }
             What::Coil(_, _, _, from) => {
                 // A coil is carried out before what stands behind it; by generators in its own place.
-                if self.manner.again {
-                    if self.manner.turn == Turn::Places || self.drawing.has_jumps() {
-                        self.act(id);
-                    }
+                let is_generated = self.manner.turn != Turn::Places && !self.drawing.has_jumps();
+                if is_generated && self.manner.joins_all {
+                    from.iter().map(|pin| self.link(*pin)).fold(1, |all, one| all & one)
+                } else if is_generated {
+                    self.any(from)
+                } else if self.manner.again {
+                    self.act(id);
                     self.any(from)
                 } else {
                     let before = self.any(from);
