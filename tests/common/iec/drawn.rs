@@ -168,13 +168,42 @@ impl Drawing {
         (place % 7, place / 7)
     }
 
-    /// The elements as they come.
     /// Whether it jumps or returns: generators know neither.
-    pub fn has_jumps(&self) -> bool {
+    fn has_jumps(&self) -> bool {
         let jumps = |one: &What| matches!(one, What::Jump(..) | What::Label(_) | What::Return(_));
         self.elements.iter().any(jumps)
     }
 
+    /// Whether the instances that show one contact's edge may have seen different values in the scan before: a jump may leave
+    /// one of them out, and what the contact reads may be written between them.
+    pub fn remembers_apart(&self) -> bool {
+        let mut elements = self.elements.iter().enumerate();
+        self.has_jumps()
+            || elements.any(|(id, what)| match what {
+                What::Contact(_, _, edge, _) => *edge != Edge::None && self.askers(id) > 1,
+                _ => false,
+            })
+    }
+
+    /// How many coils, outputs and pins ask for what an element lets through.
+    fn askers(&self, id: usize) -> usize {
+        let leads = |from: &[Pin]| from.iter().filter(|pin| pin.0 == id).count();
+        let of = |(user, what): (usize, &What)| match what {
+            What::Contact(_, _, _, from) if leads(from) > 0 => leads(from) * self.askers(user),
+            What::Coil(_, _, _, from) if leads(from) > 0 => leads(from) * (1 + self.askers(user)),
+            What::Out(_, _, from) | What::Jump(_, from) | What::Return(from) => leads(from),
+            What::Function(_, _, enable, inputs)
+            | What::Standard(_, _, enable, inputs)
+            | What::Block(_, _, enable, inputs, _) => {
+                let pins = inputs.iter().map(|one| leads(&one.from)).sum::<usize>();
+                pins + enable.as_ref().map_or(0, |from| leads(from))
+            }
+            _ => 0,
+        };
+        self.elements.iter().enumerate().map(of).sum()
+    }
+
+    /// The elements as they come.
     fn order(&self, turn: Turn) -> Vec<usize> {
         let mut all: Vec<usize> = (0..self.elements.len()).collect();
         if turn == Turn::Places || self.numbered || self.has_jumps() {
