@@ -43,6 +43,8 @@ pub struct Propagator {
     late: Vec<i32>,
     /// A buffer for the literals of a clause that is being added.
     open: Vec<i32>,
+    /// Whether the clauses are known to contradict each other.
+    contradiction: bool,
 }
 
 fn code(literal: i32) -> usize {
@@ -112,8 +114,7 @@ impl Propagator {
             _ => 0,
         });
         match *open {
-            // The clauses are contradictory, so there is nothing left to find.
-            [] => {}
+            [] => self.contradiction = true,
             [literal] => {
                 self.late.push(literal);
                 if self.limits.is_empty() {
@@ -185,15 +186,24 @@ impl Propagator {
         }
     }
 
-    /// Assigns the literals that are true without assumptions. If they contradict each other, the clauses are
-    /// unsatisfiable; then later queries find less. The caller must detect this elsewhere.
+    /// Assigns the literals that are true without assumptions.
     fn assign_fixed(&mut self) {
         for literal in std::mem::take(&mut self.late) {
-            if self.value(literal) == 0 {
-                self.set(literal, Reason::None);
-                let _contradiction = self.propagate();
+            match self.value(literal) {
+                0 => {
+                    self.set(literal, Reason::None);
+                    self.contradiction |= self.propagate().is_some();
+                }
+                1 => {}
+                _ => self.contradiction = true,
             }
         }
+    }
+
+    /// Whether propagation without assumptions has shown that the clauses contradict each other. Then not all
+    /// consequences are assigned, and later queries find less.
+    pub fn has_contradiction(&self) -> bool {
+        self.contradiction
     }
 
     fn undo(&mut self, level: usize) {
@@ -211,6 +221,8 @@ impl Propagator {
     /// together, and removes the assumption.
     pub fn assume(&mut self, literal: i32) -> Option<Vec<i32>> {
         self.reserve(literal.unsigned_abs() as usize);
+        // Removing the assumption of an assigned literal would remove the assignment, too.
+        debug_assert_eq!(self.value(literal), 0, "only an unassigned literal is assumed");
         self.limits.push(self.trail.len());
         self.set(literal, Reason::None);
         let (first, reason) = self.propagate()?;

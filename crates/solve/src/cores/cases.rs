@@ -80,10 +80,13 @@ pub fn search(
     let split = Split::new(ground, &objective.formula, softs, bounds.remaining());
     let limits = *bounds.limits();
     let quiet = Limits { progress: &|_, _| {}, trace: false, ..limits };
+    if split.propagator.has_contradiction() {
+        // No scan satisfies the constraints, as the solver finds at once.
+        return Some(objective);
+    }
     let mut trail = split.propagator.clone();
-    if split.softs.len() <= slices::MAX_SOFT
-        && Slices::of(&split.softs, &mut trail).off < split.most / 2
-    {
+    let open = split.open(&trail);
+    if open.len() <= slices::MAX_SOFT && Slices::of(&open, &mut trail).off < split.most / 2 {
         return Some(objective);
     }
     let candidates = split.candidates();
@@ -169,8 +172,7 @@ impl<'g> Split<'g> {
         if trail.assume(literal).is_some() {
             return 0;
         }
-        // If more weight is lost than the bound leaves, the literal cannot be true.
-        let left = most.saturating_sub(self.lost_weight(trail.since(known)));
+        let left = most - self.lost_weight(trail.since(known));
         trail.retract_to(level);
         left
     }
@@ -226,8 +228,7 @@ impl<'g> Split<'g> {
                 let level = trail.level();
                 if trail.assume(literal).is_none() {
                     let off = Slices::of(&self.open(trail), trail).off;
-                    // The soft literals may lose more than the bound if the constraints exclude every scan of the case.
-                    sides.push((left.saturating_sub(off), literal, left));
+                    sides.push((left - off, literal, left));
                     trail.retract_to(level);
                 }
             }
@@ -254,10 +255,9 @@ impl<'g> Split<'g> {
         if case.literals.iter().any(|&literal| trail.require(literal).is_some()) {
             return (Vec::new(), None);
         }
-        let most =
-            self.most.saturating_sub(self.lost_weight(trail.since(self.propagator.length())));
+        let most = self.most - self.lost_weight(trail.since(self.propagator.length()));
         let off = Slices::of(&self.open(&trail), &mut trail).off;
-        let case = Case { upper: case.upper.min(most.saturating_sub(off)), ..case };
+        let case = Case { upper: case.upper.min(most - off), ..case };
         if case.upper <= known.lower() {
             return (Vec::new(), None);
         }
@@ -313,14 +313,15 @@ mod tests {
     use crate::{Limits, bounds::Bounds, problem::Problem};
     use scanbound_model::{Assignment, Lit, ScanModel};
 
-    /// Charts of three steps each, one of which is active; the first chart contains the others. Also returns the
-    /// largest cost of a scan.
-    fn charts(seed: u64, inner: usize) -> (ScanModel, u64) {
+    /// Charts of three steps each, one of which is active; the first chart contains the others. `is_off` says that a
+    /// constraint keeps the first of the three inputs off. Also returns the largest cost of a scan.
+    fn charts(seed: u64, inner: usize, is_off: bool) -> (ScanModel, u64) {
         let mut dice = Dice(seed);
         let mut b = Builder::default();
         let charts: Vec<Vec<Lit>> =
             (0..=inner).map(|_| (0..3).map(|_| b.bit()).collect()).collect();
         let inputs: Vec<Lit> = (0..3).map(|_| b.bit()).collect();
+        b.model.constraints.extend(is_off.then_some(!inputs[0]));
         for steps in &charts {
             let some = b.model.circuit.any(steps.iter().copied());
             let pairs =
@@ -341,7 +342,8 @@ mod tests {
             }
         }
         let mut most = 0;
-        for state in 0..3_usize.pow(1 + inner as u32) * 8 {
+        let states = 0..3_usize.pow(1 + inner as u32) * 8;
+        for state in states.filter(|state| !is_off || state & 1 == 0) {
             let mut bits = Vec::new();
             let mut rest = state / 8;
             for _ in &charts {
@@ -359,7 +361,7 @@ mod tests {
     fn charts_cost_what_their_most_expensive_state_does() {
         let mut by_case = 0;
         for seed in 0..60 {
-            let (model, most) = charts(seed, 2 + seed as usize % 4);
+            let (model, most) = charts(seed, 2 + seed as usize % 4, seed % 3 == 0);
             let group = Builder { model: model.clone() }.group();
             let problem = Problem::new(&model, &group);
             let constant: u64 = (0..model.charges.len())
@@ -380,5 +382,23 @@ mod tests {
             }
         }
         assert!(by_case > 100, "{by_case}");
+    }
+
+    #[test]
+    fn constraints_that_contradict_each_other_leave_no_scan() {
+        for seed in 0..20 {
+            let (mut model, _) = charts(seed, 3, false);
+            // The first constraint is that some step of the first chart is active.
+            let some = model.constraints[0];
+            model.constraints.push(!some);
+            let group = Builder { model: model.clone() }.group();
+            let problem = Problem::new(&model, &group);
+            let limits = Limits::default();
+            let mut bounds = Bounds::new(&problem, &limits);
+            search_from(Sizes { smallest: 30, least: 0, ..SIZES }, &problem, &mut bounds);
+            let found = bounds.finish();
+            sound(&model, &group, &found);
+            assert!(!found.feasible, "seed {seed}");
+        }
     }
 }
