@@ -150,18 +150,18 @@ mod tests {
             VarId(3) => "D0".to_owned(),
             VarId(v) => format!("X{v}"),
         };
-        let mut told = |lit: &dyn Fn(&mut Circuit) -> Lit| {
+        let mut text_of = |lit: &dyn Fn(&mut Circuit) -> Lit| {
             let lit = lit(&mut circuit);
             text(&circuit, lit, &name).expect("short")
         };
-        assert_eq!(told(&|c| c.and(bits[0], bits[1])), "X0 and X1");
-        assert_eq!(told(&|c| c.or(!bits[0], !bits[2])), "not X0 or not X2");
+        assert_eq!(text_of(&|c| c.and(bits[0], bits[1])), "X0 and X1");
+        assert_eq!(text_of(&|c| c.or(!bits[0], !bits[2])), "not X0 or not X2");
         let nested = |c: &mut Circuit| {
             let or = c.or(bits[1], bits[2]);
             c.and(bits[0], or)
         };
-        assert_eq!(told(&nested), "X0 and (X1 or X2)");
-        assert_eq!(told(&|_| Lit::TRUE), "always");
+        assert_eq!(text_of(&nested), "X0 and (X1 or X2)");
+        assert_eq!(text_of(&|_| Lit::TRUE), "always");
         let range = |low: u16, high: u16| {
             move |c: &mut Circuit| {
                 let low = c.atom(Atom::AtLeast(word, low));
@@ -170,21 +170,21 @@ mod tests {
                 c.and(low, !above)
             }
         };
-        assert_eq!(told(&range(10, 10)), "D0 = 10");
-        assert_eq!(told(&|c| !range(10, 10)(c)), "D0 <> 10");
-        assert_eq!(told(&range(10, 20)), "10 <= D0 <= 20");
-        assert_eq!(told(&range(10, 0x7FFF)), "D0 >= 10");
-        assert_eq!(told(&|c| !range(10, 0x7FFF)(c)), "D0 < 10");
-        assert_eq!(told(&range(0x8000, u16::MAX)), "D0 < 0");
-        assert_eq!(told(&range(10, u16::MAX)), "(D0 < 0 or D0 > 9)");
-        assert_eq!(told(&range(0, 9)), "0 <= D0 <= 9");
-        assert_eq!(told(&range(0, 0x7FFF)), "D0 >= 0");
-        assert_eq!(told(&|c| c.atom(Atom::WordBit(word, 10))), "D0.A");
+        assert_eq!(text_of(&range(10, 10)), "D0 = 10");
+        assert_eq!(text_of(&|c| !range(10, 10)(c)), "D0 <> 10");
+        assert_eq!(text_of(&range(10, 20)), "10 <= D0 <= 20");
+        assert_eq!(text_of(&range(10, 0x7FFF)), "D0 >= 10");
+        assert_eq!(text_of(&|c| !range(10, 0x7FFF)(c)), "D0 < 10");
+        assert_eq!(text_of(&range(0x8000, u16::MAX)), "D0 < 0");
+        assert_eq!(text_of(&range(10, u16::MAX)), "(D0 < 0 or D0 > 9)");
+        assert_eq!(text_of(&range(0, 9)), "0 <= D0 <= 9");
+        assert_eq!(text_of(&range(0, 0x7FFF)), "D0 >= 0");
+        assert_eq!(text_of(&|c| c.atom(Atom::WordBit(word, 10))), "D0.A");
         let both = |c: &mut Circuit| {
             let ten = range(10, 10)(c);
             c.and(ten, bits[0])
         };
-        assert_eq!(told(&both), "X0 and D0 = 10");
+        assert_eq!(text_of(&both), "X0 and D0 = 10");
     }
 
     #[test]

@@ -92,10 +92,10 @@ pub(super) fn confirm(
     replayed: &Replay,
 ) -> Result<(), Failure> {
     let values = model.circuit.evaluate(assignment);
-    let said: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
-    if replayed.total != said {
+    let modelled: Picos = model.charges.iter().map(|charge| charge.cost(&values)).sum();
+    if replayed.total != modelled {
         return Err(Failure::Internal(format!(
-            "the longest scan takes {} in the interpreter, but {said} in the analysis{}",
+            "the longest scan takes {} in the interpreter, but {modelled} in the analysis{}",
             replayed.total,
             first_difference(program, model, &values, replayed)
         )));
@@ -139,11 +139,11 @@ fn first_difference(
     for event in &replayed.events {
         costs.entry((event.instruction, event.frames.to_vec())).or_default().1 += event.cost;
     }
-    let different = costs.iter().find(|(_, (said, ran))| said != ran);
-    different.map_or(String::new(), |((instruction, _), (said, ran))| {
+    let different = costs.iter().find(|(_, (modelled, ran))| modelled != ran);
+    different.map_or(String::new(), |((instruction, _), (modelled, ran))| {
         let at = &program.instructions[*instruction];
         format!(
-            "; first at {}:{} {}: {ran} and {said}",
+            "; first at {}:{} {}: {ran} and {modelled}",
             at.place.of(&program.files).name,
             at.place.line,
             at.text

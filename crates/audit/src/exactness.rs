@@ -88,17 +88,17 @@ impl Exactness {
         let blank =
             |language| LanguageUse { language, called: 0, uncalled: 0, statements: 0, exact: 0 };
         for body in &source.bodies {
-            let own = languages.entry(body.language).or_insert_with(|| blank(body.language));
-            *if body.is_called { &mut own.called } else { &mut own.uncalled } += 1;
+            let language = languages.entry(body.language).or_insert_with(|| blank(body.language));
+            *if body.is_called { &mut language.called } else { &mut language.uncalled } += 1;
         }
         let mut constructs: BTreeMap<&str, Construct> = BTreeMap::new();
         for (at, one) in source.all.iter().enumerate() {
             let body = &source.bodies[one.body];
-            let own = languages.entry(body.language).or_insert_with(|| blank(body.language));
+            let language = languages.entry(body.language).or_insert_with(|| blank(body.language));
             let count = u64::from(one.count);
-            own.statements += count;
+            language.statements += count;
             let Some(what) = inexact.get(&at) else {
-                own.exact += count;
+                language.exact += count;
                 continue;
             };
             let construct = constructs.entry(what).or_insert_with(|| Construct {
@@ -143,8 +143,8 @@ fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
         found.push((one.instruction, text));
     }
     for (at, instruction) in program.instructions.iter().enumerate() {
-        let own = choices(instruction).into_iter().filter(|choice| taken.contains(choice));
-        found.extend(own.filter_map(|choice| Some((at, construct(program, choice)?))));
+        let inexact = choices(instruction).into_iter().filter(|choice| taken.contains(choice));
+        found.extend(inexact.filter_map(|choice| Some((at, construct(program, choice)?))));
     }
     found.sort_by_key(|(at, _)| *at);
     found
@@ -169,8 +169,8 @@ fn choices(instruction: &Instruction) -> Vec<ChoiceId> {
 /// Whether an approximation of the instruction occurs in the model: one of its choices has any value there, or it has
 /// no choices.
 fn holds_here(program: &Program, taken: &BTreeSet<ChoiceId>, at: usize) -> bool {
-    let own = choices(&program.instructions[at]);
-    own.is_empty() || own.iter().any(|choice| taken.contains(choice))
+    let choices_here = choices(&program.instructions[at]);
+    choices_here.is_empty() || choices_here.iter().any(|choice| taken.contains(choice))
 }
 
 /// The choices that may have any value somewhere in the model. Choices that were resolved or that the language

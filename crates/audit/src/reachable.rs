@@ -62,10 +62,10 @@ pub fn exclude(
         return (None, relays);
     };
     let starts = starts(&mut model, &bits);
-    let kept: Vec<BitTransition> =
+    let transitions: Vec<BitTransition> =
         starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
     let fresh = fresh(program, &mut model);
-    let question = Question { model: &model, bits: &kept, related: &related, fresh };
+    let question = Question { model: &model, bits: &transitions, related: &related, fresh };
     let Some(answer) = question.ask(candidates, budget) else { return (None, relays) };
     relays.decided = true;
     relays.freed = answer.freed.iter().map(|&bit| bits[bit]).collect();
@@ -76,12 +76,12 @@ pub fn exclude(
     }
     program.mutually_exclusive = groups(program, &bits, &answer.exclusive);
     if let Some(fresh) = fresh {
-        let off = off_where(fresh, &kept, &own, &mut model.circuit);
+        let off = off_where(fresh, &transitions, &own, &mut model.circuit);
         model.constraints.extend(off);
         note_off_where_fresh(program, own.iter().map(|&bit| bits[bit]).collect());
     }
     for set in &answer.exclusive {
-        let all = set.iter().map(|&bit| kept[bit].start);
+        let all = set.iter().map(|&bit| transitions[bit].start);
         let all = model.circuit.all(all);
         model.constraints.push(!all);
         let on = set.iter().map(|&bit| Logic::Bit(bits[bit].source())).collect();
@@ -189,7 +189,7 @@ impl Question<'_> {
         loop {
             let singles = own.iter().map(|&bit| vec![bit]);
             let candidates = singles.chain(sets.iter().cloned()).collect();
-            let found = self.kept(candidates, &own, limits)?;
+            let found = self.preserved(candidates, &own, limits)?;
             let never: Vec<usize> =
                 found.iter().filter(|one| one.len() == 1).map(|one| one[0]).collect();
             if never.is_empty() {
@@ -204,7 +204,7 @@ impl Question<'_> {
 
     /// The candidates that are true at the end of every scan that starts with all of them true. After memory was
     /// cleared, all are true.
-    fn kept(
+    fn preserved(
         &self,
         candidates: Vec<Vec<usize>>,
         own: &BTreeSet<usize>,

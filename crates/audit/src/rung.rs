@@ -21,7 +21,7 @@ pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> 
     }
     let mut rungs: Vec<RungCharges> = by_block
         .into_iter()
-        .filter_map(|(block, own)| rung(block, &own, charges, &comments))
+        .filter_map(|(block, members)| rung(block, &members, charges, &comments))
         .collect();
     rungs.sort_by_key(|rung| (Reverse(rung.shown.naive), rung.shown.block));
     rungs
@@ -30,32 +30,32 @@ pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> 
 /// The rung made of these charges. `None` if there are none.
 fn rung(
     block: u32,
-    own: &[usize],
+    members: &[usize],
     charges: &[ChargeUse],
     comments: impl Fn(usize) -> Vec<String>,
 ) -> Option<RungCharges> {
     let larger_time = |index: usize| charges[index].on.max(charges[index].off);
     let short =
         |index: usize| larger_time(index).checked_sub(charges[index].share).unwrap_or_default();
-    let largest = own.iter().copied().rev().max_by_key(|&index| larger_time(index))?;
+    let largest = members.iter().copied().rev().max_by_key(|&index| larger_time(index))?;
     let shown = &charges[largest];
-    let full = own.iter().filter(|&&index| short(index) == Picos::ZERO).count();
-    let shortest = own.iter().copied().rev().max_by_key(|&index| short(index));
+    let full = members.iter().filter(|&&index| short(index) == Picos::ZERO).count();
+    let shortest = members.iter().copied().rev().max_by_key(|&index| short(index));
     Some(RungCharges {
         shown: RungUse {
             block,
             at: shown.at,
             instruction: shown.instruction.clone(),
             comments: comments(largest),
-            others: own.len() - 1,
+            others: members.len() - 1,
             fate: match full {
                 0 => Fate::Excluded,
-                n if n == own.len() => Fate::Runs,
+                n if n == members.len() => Fate::Runs,
                 _ => Fate::Partly,
             },
             is_charged_off: !shown.runs && shown.share > Picos::ZERO,
-            cost: own.iter().map(|&index| charges[index].share).sum(),
-            naive: own.iter().map(|&index| larger_time(index)).sum(),
+            cost: members.iter().map(|&index| charges[index].share).sum(),
+            naive: members.iter().map(|&index| larger_time(index)).sum(),
             exclusion: None,
         },
         shortest: shortest.filter(|&index| short(index) > Picos::ZERO),

@@ -196,10 +196,9 @@ impl GroupSearch<'_> {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
         let doubtful = self.doubtful_from.is_some_and(|least| upper >= least);
-        let kept = upper + self.prices.more_points() <= limit && !doubtful;
-        kept || lower
-            .checked_sub(self.prices.uncertain_refresh())
-            .is_some_and(|lower| lower > limit)
+        let within_limit = upper + self.prices.more_points() <= limit && !doubtful;
+        within_limit
+            || lower.checked_sub(self.prices.uncertain_refresh()).is_some_and(|lower| lower > limit)
     }
 
     fn tell(&self, group: usize, known: &GroupBounds) {

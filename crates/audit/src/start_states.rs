@@ -186,7 +186,7 @@ fn predecessors<'a>(
 ) -> Option<Predecessors<'a>> {
     let (mut model, ends) = scan_model_to_end(program, times, size, bits).ok()?;
     let starts = reachable::starts(&mut model, bits);
-    let mut kept: Vec<BitTransition> =
+    let mut transitions: Vec<BitTransition> =
         starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
     let initial = |bit: &BitTarget| {
         let value = program.power_up.initial_value(bit.cell());
@@ -205,15 +205,15 @@ fn predecessors<'a>(
     for flag in flags.filter(|flag| read.contains(flag) && !is_written(flag.cell())) {
         let start = reachable::starts(&mut model, &[flag])[0];
         bits.push(flag);
-        kept.push(BitTransition { start, end: Lit::FALSE });
+        transitions.push(BitTransition { start, end: Lit::FALSE });
         initials.push(true);
     }
     if let Some(start) = reachable::fresh(program, &mut model) {
         bits.extend(program.power_up.after_clear);
-        kept.push(BitTransition { start, end: Lit::FALSE });
+        transitions.push(BitTransition { start, end: Lit::FALSE });
         initials.push(true);
     }
-    Some(Predecessors::new(&model, kept, initials, limits))
+    Some(Predecessors::new(&model, transitions, initials, limits))
 }
 
 /// The bits in which instructions remember something from scan to scan, as far as the scan reads them.

@@ -147,12 +147,12 @@ pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -
 pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     let exclusive = ExclusiveRelays::of(program, trust);
     let fact = ["internal", "devices"];
-    let told = |message: String, help: &str| {
+    let warn = |message: String, help: &str| {
         facts.fault(fact, Part::Value, Code::UnusedFact, message, help).warning()
     };
     if trust == Trust::None && !facts.internal.is_empty() {
         let message = "[internal] has no effect with --trust none".to_owned();
-        return vec![told(
+        return vec![warn(
             message,
             "audit with --trust counts or --trust all, or remove [internal]",
         )];
@@ -172,7 +172,7 @@ pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
         let message = format!(
             "{device} under [internal] has no effect: it is an input, is not cleared at power-up, or is also under [external]"
         );
-        told(message, "remove it")
+        warn(message, "remove it")
     })
     .collect()
 }
@@ -375,17 +375,17 @@ fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
 /// have no effect.
 pub fn forget_unnamed(program: &mut Program) {
     let named = NamedCells::of(program);
-    let mut kept: BTreeSet<Cell> = BTreeSet::new();
+    let mut cells_in_use: BTreeSet<Cell> = BTreeSet::new();
     let mut open = std::mem::take(&mut program.stated_ranges);
     loop {
         let (say, rest): (Vec<StartRange>, Vec<StartRange>) = open.into_iter().partition(|range| {
-            range.cells.iter().any(|&cell| named.holds(cell) || kept.contains(&cell))
+            range.cells.iter().any(|&cell| named.holds(cell) || cells_in_use.contains(&cell))
         });
         open = rest;
         if say.is_empty() {
             break;
         }
-        kept.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
+        cells_in_use.extend(say.iter().flat_map(|range| range.cells.iter().copied()));
         program.stated_ranges.extend(say);
     }
 }

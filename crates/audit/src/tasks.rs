@@ -68,7 +68,7 @@ fn found(audit: &super::Audit) -> (Option<Picos>, Picos) {
 /// The longest time from a task's due time to its end. It is valid only if the tasks that run first are due no earlier
 /// than their intervals say, and end before they are due again. So their response times are computed, too.
 fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Result<Picos, String> {
-    let own = by_intervals(all, bounds, at)?;
+    let response = by_intervals(all, bounds, at)?;
     let mut before = vec![at];
     let mut looked = 0;
     while let Some(&this) = before.get(looked) {
@@ -85,7 +85,7 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
             }
         }
     }
-    Ok(own)
+    Ok(response)
 }
 
 /// The time of a task together with each task that may run first, as often as that is due in this time. `bounds` holds
@@ -95,7 +95,7 @@ fn by_intervals(
     bounds: &[(Option<Picos>, Picos)],
     at: usize,
 ) -> Result<Picos, String> {
-    let own = bounds[at].0.ok_or("nothing bounds it")?;
+    let execution = bounds[at].0.ok_or("nothing bounds it")?;
     let mut before = Vec::new();
     for (other, task) in all.iter().enumerate() {
         if other == at || !task.delays(&all[at]) {
@@ -111,9 +111,9 @@ fn by_intervals(
         before.push((interval, takes));
     }
     let limit = all[at].interval.unwrap_or(LONGEST);
-    let mut whole = own;
+    let mut whole = execution;
     loop {
-        let mut next = own;
+        let mut next = execution;
         for &(interval, takes) in &before {
             let times = whole.0.div_ceil(interval.0).max(1);
             let more =
@@ -200,24 +200,27 @@ mod tests {
 
     #[test]
     fn what_is_not_known_gives_no_time() {
-        let told = |tasks: &[_], at: usize| responses(tasks)[at].clone().expect_err("not known");
+        let reason = |tasks: &[_], at: usize| responses(tasks)[at].clone().expect_err("not known");
         assert!(
-            told(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0).contains("how often the task b")
+            reason(&[(Some(9), Some(1), 1), (None, Some(0), 1)], 0)
+                .contains("how often the task b")
         );
         assert!(
-            told(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("must start again")
+            reason(&[(Some(9), Some(1), 5), (Some(9), Some(0), 5)], 0).contains("must start again")
         );
         assert!(
-            told(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0).contains("must start again")
+            reason(&[(Some(90), Some(1), 1), (Some(3), Some(0), 4)], 0)
+                .contains("must start again")
         );
         assert!(
-            told(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0).contains("all of the CPU's time")
+            reason(&[(None, Some(1), 1), (Some(3), Some(0), 4)], 0)
+                .contains("all of the CPU's time")
         );
         let late = [(Some(90), Some(2), 1), (Some(20), Some(1), 3), (Some(25), Some(1), 18)];
         assert!(
-            told(&late, 0).starts_with("the task can be delayed by the task b"),
+            reason(&late, 0).starts_with("the task can be delayed by the task b"),
             "{}",
-            told(&late, 0)
+            reason(&late, 0)
         );
         // It is unknown which of the two runs first.
         assert_eq!(responses(&[(Some(9), None, 1), (Some(9), Some(0), 2)]), [Ok(3), Ok(3)]);

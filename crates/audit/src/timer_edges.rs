@@ -54,8 +54,8 @@ pub fn exclude(
     let pairs = pairs(&model.circuit, &on, timers.len());
     let deadline = Some(Instant::now() + LONGEST);
     let limits = Limits { deadline, cancelled: &is_over, ..Limits::default() };
-    let kept = if pairs.is_empty() { None } else { inductive(&model, &all, pairs, &limits) }?;
-    for pair in &kept {
+    let preserved = if pairs.is_empty() { None } else { inductive(&model, &all, pairs, &limits) }?;
+    for pair in &preserved {
         let both = model.circuit.all(pair.iter().map(|&bit| all[bit].start));
         model.constraints.push(!both);
         let logic = |&bit: &usize| match cells.get(bit) {
@@ -64,7 +64,7 @@ pub fn exclude(
         };
         program.invariants.push(Logic::All(pair.iter().map(logic).collect()).not());
     }
-    (!kept.is_empty()).then_some(model)
+    (!preserved.is_empty()).then_some(model)
 }
 
 /// The cells with the state of timers, and those with the memory of edges, whose start values the model reads.

@@ -59,17 +59,17 @@ pub fn state(
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let facts = request.facts;
     let mut faults = Vec::new();
-    let mut hold =
-        |held: Result<(), Vec<Diagnostic>>| faults.extend(held.err().into_iter().flatten());
-    hold(know_interrupts(program, request));
-    hold(stated::know_words(program, facts));
-    hold(counts::state(program, facts));
-    hold(indices::state(program, facts));
+    let mut collect =
+        |check: Result<(), Vec<Diagnostic>>| faults.extend(check.err().into_iter().flatten());
+    collect(know_interrupts(program, request));
+    collect(stated::know_words(program, facts));
+    collect(counts::state(program, facts));
+    collect(indices::state(program, facts));
     let external = stated::writers(program, facts, "external", &facts.external);
-    hold(external.map(|regions| program.external.extend(regions)));
+    collect(external.map(|regions| program.external.extend(regions)));
     let internal = stated::writers(program, facts, "internal", &facts.internal);
-    hold(internal.map(|regions| program.internal = regions));
-    hold(stated::exclude(program, facts));
+    collect(internal.map(|regions| program.internal = regions));
+    collect(stated::exclude(program, facts));
     if !faults.is_empty() {
         return Err(faults);
     }

@@ -78,18 +78,18 @@ impl Scale {
         let step = self.step();
         let whole: u128 = parts.iter().map(|part| u128::from(part.0)).sum();
         let mut steps: Vec<u64> = parts.iter().map(|part| part.0 / step).collect();
-        let told: u128 = steps.iter().map(|&one| u128::from(one)).sum();
-        let missing = whole.div_ceil(u128::from(step)).saturating_sub(told);
+        let sum_shown: u128 = steps.iter().map(|&one| u128::from(one)).sum();
+        let missing = whole.div_ceil(u128::from(step)).saturating_sub(sum_shown);
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&index| std::cmp::Reverse(parts[index].0 % step));
         for index in order.into_iter().take(usize::try_from(missing).unwrap_or(usize::MAX)) {
             steps[index] += 1;
         }
-        let told = |(part, steps): (&Picos, u64)| match (part.0, steps) {
+        let text = |(part, steps): (&Picos, u64)| match (part.0, steps) {
             (1.., 0) => about(*part),
             _ => self.text(steps),
         };
-        parts.iter().zip(steps).map(told).collect()
+        parts.iter().zip(steps).map(text).collect()
     }
 }
 
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn times_are_told_in_the_unit_and_the_digits_that_people_use() {
-        for (ps, told) in [
+        for (ps, sum_shown) in [
             (0, "0 us"),
             (1, "1 ps"),
             (1_520_000, "1.52 us"),
@@ -147,7 +147,7 @@ mod tests {
             (9_400 * SECOND, "2.612 h"),
             (406_080 * SECOND, "4.7 days"),
         ] {
-            assert_eq!(at_most(Picos(ps)), told);
+            assert_eq!(at_most(Picos(ps)), sum_shown);
         }
         assert_eq!(at_least(Picos(324_123_321_714)), "324.1 ms");
         assert_eq!(about(Picos(324_163_321_714)), "324.2 ms");
@@ -159,8 +159,8 @@ mod tests {
         let parts = [99_840_000_000, 333_333_333, 333_333_333, 333_333_334, 15].map(Picos);
         let whole: Picos = parts.iter().copied().sum();
         let scale = Scale::of(whole);
-        let told = scale.parts(&parts);
-        assert_eq!(told, ["99.9 ms", "0.3 ms", "0.3 ms", "0.4 ms", "15 ps"].map(String::from));
+        let sum_shown = scale.parts(&parts);
+        assert_eq!(sum_shown, ["99.9 ms", "0.3 ms", "0.3 ms", "0.4 ms", "15 ps"].map(String::from));
         assert_eq!(scale.up(whole), "100.9 ms");
     }
 }

@@ -105,8 +105,8 @@ fn read_line(
     let mut found = match words::split(code(line)) {
         Ok(found) => found,
         Err(open) => {
-            let told = ("a string has no closing quotation mark", "close the string with \"");
-            return faults.error_at(Code::OpenString, number, line, open, told);
+            let message = ("a string has no closing quotation mark", "close the string with \"");
+            return faults.error_at(Code::OpenString, number, line, open, message);
         }
     };
     let step = take_step(&mut found);
@@ -132,11 +132,11 @@ fn read_line(
     }
     let Some((mnemonic, operands)) = rest.split_first() else { return };
     if !words::can_be_mnemonic(mnemonic) {
-        let told = (
+        let message = (
             "this line is not an instruction",
             "write a mnemonic and its operands, separated by blanks, such as LD X0; comments begin with ; or //",
         );
-        return faults.error_at(Code::NotAnInstruction, number, line, mnemonic, told);
+        return faults.error_at(Code::NotAnInstruction, number, line, mnemonic, message);
     }
     let places = WordPositions::of_slices(text, rest.iter().copied());
     let operands = operands.iter().map(|&operand| operand.to_owned()).collect();

@@ -49,9 +49,9 @@ struct Block {
     /// The line where the block begins.
     line: usize,
     /// The number of blocks with rungs that were found in the block so far; for a rung, the number of mnemonic lists.
-    held: u32,
+    contained: u32,
     /// The number of entries that the file states for the block.
-    told: Option<u32>,
+    stated: Option<u32>,
 }
 
 /// Whether the beginning of a file looks like this format.
@@ -220,14 +220,14 @@ impl Reader<'_, '_> {
             });
         }
         let (name, line) = (name.to_owned(), self.at - 1);
-        self.path.push(Block { name, line, held: 0, told: None });
+        self.path.push(Block { name, line, contained: 0, stated: None });
     }
 
     /// Counts a block in the block that contains it. Reports an error if its index is not the next number.
     fn count_block(&mut self, level: &Level, key: &str) {
         let Some(parent) = self.path.last_mut() else { return };
-        let place = parent.held;
-        parent.held += 1;
+        let place = parent.contained;
+        parent.contained += 1;
         let number = key.split_once('[').map(|(_, number)| number.trim_end_matches(']'));
         if level.count.is_some() && number.is_some_and(|number| number.parse() != Ok(place)) {
             let message = format!("{}[{place}] is missing before this one", level.name);
@@ -240,18 +240,18 @@ impl Reader<'_, '_> {
         if !(self.holds_code() || block.name == "Programs") {
             return;
         }
-        let held = LEVELS.iter().find(|level| level.parent == block.name);
-        let (what, count) = match held {
+        let contained = LEVELS.iter().find(|level| level.parent == block.name);
+        let (what, count) = match contained {
             Some(Level { name, count, .. }) => (*name, *count),
             None if block.name == "R" => ("SL", None),
             None => return,
         };
-        let message = match (count, block.told) {
-            (None, _) if block.held == 1 => return,
-            (None, _) => format!("{} contains {} {what}, not one", block.name, block.held),
-            (Some(_), Some(told)) if told == block.held => return,
-            (Some(count), Some(told)) => {
-                format!("{count} is {told}, but the file contains {} {what}", block.held)
+        let message = match (count, block.stated) {
+            (None, _) if block.contained == 1 => return,
+            (None, _) => format!("{} contains {} {what}, not one", block.name, block.contained),
+            (Some(_), Some(stated)) if stated == block.contained => return,
+            (Some(count), Some(stated)) => {
+                format!("{count} is {stated}, but the file contains {} {what}", block.contained)
             }
             // Older files do not state the number of programs.
             (Some("ProgramCount"), None) => return,
@@ -273,7 +273,7 @@ impl Reader<'_, '_> {
         let counts =
             LEVELS.iter().find(|level| level.count == Some(key) && self.is_in(level.parent));
         if let (Some(_), Some(block)) = (counts, self.path.last_mut()) {
-            block.told = value.parse().ok();
+            block.stated = value.parse().ok();
         }
         let parent = self.path.last().map_or("", |block| block.name.as_str());
         match (parent, key) {
@@ -349,7 +349,7 @@ impl Reader<'_, '_> {
     /// Counts the mnemonic list that begins here, for the number of the current rung.
     fn list(&mut self) {
         if let Some(rung) = self.path.last_mut() {
-            rung.held += 1;
+            rung.contained += 1;
         }
     }
 

@@ -52,9 +52,11 @@ pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>
         let operation = Box::new(meaning.operation);
         meaning.operation = Operation::WithFlags { operation, words: result.len() as u8 };
         for flag in ["EQ", "N"] {
-            let told = builder.memory.flag(flag).filter(|_| follows_result(item, flag));
-            meaning.outputs.push(told.map_or(Target::Nowhere, |flag| Target::Bits(vec![flag])));
-            flags.extend(told);
+            let result_flag = builder.memory.flag(flag).filter(|_| follows_result(item, flag));
+            meaning
+                .outputs
+                .push(result_flag.map_or(Target::Nowhere, |flag| Target::Bits(vec![flag])));
+            flags.extend(result_flag);
         }
     }
     builder.define(choice, meaning);
@@ -96,8 +98,8 @@ pub(super) fn flags(
     item: &Item<'_>,
     outcome: KnownResult,
 ) -> Vec<Effect> {
-    let told = outcome != KnownResult::Unknown && flags_follow_result(item);
-    let Some(result) = result(item).filter(|_| told) else {
+    let is_computed = outcome != KnownResult::Unknown && flags_follow_result(item);
+    let Some(result) = result(item).filter(|_| is_computed) else {
         return data::flags(builder, item).into_iter().map(fired).collect();
     };
     let carry = carry_of(builder, item);

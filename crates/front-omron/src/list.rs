@@ -25,7 +25,7 @@ struct NotationEvidence {
     /// The number of signs of the CX-Programmer notation: `LDNOT`, `100.00`, `W0.00`, `P_On`.
     cx: usize,
     /// The number of mnemonics that only OMRON has.
-    own: usize,
+    omron_only: usize,
     /// The number of instructions of the catalog whose operands are valid for OMRON.
     known: usize,
     /// The number of these known instructions that begin a branch.
@@ -81,7 +81,7 @@ fn look(instruction: &RawInstruction, evidence: &mut NotationEvidence) {
         } else {
             &mut evidence.three_digits
         }) += 1;
-        evidence.own += 1;
+        evidence.omron_only += 1;
     }
     if name.ends_with("NOT") || name.ends_with("LD") && name != "LD" {
         let apart = instruction
@@ -90,9 +90,10 @@ fn look(instruction: &RawInstruction, evidence: &mut NotationEvidence) {
             .nth(1)
             .is_some_and(|word| matches!(word.to_ascii_uppercase().as_str(), "NOT" | "LD"));
         *(if apart { &mut evidence.c } else { &mut evidence.cx }) += 1;
-        evidence.own += 1;
+        evidence.omron_only += 1;
     }
-    evidence.own += usize::from(["RSET", "KEEP", "DIFU", "DIFD", "CNTR", "TIMH"].contains(&name));
+    evidence.omron_only +=
+        usize::from(["RSET", "KEEP", "DIFU", "DIFD", "CNTR", "TIMH"].contains(&name));
     let fits = instruction.operands.iter().all(|operand| sign(operand, name, evidence));
     let known = catalog::takes(name, instruction.operands.len());
     *(if fits && known { &mut evidence.known } else { &mut evidence.unknown }) += 1;
@@ -121,18 +122,18 @@ fn sign(operand: &str, name: &str, evidence: &mut NotationEvidence) -> bool {
                 || name.starts_with("OR")
                 || name.starts_with("OUT"));
         evidence.c += usize::from(bit);
-        evidence.own += usize::from(bit || ["TIM", "CNT"].contains(&name));
+        evidence.omron_only += usize::from(bit || ["TIM", "CNT"].contains(&name));
     } else if upper.starts_with("P_")
         || upper.split_once('.').is_some_and(|(word, bit)| digits(word) && digits(bit))
     {
-        (evidence.cx, evidence.own) = (evidence.cx + 1, evidence.own + 1);
+        (evidence.cx, evidence.omron_only) = (evidence.cx + 1, evidence.omron_only + 1);
     } else if ["DM ", "HR ", "LR ", "AR ", "SR ", "IR ", "TIM ", "CNT ", "*DM "]
         .iter()
         .any(|area| upper.starts_with(area))
     {
-        (evidence.c, evidence.own) = (evidence.c + 1, evidence.own + 1);
+        (evidence.c, evidence.omron_only) = (evidence.c + 1, evidence.omron_only + 1);
     } else if upper.starts_with('#') || upper.starts_with('&') {
-        evidence.own += 1;
+        evidence.omron_only += 1;
     } else if numbered("W") || numbered("H") || numbered("A") {
         evidence.cx += 1;
     } else if !upper.contains(|c: char| c.is_ascii_digit()) {
@@ -144,7 +145,7 @@ fn sign(operand: &str, name: &str, evidence: &mut NotationEvidence) -> bool {
 
 impl NotationEvidence {
     fn is_omron(self) -> bool {
-        let plain = self.own > 0 && self.known * 2 >= self.known + self.unknown;
+        let plain = self.omron_only > 0 && self.known * 2 >= self.known + self.unknown;
         !self.foreign && self.known > 0 && (plain || (self.unknown == 0 && self.contacts > 0))
     }
 }

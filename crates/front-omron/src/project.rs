@@ -102,16 +102,16 @@ fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let asked = files.iter().skip(if joined { files.len().saturating_sub(1) } else { 0 });
     let programs = asked.flat_map(|file| file.programs.iter().map(move |program| (file, program)));
     let open = programs.filter(|(_, program)| !program.instructions.iter().any(is_end));
-    let told = open.filter_map(|(file, program)| {
+    let warnings = open.filter_map(|(file, program)| {
         let last = program.instructions.last()?;
         let message = "the program has no END: scanbound assumes that the program ends here";
         let help =
             "if the file is truncated, export it again; otherwise write END after the last instruction";
         let text = shown(&last.text);
-        let told = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
-        Some(told.at_step(last.step).warning())
+        let error = Diagnostic::line(Code::NoEnd, &file.name, last.line, text, message, help);
+        Some(error.at_step(last.step).warning())
     });
-    told.collect()
+    warnings.collect()
 }
 
 /// The instructions with their addresses. On the C series each occupies one. In other lists the numbers may be rung

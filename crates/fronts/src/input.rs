@@ -446,9 +446,9 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
         // Opening a pipe would block, and a device may never end.
-        let told =
+        let text =
             "give a file, or - for stdin in place of a program: this path is a pipe or a device";
-        return Err(io::Error::other(told));
+        return Err(io::Error::other(text));
     }
     File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -459,11 +459,11 @@ const MAX_NAMED: usize = 6;
 
 /// The names of files for a message; of many files only the first names.
 fn in_short(names: &[String]) -> String {
-    let mut told = names[..names.len().min(MAX_NAMED)].join(", ");
+    let mut text = names[..names.len().min(MAX_NAMED)].join(", ");
     if names.len() > MAX_NAMED {
-        told += &format!(" and {} more", names.len() - MAX_NAMED);
+        text += &format!(" and {} more", names.len() - MAX_NAMED);
     }
-    told
+    text
 }
 
 #[cfg(test)]

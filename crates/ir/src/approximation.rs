@@ -68,21 +68,21 @@ impl Approximated {
 }
 
 impl From<&str> for Approximated {
-    fn from(told: &str) -> Approximated {
-        Approximated::Dialect(told.into())
+    fn from(text: &str) -> Approximated {
+        Approximated::Dialect(text.into())
     }
 }
 
 impl From<String> for Approximated {
-    fn from(told: String) -> Approximated {
-        Approximated::Dialect(told.into())
+    fn from(text: String) -> Approximated {
+        Approximated::Dialect(text.into())
     }
 }
 
 impl fmt::Display for Approximated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let told = match self {
-            Approximated::Dialect(told) => told,
+        let text = match self {
+            Approximated::Dialect(text) => text,
             Approximated::UnknownCount { word, most, can_be_stated } => {
                 write!(
                     f,
@@ -141,7 +141,7 @@ impl fmt::Display for Approximated {
                 "the computation of the value that this instruction reads is too complex to follow: any value is assumed for it"
             }
         };
-        f.write_str(told)
+        f.write_str(text)
     }
 }
 

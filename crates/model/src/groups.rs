@@ -47,12 +47,12 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
 /// too.
 #[must_use]
 pub fn unused_constraints(model: &ScanModel, groups: &[Group]) -> Option<Group> {
-    let mut kept = vec![false; model.constraints.len()];
+    let mut used = vec![false; model.constraints.len()];
     groups
         .iter()
         .flat_map(|group| &group.constraints)
-        .for_each(|&constraint| kept[constraint] = true);
-    let constraints: Vec<usize> = (0..kept.len()).filter(|&constraint| !kept[constraint]).collect();
+        .for_each(|&constraint| used[constraint] = true);
+    let constraints: Vec<usize> = (0..used.len()).filter(|&constraint| !used[constraint]).collect();
     if constraints.is_empty() {
         return None;
     }

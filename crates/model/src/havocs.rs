@@ -296,18 +296,18 @@ mod tests {
             let holds = |lit: Lit| lit.0.is_multiple_of(8);
             let happened = havocs.executed(holds);
             for area in 0..2 {
-                let own = |havoc: &&Havoc| match havoc.region {
+                let in_area = |havoc: &&Havoc| match havoc.region {
                     Region::Range { first, .. } => first.area.0 == area,
                     Region::Area(other) => other.0 == area,
                     Region::Everything => true,
                 };
-                let own: Vec<&Havoc> = havocs.all.iter().filter(own).collect();
-                assert_eq!(havocs.count(AreaId(area)), own.len());
+                let in_area: Vec<&Havoc> = havocs.all.iter().filter(in_area).collect();
+                assert_eq!(havocs.count(AreaId(area)), in_area.len());
                 for index in 0..50 {
                     let cell = cell(area, index);
-                    for since in 0..own.len() {
-                        for until in since..=own.len() {
-                            let all = own[since..until].iter().rev().copied();
+                    for since in 0..in_area.len() {
+                        for until in since..=in_area.len() {
+                            let all = in_area[since..until].iter().rev().copied();
                             let wanted = all.filter(|one| one.region.contains(cell));
                             let found = havocs.concerning(cell, since as u32, until as u32);
                             assert!(found.eq(wanted.clone()), "{area} {index} {since} {until}");
@@ -316,9 +316,10 @@ mod tests {
                             assert_eq!(newest, happening.next());
                         }
                         let certain = |place: &usize| {
-                            own[*place].executed == Lit::TRUE && own[*place].region.contains(cell)
+                            in_area[*place].executed == Lit::TRUE
+                                && in_area[*place].region.contains(cell)
                         };
-                        let newest = (since..own.len()).rev().find(certain);
+                        let newest = (since..in_area.len()).rev().find(certain);
                         assert_eq!(havocs.newest_certain(cell, since), newest);
                     }
                 }
@@ -329,25 +330,25 @@ mod tests {
     #[test]
     fn a_block_says_which_cells_it_concerns() {
         let havocs = some(90);
-        let mut told = [0; 3];
+        let mut tested = [0; 3];
         for index in 0..50 {
             let cell = cell(0, index);
             for (level, blocks) in (0..).zip(&havocs.areas[0].blocks) {
                 for number in 0..blocks.len() {
                     let places = number << level..(number + 1) << level;
-                    let own = &havocs.areas[0].indices[places];
+                    let in_block = &havocs.areas[0].indices[places];
                     let holds = |&index: &u32| havocs.all[index as usize].region.contains(cell);
                     let concerned = havocs.block(cell, level, number);
                     match concerned {
-                        Coverage::None => assert!(!own.iter().any(holds)),
-                        Coverage::All => assert!(own.iter().all(holds)),
+                        Coverage::None => assert!(!in_block.iter().any(holds)),
+                        Coverage::All => assert!(in_block.iter().all(holds)),
                         Coverage::Some => {}
                     }
-                    told[concerned as usize] += 1;
+                    tested[concerned as usize] += 1;
                 }
             }
         }
-        assert!(told.iter().all(|&count| count > 100), "{told:?}");
+        assert!(tested.iter().all(|&count| count > 100), "{tested:?}");
     }
 
     #[test]

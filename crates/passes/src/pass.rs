@@ -35,10 +35,10 @@ impl Passes {
         self,
         program: &mut Program,
         settings: &Settings<'_>,
-        mut told: impl FnMut(&'static str),
+        mut before: impl FnMut(&'static str),
     ) -> Result<(), Vec<Diagnostic>> {
         for pass in self.0 {
-            told(pass.name);
+            before(pass.name);
             (pass.run)(program, settings)?;
         }
         program.approximations.sort();

@@ -18,8 +18,10 @@ impl<'p, F: FreeValues> State<'p, F> {
             let expiry = timekeeping.expiries.get(over);
             let starts = expiry.is_some_and(|expiry| self.has_rested(expiry.memory));
             let given = if starts { 0 } else { given };
-            let stood = expiry.and_then(|expiry| self.present_or_remaining(expiry, None));
-            if stood.is_some_and(|stood| i64::from(given.cast_signed()) > stood + 1) {
+            let present_value = expiry.and_then(|expiry| self.present_or_remaining(expiry, None));
+            if present_value
+                .is_some_and(|present_value| i64::from(given.cast_signed()) > present_value + 1)
+            {
                 self.doubt = self.doubt.or(Some(self.at));
             }
             return given;
@@ -44,12 +46,14 @@ impl<'p, F: FreeValues> State<'p, F> {
         if is_over && left.is_some_and(|left| left > 1) {
             self.doubt = self.doubt.or(Some(self.at));
         }
-        let is_open = |state: &mut Self, stood: Cell| {
-            let stood = state.read(stood).cast_signed();
+        let is_open = |state: &mut Self, present_value: Cell| {
+            let present_value = state.read(present_value).cast_signed();
             let setting = i64::from((setting as u16).cast_signed());
-            setting < 1 || stood < 0 || (i64::from(stood) >= setting && given & 1 == 0)
+            setting < 1
+                || present_value < 0
+                || (i64::from(present_value) >= setting && given & 1 == 0)
         };
-        if expiry.previous.is_some_and(|stood| is_open(self, stood)) {
+        if expiry.previous.is_some_and(|present_value| is_open(self, present_value)) {
             self.doubt = self.doubt.or(Some(self.at));
         }
         given
@@ -119,11 +123,12 @@ impl<'p, F: FreeValues> State<'p, F> {
             return None;
         }
         let (word, _) = self.end_value(expiry.previous.unwrap_or(timed.present));
-        let stood = if timed.is_decimal { bcd(&[word])? } else { word.cast_signed().into() };
-        let stood = i64::try_from(stood).ok()?;
+        let present_value =
+            if timed.is_decimal { bcd(&[word])? } else { word.cast_signed().into() };
+        let present_value = i64::try_from(present_value).ok()?;
         Some(match (setting, timed.kind) {
-            (None, _) | (Some(_), TimerKind::DownTimer(_)) => stood,
-            (Some(setting), _) => i64::try_from(setting).ok()? - stood,
+            (None, _) | (Some(_), TimerKind::DownTimer(_)) => present_value,
+            (Some(setting), _) => i64::try_from(setting).ok()? - present_value,
         })
     }
 

@@ -121,21 +121,21 @@ impl TimerMemory {
         };
         // The set value is not a valid number, so the CPU does not execute the instruction.
         let Some(setting) = number(found.setting) else { return (flag, present) };
-        let stood = number(present).unwrap_or(0);
+        let present_before = number(present).unwrap_or(0);
         let (flag, stands) = match timed.kind {
             TimerKind::DownTimer(base) => match self.passed(timed.flag, base, found) {
                 None => (false, setting),
                 Some(passed) => {
-                    let from = if passed.begins { setting } else { stood.min(setting) };
+                    let from = if passed.begins { setting } else { present_before.min(setting) };
                     let left = from.saturating_sub(passed.ticks);
                     (left == 0, left)
                 }
             },
             TimerKind::UpTimer(base, holds) => match self.passed(timed.flag, base, found) {
-                None if holds => (flag, stood),
+                None if holds => (flag, present_before),
                 None => (false, 0),
                 Some(passed) => {
-                    let from = if passed.begins && !holds { 0 } else { stood };
+                    let from = if passed.begins && !holds { 0 } else { present_before };
                     let at = from.saturating_add(passed.ticks).min(setting);
                     (at >= setting || (holds && flag), at)
                 }
@@ -145,15 +145,15 @@ impl TimerMemory {
                 let runs = TimedInputs { condition: found.condition && runs, ..found.clone() };
                 match self.passed(timed.flag, base, &runs) {
                     _ if resets => (false, 0),
-                    None => (flag, stood),
+                    None => (flag, present_before),
                     Some(passed) => {
-                        let at = stood.saturating_add(passed.ticks).min(setting);
+                        let at = present_before.saturating_add(passed.ticks).min(setting);
                         (at >= setting, at)
                     }
                 }
             }
             TimerKind::DownCounter | TimerKind::RingCounter => {
-                self.counted(timed, found, setting, flag, stood)
+                self.counted(timed, found, setting, flag, present_before)
             }
         };
         (flag, if timed.is_decimal { digits(stands) } else { stands })
@@ -177,30 +177,30 @@ impl TimerMemory {
         found: &TimedInputs,
         setting: u16,
         flag: bool,
-        stood: u16,
+        present_before: u16,
     ) -> (bool, u16) {
         let is_down = timed.kind == TimerKind::DownCounter;
         let is_first = !self.were.contains_key(&timed.flag);
         let resets = found.inputs.last() == Some(&true);
         let start = if is_down { setting } else { 0 };
         // Nothing is known of this counter yet: it is treated as if it had been reset.
-        let (flag, stood) = if is_first { (false, start) } else { (flag, stood) };
+        let (flag, present_before) = if is_first { (false, start) } else { (flag, present_before) };
         if !found.condition {
             self.were.entry(timed.flag).or_insert_with(|| found.inputs.clone());
-            return (flag, stood);
+            return (flag, present_before);
         }
         let were = self.were.insert(timed.flag, found.inputs.clone()).unwrap_or_default();
         let rises =
             |at: usize| found.inputs.get(at) == Some(&true) && were.get(at).copied() != Some(true);
         match (is_down, rises(0), !is_down && rises(1)) {
             _ if resets => (false, start),
-            (true, true, _) if stood > 0 => (stood == 1, stood - 1),
-            (false, true, false) if stood >= setting => (true, 0),
-            (false, true, false) => (false, stood + 1),
-            (false, false, true) if stood == 0 => (true, setting),
-            (false, false, true) => (false, stood - 1),
-            (true, ..) => (stood == 0, stood),
-            (false, ..) => (flag, stood),
+            (true, true, _) if present_before > 0 => (present_before == 1, present_before - 1),
+            (false, true, false) if present_before >= setting => (true, 0),
+            (false, true, false) => (false, present_before + 1),
+            (false, false, true) if present_before == 0 => (true, setting),
+            (false, false, true) => (false, present_before - 1),
+            (true, ..) => (present_before == 0, present_before),
+            (false, ..) => (flag, present_before),
         }
     }
 }

@@ -12,12 +12,12 @@ impl Run<'_> {
     pub(super) fn for_loop(
         &mut self,
         act: &mut Activation,
-        own: ForLoop,
+        for_loop: ForLoop,
     ) -> Result<usize, ScanError> {
-        self.exclude_other_counts(act.active, own.at, own.count);
-        self.check_iterations(act.active, own.at, own.count, own.most);
-        self.iterations(act, own)?;
-        Ok(own.end + 1)
+        self.exclude_other_counts(act.active, for_loop.at, for_loop.count);
+        self.check_iterations(act.active, for_loop.at, for_loop.count, for_loop.most);
+        self.iterations(act, for_loop)?;
+        Ok(for_loop.end + 1)
     }
 
     /// Charges a loop that is not followed, and havocs everything that the loop may write. Returns the index of the
@@ -82,8 +82,8 @@ impl Run<'_> {
     }
 
     /// Executes a loop iteration by iteration. Each iteration has the guard that the number of iterations includes it.
-    fn iterations(&mut self, act: &mut Activation, own: ForLoop) -> Result<(), ScanError> {
-        let ForLoop { at, count, least, most, end } = own;
+    fn iterations(&mut self, act: &mut Activation, for_loop: ForLoop) -> Result<(), ScanError> {
+        let ForLoop { at, count, least, most, end } = for_loop;
         let given_up = self.memory.words.given_up;
         let (count, is_signed) = self.count(count);
         let count = self.word(count, at);

@@ -467,8 +467,8 @@ mod tests {
             assert_eq!(parts.iter().map(|(_, count)| count).sum::<u64>(), most);
             for number in (0..40).chain(most.saturating_sub(3)..=0xFFFF.min(most + 3)) {
                 let values = circuit.evaluate(&Assignment(vec![number as u16]));
-                let held = parts.iter().filter(|(holds, _)| values.get(*holds));
-                let sum: u64 = held.map(|(_, count)| count).sum();
+                let true_parts = parts.iter().filter(|(holds, _)| values.get(*holds));
+                let sum: u64 = true_parts.map(|(_, count)| count).sum();
                 assert_eq!(sum, number.min(most), "{number} of {most}");
             }
         }

@@ -56,11 +56,11 @@ pub fn results(
             let below = is(Relation::Less, number, low);
             let above = is(Relation::Greater, number, high);
             let crossed = is(Relation::Greater, low, high);
-            let kept = (0..count).map(|at| {
+            let remaining = (0..count).map(|at| {
                 let inside = words.either(below, low[at], number[at]);
                 words.either(above, high[at], inside)
             });
-            Some((kept.collect(), !crossed))
+            Some((remaining.collect(), !crossed))
         }
         Operation::Each(Unary::FromBcd) => {
             let number = of(Function::FromDecimal, count);

@@ -163,14 +163,14 @@ impl<'a> Bounds<'a> {
 
     /// The result of the search.
     pub fn finish(self) -> Maximum {
-        let kept = self.best.is_some();
+        let feasible = self.best.is_some();
         let (lower, best) = self.best.unwrap_or_else(|| (0, self.problem.zeros()));
         let best = GroupAssignment(self.problem.variables.iter().copied().zip(best.0).collect());
         Maximum {
             upper: Picos(self.upper),
             lower: Picos(lower),
             best,
-            feasible: kept,
+            feasible: feasible,
             calls: self.calls,
             engine: self.engine,
             trace: self.trace.unwrap_or_default(),

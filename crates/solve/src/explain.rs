@@ -15,7 +15,7 @@ const EFFORT: u64 = 10_000;
 /// Finds out why charges of a group do not have their largest times.
 pub struct Exclusions<'a> {
     problem: Problem,
-    judge: Judge<'a>,
+    subset_search: SubsetSearch<'a>,
 }
 
 impl<'a> Exclusions<'a> {
@@ -23,8 +23,8 @@ impl<'a> Exclusions<'a> {
     #[must_use]
     pub fn of(model: &ScanModel, group: &Group, limits: &Limits<'a>) -> Exclusions<'a> {
         let problem = Problem::with_negations(model, group);
-        let judge = Judge::new(Clauses::new(&problem), limits);
-        Exclusions { problem, judge }
+        let subset_search = SubsetSearch::new(Clauses::new(&problem), limits);
+        Exclusions { problem, subset_search }
     }
 
     /// For each wanted charge (an index into `ScanModel::charges` of the same model) that does not have its largest
@@ -37,7 +37,7 @@ impl<'a> Exclusions<'a> {
         assignment: &Assignment,
         wanted: &[usize],
     ) -> Vec<Option<Vec<usize>>> {
-        let Exclusions { problem, judge } = self;
+        let Exclusions { problem, subset_search } = self;
         let values = problem.circuit.evaluate(&problem.restricted(assignment));
         let items = 0..problem.items.len();
         let mut running: Vec<usize> =
@@ -51,7 +51,7 @@ impl<'a> Exclusions<'a> {
                     .filter(|&item| !values.get(problem.items[item].guard))
                     .filter(|&item| problem.items[item].charges.contains(charge))
                     .max_by_key(|&item| problem.items[item].weight)?;
-                let reason = judge.reason(missing, &running)?;
+                let reason = subset_search.reason(missing, &running)?;
                 let largest = |item: usize| {
                     let charges = problem.items[item].charges.iter().rev().copied();
                     charges.max_by_key(|&charge| model.charges[charge].largest_cost())
@@ -62,16 +62,16 @@ impl<'a> Exclusions<'a> {
     }
 }
 
-struct Judge<'a> {
+struct SubsetSearch<'a> {
     oracle: Oracle<'a>,
     guards: Vec<i32>,
 }
 
-impl<'a> Judge<'a> {
-    fn new(mut clauses: Clauses, limits: &Limits<'a>) -> Judge<'a> {
+impl<'a> SubsetSearch<'a> {
+    fn new(mut clauses: Clauses, limits: &Limits<'a>) -> SubsetSearch<'a> {
         let mut oracle = Oracle::new(limits, Branching::Inputs);
         Formula::new(&mut clauses).pass_to(0, &mut oracle);
-        Judge { oracle, guards: clauses.items }
+        SubsetSearch { oracle, guards: clauses.items }
     }
 
     /// A minimal subset of `running` (true items, heaviest first) that together exclude the item `missing`.

@@ -169,17 +169,17 @@ impl<'a> InductiveSearch<'a> {
     }
 
     /// Adds the clauses of a candidate.
-    fn candidate(&mut self, bits: Vec<usize>, kept: &[BitTransition]) -> Candidate {
+    fn candidate(&mut self, bits: Vec<usize>, transitions: &[BitTransition]) -> Candidate {
         let (holds, broken) = (self.fresh(), self.fresh());
         let start = |&bit: &usize| {
-            let start = kept[bit].start;
+            let start = transitions[bit].start;
             let own = self.literals[&start.node()];
             if start.is_negated() { own } else { -own }
         };
         let clause: Vec<i32> = bits.iter().map(start).chain([-holds]).collect();
         self.oracle.add(&clause);
         for &bit in &bits {
-            self.implies(broken, kept[bit].end);
+            self.implies(broken, transitions[bit].end);
         }
         Candidate { bits, holds, broken }
     }
@@ -351,8 +351,8 @@ impl Scans {
             };
             scans.nodes.push(values);
         }
-        let kept = model.constraints.iter().map(|&one| scans.lit(one));
-        scans.possible = kept.fold(u64::MAX, |all, one| all & one);
+        let constraints = model.constraints.iter().map(|&one| scans.lit(one));
+        scans.possible = constraints.fold(u64::MAX, |all, one| all & one);
         scans
     }
 
@@ -383,9 +383,9 @@ pub(crate) mod tests {
             (0..=bits).map(|index| model.circuit.atom(Atom::Bit(VarId(index)))).collect();
         let (starts, free) = (&all[..bits as usize], all[bits as usize]);
         let ends = ends(&mut model.circuit, starts, free);
-        let kept =
+        let transitions =
             starts.iter().zip(ends).map(|(&start, end)| BitTransition { start, end }).collect();
-        (model, kept)
+        (model, transitions)
     }
 
     fn pairs(bits: usize) -> Vec<Vec<usize>> {
@@ -414,8 +414,8 @@ pub(crate) mod tests {
         // Bit 0 follows the free bit, bit 1 its negation, bit 2 is 0 AND 1, bit 3 holds itself or is set by 2.
         let ends = |circuit: &mut Circuit, bits: &[Lit], free: Lit| {
             let both = circuit.and(bits[0], bits[1]);
-            let kept = circuit.or(bits[3], bits[2]);
-            vec![free, !free, both, kept]
+            let held_or_set = circuit.or(bits[3], bits[2]);
+            vec![free, !free, both, held_or_set]
         };
         let (model, bits) = model(4, ends);
         let limits = Limits::default();

@@ -194,8 +194,8 @@ impl Problem {
     pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
         let values = self.circuit.evaluate(assignment);
         let holds = self.hard.iter().all(|&lit| values.get(lit));
-        let held = self.items.iter().filter(|item| values.get(item.guard));
-        holds.then(|| self.total(held.map(|item| item.weight)))
+        let true_items = self.items.iter().filter(|item| values.get(item.guard));
+        holds.then(|| self.total(true_items.map(|item| item.weight)))
     }
 
     /// The assignment with all variables 0.

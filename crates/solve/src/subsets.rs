@@ -64,8 +64,12 @@ pub fn search(
         return SearchEnd::Done;
     }
     let clauses = Clauses::new(problem);
-    let mut judge = SubsetSearch::new(problem, &clauses, bounds, budget);
-    let ended = if problem.items.len() <= PLAIN { plain(&mut judge) } else { by_cores(&mut judge) };
+    let mut subset_search = SubsetSearch::new(problem, &clauses, bounds, budget);
+    let ended = if problem.items.len() <= PLAIN {
+        plain(&mut subset_search)
+    } else {
+        by_cores(&mut subset_search)
+    };
     // A search that is stopped leaves the bounds that it has proved so far.
     ended.err().map_or(SearchEnd::Done, |SearchStopped(end)| end)
 }
@@ -75,42 +79,42 @@ struct SearchStopped(SearchEnd);
 
 /// The paper's order: all items, then all subsets with one item less, and so on. The subsets of an unsatisfiable set
 /// are tried only if its total exceeds the best satisfiable set so far.
-fn plain(judge: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
-    let all: Vec<usize> = (0..judge.problem.items.len()).collect();
+fn plain(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
+    let all: Vec<usize> = (0..subset_search.problem.items.len()).collect();
     let mut level = BTreeSet::from([all]);
     while !level.is_empty() {
         let mut conflicting = Vec::new();
         for set in level {
-            if !judge.ask(&set)? {
+            if !subset_search.ask(&set)? {
                 conflicting.push(set);
             }
         }
         level = BTreeSet::new();
-        let mut upper = judge.bounds.lower();
+        let mut upper = subset_search.bounds.lower();
         for set in conflicting {
-            if judge.total(&set) > judge.bounds.lower() {
-                upper = upper.max(judge.total(&set));
+            if subset_search.total(&set) > subset_search.bounds.lower() {
+                upper = upper.max(subset_search.total(&set));
                 for &item in &set {
                     level.insert(set.iter().copied().filter(|&other| other != item).collect());
                 }
             }
         }
-        judge.bounds.record_upper(upper);
-        judge.bounds.round();
+        subset_search.bounds.record_upper(upper);
+        subset_search.bounds.round();
     }
     Ok(())
 }
 
 /// Removes a minimum-weight hitting set of all conflicts found so far, until the remaining items can be true together.
-fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
-    let weights: Vec<u64> = judge.problem.items.iter().map(|item| item.weight).collect();
+fn by_cores(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
+    let weights: Vec<u64> = subset_search.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
-    while !judge.bounds.exact() {
-        let (looks, limits) = (Cell::new(0), judge.bounds.limits());
-        let spent = || judge.budget.is_some_and(|budget| looks.get() > budget.looks);
+    while !subset_search.bounds.exact() {
+        let (looks, limits) = (Cell::new(0), subset_search.bounds.limits());
+        let spent = || subset_search.budget.is_some_and(|budget| looks.get() > budget.looks);
         let stop = || {
             looks.set(looks.get() + 1);
-            spent() || (judge.budget.is_none() && limits.reached())
+            spent() || (subset_search.budget.is_none() && limits.reached())
         };
         let Some(taken) = least_hitting_set(&weights, &cores, &stop) else {
             return Err(SearchStopped(if spent() {
@@ -121,12 +125,12 @@ fn by_cores(judge: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
         };
         let mut left: Vec<usize> =
             (0..weights.len()).filter(|item| taken.binary_search(item).is_err()).collect();
-        let upper = judge.total(&left);
-        judge.bounds.record_upper(upper);
-        judge.bounds.round();
+        let upper = subset_search.total(&left);
+        subset_search.bounds.record_upper(upper);
+        subset_search.bounds.round();
         // Find conflicts without common items, as many as there are: each lowers the bound separately.
-        while !judge.ask(&left)? {
-            let core = judge.core(&left)?;
+        while !subset_search.ask(&left)? {
+            let core = subset_search.core(&left)?;
             if core.is_empty() {
                 return Ok(()); // The constraints contradict each other.
             }

@@ -227,11 +227,11 @@ pub fn equals_brute(method: Method, seed: u64, charges: u64) {
             left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_err()
         };
         let worst = AtomicU64::new(u64::MAX);
-        let told = |upper: Picos, lower: Picos| {
+        let check_bounds = |upper: Picos, lower: Picos| {
             assert!(lower <= truth && truth <= upper, "seed {seed}");
             worst.fetch_min(upper.0, Ordering::Relaxed);
         };
-        let limits = Limits { cancelled: &stop, progress: &told, ..Limits::default() };
+        let limits = Limits { cancelled: &stop, progress: &check_bounds, ..Limits::default() };
         let found = maximum(&model, &group, method, &limits);
         sound(&model, &group, &found);
         assert!(found.lower <= truth && truth <= found.upper, "seed {seed}");

@@ -312,7 +312,7 @@ fn with_extras<'a>(
     key: &TimingKey,
     touched: &OperandTags,
     row: &'a Row,
-    told: Option<String>,
+    included: Option<String>,
 ) -> Sum<'a> {
     let units = units(&key.units);
     let mut sum = Sum::new(row, units);
@@ -320,7 +320,7 @@ fn with_extras<'a>(
     for tag in key.names.iter().filter_map(|name| variant(name)) {
         tags.entry(tag).or_insert(1);
     }
-    for (tag, &times) in tags.iter().filter(|(tag, _)| told.as_ref() != Some(tag)) {
+    for (tag, &times) in tags.iter().filter(|(tag, _)| included.as_ref() != Some(tag)) {
         if let Some(extra) = table.row(&format!("@+{tag}")) {
             sum.add(extra, times, units);
             // The number of cells touched depends on the count.

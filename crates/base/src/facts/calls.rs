@@ -71,10 +71,10 @@ mod tests {
     fn every_fault_of_a_routine_is_told_at_its_place() {
         let text = "[calls]\nP1 = '50us'\nP2 = { writes = ['D1'] }\nP3 = { time = 50 }\nP4 = { time = '1us', write = ['D1'] }\nP5 = { time = '1us', writes = 'D1' }\nP06 = { time = '11s' }\nP7 = { time = '1us' }\nP07 = { time = '2us' }\n";
         let faults = Facts::parse("facts.toml", text).expect_err("seven faults");
-        let told: Vec<(u32, &str)> =
+        let errors: Vec<(u32, &str)> =
             faults.iter().map(|fault| (fault.line.unwrap_or(0), &*fault.message)).collect();
         assert_eq!(
-            told,
+            errors,
             [
                 (2, "the facts about the routine P1 must be in braces"),
                 (3, "the longest execution time of P2 is not stated"),

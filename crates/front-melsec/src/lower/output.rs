@@ -112,7 +112,7 @@ impl Lowering<'_> {
             parts: at + 1..at + 1,
         };
         let timekeeping = &mut self.out.program.timekeeping;
-        timekeeping.scratch.insert(const { area("stood at ") });
+        timekeeping.scratch.insert(const { area("present_before at ") });
         timekeeping.instructions.insert(at, keeps);
     }
 
@@ -174,8 +174,13 @@ impl Lowering<'_> {
         };
         let mut done = vec![Logic::Condition, Logic::Bit(BitSource::Free(through))];
         if let Some(setting) = setting.filter(|_| !is_counter) {
-            let stood = self.previous_present(value);
-            done.push(self.has_started(ran, stood, setting, self.time_base(mnemonic, index)));
+            let present_before = self.previous_present(value);
+            done.push(self.has_started(
+                ran,
+                present_before,
+                setting,
+                self.time_base(mnemonic, index),
+            ));
         }
         if let Some(setting @ WordSource::Const(1..=0x7FFF)) = setting {
             let over = is_at_least(value, setting);
@@ -223,7 +228,7 @@ impl Lowering<'_> {
     fn has_started(
         &mut self,
         ran: Option<Cell>,
-        stood: Cell,
+        present_before: Cell,
         setting: WordSource,
         unit: Picos,
     ) -> Logic {
@@ -238,7 +243,7 @@ impl Lowering<'_> {
         };
         let ticks = WordSource::Free(self.out.scan_ticks(unit, false));
         let at_once = compared(Relation::LessOrEqual, setting, ticks);
-        let stands = WordSource::Cell(stood);
+        let stands = WordSource::Cell(present_before);
         let ran = match ran {
             Some(ran) => Logic::cell(ran),
             None => compared(Relation::NotEqual, stands, WordSource::Const(0)),
@@ -248,7 +253,7 @@ impl Lowering<'_> {
 
     /// The hidden word that holds the timer's present value as it was before this instruction.
     pub(super) fn previous_present(&self, value: Cell) -> Cell {
-        Cell { area: const { area("stood at ") }, index: value.index }
+        Cell { area: const { area("present_before at ") }, index: value.index }
     }
 
     fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {

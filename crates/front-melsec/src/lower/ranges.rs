@@ -73,19 +73,19 @@ impl Lowering<'_> {
         else {
             return effects;
         };
-        let mut kept = Vec::with_capacity(effects.len());
+        let mut limited = Vec::with_capacity(effects.len());
         for effect in effects {
             match effect.write {
                 Write::Havoc(Region::Everything, choice) => {
-                    kept.extend(indirect.iter().map(|&region| Effect {
+                    limited.extend(indirect.iter().map(|&region| Effect {
                         when: effect.when,
                         write: Write::Havoc(region, choice),
                     }));
                 }
-                _ => kept.push(effect),
+                _ => limited.push(effect),
             }
         }
-        kept
+        limited
     }
 
     /// The smallest and largest count in an operand, and whether it is a constant. For a word it is 0 to `largest`;

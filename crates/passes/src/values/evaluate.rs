@@ -356,7 +356,7 @@ fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
 
 /// The values of a number's words if a comparison with another number is true.
 fn values_if_true(
-    own: &Integers,
+    number: &Integers,
     other: &Integers,
     relation: Relation,
     words: usize,
@@ -379,7 +379,7 @@ fn values_if_true(
     };
     match words {
         1 => Some(vec![Value::range(low, high)]).filter(|_| low <= high),
-        _ => own.within(low, high).map(|own| own.words(words)),
+        _ => number.within(low, high).map(|number| number.words(words)),
     }
 }
 

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The limits, in ascending order.
 pub struct WideningLimits {
     /// For each slot: the constants with which its word is compared, and their neighbours.
-    own: BTreeMap<usize, Vec<i64>>,
+    by_slot: BTreeMap<usize, Vec<i64>>,
     /// All constants of the program.
     all: Vec<i64>,
 }
@@ -18,7 +18,7 @@ pub struct WideningLimits {
 impl WideningLimits {
     /// The limits of a program.
     pub fn of(program: &Program, words: &Slots) -> WideningLimits {
-        let mut found = Collected { words, own: BTreeMap::new(), all: BTreeSet::new() };
+        let mut found = Collected { words, by_slot: BTreeMap::new(), all: BTreeSet::new() };
         for instruction in &program.instructions {
             if let Some(fires) = instruction.step.fires() {
                 found.logic(fires);
@@ -50,8 +50,8 @@ impl WideningLimits {
             }
         }
         let in_order = |all: BTreeSet<i64>| all.into_iter().collect::<Vec<i64>>();
-        let own = found.own.into_iter().map(|(slot, all)| (slot, in_order(all))).collect();
-        WideningLimits { own, all: in_order(found.all) }
+        let by_slot = found.by_slot.into_iter().map(|(slot, all)| (slot, in_order(all))).collect();
+        WideningLimits { by_slot, all: in_order(found.all) }
     }
 
     /// Joins two values, and widens the result to the next limit; with `is_last`, to the smallest or largest number.
@@ -60,15 +60,15 @@ impl WideningLimits {
             return here.widen(there, Growth::Ends);
         }
         let (_, high) = here.join(there).signed();
-        let is_enough = |own: &&Vec<i64>| own.last().is_some_and(|&last| high <= last);
-        let own = self.own.get(&slot).filter(is_enough);
-        here.widen(there, Growth::To(own.unwrap_or(&self.all)))
+        let is_enough = |by_slot: &&Vec<i64>| by_slot.last().is_some_and(|&last| high <= last);
+        let by_slot = self.by_slot.get(&slot).filter(is_enough);
+        here.widen(there, Growth::To(by_slot.unwrap_or(&self.all)))
     }
 }
 
 struct Collected<'a> {
     words: &'a Slots,
-    own: BTreeMap<usize, BTreeSet<i64>>,
+    by_slot: BTreeMap<usize, BTreeSet<i64>>,
     all: BTreeSet<i64>,
 }
 
@@ -102,7 +102,7 @@ impl Collected<'_> {
             if let WordSource::Cell(cell) = other
                 && let Some(slot) = self.words.slot(*cell)
             {
-                self.own.entry(slot).or_default().extend(near);
+                self.by_slot.entry(slot).or_default().extend(near);
             }
         }
     }

@@ -74,13 +74,13 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
         }
     }
     program.proved_ranges = known.keeps;
-    let mut kept: Vec<TrustedRange> = known.trusted.into_iter().map(of_word).collect();
-    writers(program, &mut kept);
-    for TrustedRange { cell, low, high, values, .. } in &kept {
+    let mut trusted: Vec<TrustedRange> = known.trusted.into_iter().map(of_word).collect();
+    writers(program, &mut trusted);
+    for TrustedRange { cell, low, high, values, .. } in &trusted {
         let (cells, low, high, values) = (vec![*cell], *low, *high, values.clone());
         program.stated_ranges.push(StartRange { cells, low, high, values });
     }
-    program.trusted_ranges = kept;
+    program.trusted_ranges = trusted;
     if let Some(found) = known.found {
         apply(program, &found);
     }
@@ -218,10 +218,10 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSe
         })
     };
     // One word may be stated under two names.
-    let (kept, others): (Vec<&StartRange>, Vec<&StartRange>) =
+    let (internal, others): (Vec<&StartRange>, Vec<&StartRange>) =
         program.stated_ranges.iter().partition(keeps_range);
     let other = |cell: &Cell| others.iter().any(|range| range.cells == [*cell]);
-    kept.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
+    internal.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
 }
 
 /// Whether no other writer has a reason to write a cell, and its value at power-up is known.
@@ -247,15 +247,15 @@ pub fn is_unwritten_elsewhere(program: &Program, cell: Cell) -> bool {
 }
 
 /// Records which instructions write these words, so that reports can name them.
-fn writers(program: &Program, kept: &mut [TrustedRange]) {
+fn writers(program: &Program, ranges: &mut [TrustedRange]) {
     let place: BTreeMap<Cell, usize> =
-        kept.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
+        ranges.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
     for at in 0..program.instructions.len() {
         for region in scanbound_ir::flow::written(program, at) {
             if let Region::Range { first, count } = region {
                 let end = Cell { index: first.index.saturating_add(count), ..first };
                 for (_, &place) in place.range(first..end) {
-                    kept[place].writers.push(at);
+                    ranges[place].writers.push(at);
                 }
             }
         }

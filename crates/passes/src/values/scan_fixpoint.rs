@@ -60,15 +60,15 @@ impl ScanFixpoint<'_> {
         let mut trusted = trusted.to_vec();
         let mut work = 0;
         loop {
-            let mut kept = self.fixpoint(&trusted)?;
-            work += kept.work;
+            let mut best = self.fixpoint(&trusted)?;
+            work += best.work;
             let before = trusted.len();
             trusted.retain(|&slot| {
-                kept.start[slot] != self.at_power_up(slot) || self.always.contains(&slot)
+                best.start[slot] != self.at_power_up(slot) || self.always.contains(&slot)
             });
             if trusted.len() == before {
-                kept.work = work;
-                return Some(kept);
+                best.work = work;
+                return Some(best);
             }
             if work > MAX_FIXPOINT_WORK {
                 return None;
@@ -166,29 +166,29 @@ impl ScanFixpoint<'_> {
     /// Reduces the trusted words to those that are needed for the same limits, as far as the time allows: tries to
     /// remove many at once, then fewer. Words in `stay` are kept; they come first.
     pub fn needed(&self, all: Fixpoint, stay: &[usize]) -> Fixpoint {
-        let mut kept = all;
+        let mut best = all;
         let mut work = 0;
-        let mut many = kept.trusted.len().div_ceil(2);
+        let mut many = best.trusted.len().div_ceil(2);
         while many > 0 {
-            let mut from = kept.trusted.iter().take_while(|slot| stay.contains(slot)).count();
-            while from < kept.trusted.len() {
-                work += kept.work;
+            let mut from = best.trusted.iter().take_while(|slot| stay.contains(slot)).count();
+            while from < best.trusted.len() {
+                work += best.work;
                 if work > MAX_REDUCING {
-                    return kept;
+                    return best;
                 }
-                let to = (from + many).min(kept.trusted.len());
-                let fewer = [&kept.trusted[..from], &kept.trusted[to..]].concat();
+                let to = (from + many).min(best.trusted.len());
+                let fewer = [&best.trusted[..from], &best.trusted[to..]].concat();
                 match self.of(&fewer) {
-                    Some(less) if less.found == kept.found => {
+                    Some(less) if less.found == best.found => {
                         // The words before `from` remain needed.
                         from = from.min(less.trusted.len());
-                        kept = less;
+                        best = less;
                     }
                     _ => from = to,
                 }
             }
             many /= 2;
         }
-        kept
+        best
     }
 }

@@ -9,9 +9,9 @@ use scanbound_ir::{Effect, Instruction, Join, Program, Step, Write, flow};
 pub fn skippable(program: &Program, words: &Slots, bits: &Slots) -> Vec<usize> {
     let instructions = &program.instructions;
     let entries = entries(program);
-    let kept = slots_kept(instructions);
+    let saved_slots = slots_kept(instructions);
     let changes_nothing = |at: usize| {
-        continues(program, &kept, at)
+        continues(program, &saved_slots, at)
             && flow::written(program, at)
                 .into_iter()
                 .all(|region| words.within(region).is_empty() && bits.within(region).is_empty())
@@ -54,7 +54,7 @@ fn entries(program: &Program) -> FxHashSet<usize> {
 
 /// The save slots that a rung reads although it did not save anything in them.
 fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
-    let (mut own, mut kept) = (FxHashSet::default(), FxHashSet::default());
+    let (mut own, mut saved_slots) = (FxHashSet::default(), FxHashSet::default());
     for instruction in instructions {
         match &instruction.step {
             Step::Logic { join: Join::Start, .. } => own.clear(),
@@ -62,22 +62,22 @@ fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
                 own.insert(*slot);
             }
             Step::Fetch(slot) if !own.contains(slot) => {
-                kept.insert(*slot);
+                saved_slots.insert(*slot);
             }
             _ => {}
         }
     }
-    kept
+    saved_slots
 }
 
 /// Whether an instruction always continues with the next one, and affects no result of the analysis.
-fn continues(program: &Program, kept: &FxHashSet<u32>, at: usize) -> bool {
+fn continues(program: &Program, saved_slots: &FxHashSet<u32>, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let goes_on = match &instruction.step {
         Step::Logic { .. } | Step::AndBlock | Step::OrBlock | Step::Fetch(_) | Step::Act { .. } => {
             true
         }
-        Step::Save(slot) => !kept.contains(slot),
+        Step::Save(slot) => !saved_slots.contains(slot),
         _ => false,
     };
     let is_indexed = |effect: &Effect| match &effect.write {

@@ -93,18 +93,18 @@ fn together(problem: &Problem) -> Vec<Vec<usize>> {
     let mut sets: Vec<Vec<usize>> = Vec::with_capacity(problem.items.len());
     let mut set_of: Vec<usize> = Vec::with_capacity(problem.items.len());
     let mut others: FxHashSet<usize> = FxHashSet::default();
-    let mut said: Vec<Lit> = Vec::new();
+    let mut guard_parts: Vec<Lit> = Vec::new();
     for (place, item) in problem.items.iter().enumerate() {
         others.clear();
-        said.clear();
-        parts.each(item.guard, |part| said.push(part));
-        for &part in &said {
+        guard_parts.clear();
+        parts.each(item.guard, |part| guard_parts.push(part));
+        for &part in &guard_parts {
             let opposite = saying.get(&!part).map_or(&[][..], Vec::as_slice);
             others.extend(opposite.iter().filter(|_| opposite.len() <= FEW));
         }
         let mut excluded: FxHashMap<usize, usize> = FxHashMap::default();
         others.iter().for_each(|&other| *excluded.entry(set_of[other]).or_default() += 1);
-        for &part in &said {
+        for &part in &guard_parts {
             let saying = saying.entry(part).or_default();
             if saying.len() <= FEW {
                 saying.push(place);

@@ -168,7 +168,7 @@ struct Asker<'a> {
     hints: &'a [bool],
     oracle: Oracle<'a>,
     /// The number of the formula's clauses that the solver already has.
-    told: usize,
+    passed_clauses: usize,
     /// The conflicts that a query may take before a solver that branches on all variables takes over.
     easy: u64,
 }
@@ -177,7 +177,7 @@ impl<'a> Asker<'a> {
     fn new(search: &'a PartitionSearch<'_, '_>, limits: &'a Limits<'a>) -> Asker<'a> {
         let hints = search.values.as_slice();
         let oracle = Oracle::new(limits, Branching::Inputs).with_hints(hints);
-        Asker { limits, hints, oracle, told: 0, easy: search.easy }
+        Asker { limits, hints, oracle, passed_clauses: 0, easy: search.easy }
     }
 
     /// Whether the clauses and assumptions can be true together; `None` if this takes more decisions.
@@ -188,13 +188,13 @@ impl<'a> Asker<'a> {
             return answer;
         }
         self.oracle = Oracle::new(self.limits, Branching::All).with_hints(self.hints);
-        (self.told, self.easy) = (0, u64::MAX);
+        (self.passed_clauses, self.easy) = (0, u64::MAX);
         self.put(formula, assumptions, Effort::decisions(decisions))
     }
 
     fn put(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
-        formula.pass_to(self.told, &mut self.oracle);
-        self.told = formula.len();
+        formula.pass_to(self.passed_clauses, &mut self.oracle);
+        self.passed_clauses = formula.len();
         self.oracle.ask(assumptions, most)
     }
 }

@@ -38,7 +38,7 @@ struct Extraction {
     /// A second propagator, for queries independent of the trail.
     probe: Propagator,
     /// The number of the formula's clauses that both propagators already have.
-    told: usize,
+    passed_clauses: usize,
 }
 
 /// A literal that many soft literals need.
@@ -60,14 +60,14 @@ impl PartitionSearch<'_, '_> {
         // The arena stores the length and the literals of each clause with more than two literals.
         let long = formula.since(0).filter(|clause| clause.len() > 2);
         let literals = long.map(|clause| clause.len() + 1).sum();
-        let told = || {
+        let passed_clauses = || {
             let mut propagator = Propagator::with_room(formula.variable_count() + 1, literals);
             formula.since(0).for_each(|clause| propagator.add(clause));
             propagator
         };
         // Filling both in parallel takes no longer than filling one and copying it.
-        let (trail, probe) = rayon::join(told, told);
-        let mut extraction = Extraction { trail, probe, told: formula.len() };
+        let (trail, probe) = rayon::join(passed_clauses, passed_clauses);
+        let mut extraction = Extraction { trail, probe, passed_clauses: formula.len() };
         for _ in 0..PASSES {
             let more = self.pass(objective, &mut extraction);
             // The trail is nearly a scan; its unassigned variables get the values of the partitions' scans.
@@ -138,11 +138,11 @@ fn ranked((literal, weight): (i32, u64)) -> (u64, Reverse<u32>, i32) {
 impl Extraction {
     /// Adds the clauses that are new since the last call.
     fn learn(&mut self, objective: &Objective) {
-        for clause in objective.formula.since(self.told) {
+        for clause in objective.formula.since(self.passed_clauses) {
             self.trail.add(clause);
             self.probe.add(clause);
         }
-        self.told = objective.formula.len();
+        self.passed_clauses = objective.formula.len();
     }
 
     /// The pivots for the current weights, the most contested first.

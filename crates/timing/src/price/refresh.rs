@@ -144,11 +144,11 @@ impl<'a> PointRows<'a> {
                 .into_iter()
                 .collect();
         };
-        let own = |size| self.table.row(&format!("{}:{base}", self.row(size)));
+        let row_of_base = |size| self.table.row(&format!("{}:{base}", self.row(size)));
         // If a base has rows of its own, missing ones are not replaced by rows of another base.
-        let is_known = SIZES.into_iter().any(|size| own(size).is_some());
+        let is_known = SIZES.into_iter().any(|size| row_of_base(size).is_some());
         let others = || if is_known { None } else { slowest() };
-        own(size).or(plain).or_else(others).into_iter().collect()
+        row_of_base(size).or(plain).or_else(others).into_iter().collect()
     }
 
     /// The table rows that are charged for at most this many points.
@@ -172,8 +172,8 @@ impl<'a> PointRows<'a> {
     /// distribution takes longer, because beyond the first row of each base the slowest row is the most that further
     /// points can take. The total number of modules is limited by the CPU's addresses.
     fn rows_of_further_bases(&self, size: u32, slowest: &'a Row, points: u32) -> Vec<&'a Row> {
-        let own = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
-        let mut rows: Vec<&Row> = self.bases().iter().filter_map(own).collect();
+        let row_of_base = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
+        let mut rows: Vec<&Row> = self.bases().iter().filter_map(row_of_base).collect();
         rows.sort_by_key(|row| std::cmp::Reverse(row.on));
         // The slowest row is charged in any case. If it is the row of a base unit, that base unit is left out here.
         if rows.first().is_some_and(|row| row.on == slowest.on) {
@@ -290,13 +290,13 @@ pub fn refresh(
         if base.is_none() && by_base.is_empty() {
             let mut least: Option<(Picos, String)> = None;
             for base in side.bases() {
-                let own = side.time(&[(Some(&base), points)])?;
-                if least.as_ref().is_none_or(|(known, _)| own < *known) {
-                    least = Some((own, base));
+                let on_base = side.time(&[(Some(&base), points)])?;
+                if least.as_ref().is_none_or(|(known, _)| on_base < *known) {
+                    least = Some((on_base, base));
                 }
             }
-            if let Some((own, least)) = least.filter(|(own, _)| *own < time) {
-                let saves = time.checked_sub(own).unwrap_or_default();
+            if let Some((on_base, least)) = least.filter(|(on_base, _)| *on_base < time) {
+                let saves = time.checked_sub(on_base).unwrap_or_default();
                 saved = format!(
                     ", the slowest base: the bound is {saves} lower with [io] base = \"{least}\""
                 );
@@ -380,21 +380,21 @@ pub fn own_points(
         _ => outputs,
     });
     if let Some(seen) = counted {
-        let own = most.map_or(seen, |most| seen.min(most));
-        let why = format!("{own} {side} points in the words that the program uses as {side}s");
-        return (own, why);
+        let counted = most.map_or(seen, |most| seen.min(most));
+        let why = format!("{counted} {side} points in the words that the program uses as {side}s");
+        return (counted, why);
     }
     let Some(highest) = highest(program, role, most) else {
         return (0, format!("the program uses no {side}"));
     };
     let points = highest.cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
-    let own = most.map_or(points, |most| points.min(most));
+    let counted = most.map_or(points, |most| points.min(most));
     let name = program.cell_name(highest.cell);
     let which = match most.filter(|_| highest.beyond) {
         Some(most) => format!("among the CPU's own {most}"),
         None => "used".to_owned(),
     };
-    (own, format!("{own} {side} points, since {name} is the highest {side} {which}"))
+    (counted, format!("{counted} {side} points, since {name} is the highest {side} {which}"))
 }
 
 /// The highest cell below a limit that instructions name as an input or output, and whether they name cells above the

@@ -126,9 +126,10 @@ impl Table {
     /// the slowest.
     #[must_use]
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
-        let meant = possible_cpus(cpu);
+        let possible = possible_cpus(cpu);
         let slowness = |table: &Table| table.row("MOV").map_or(Picos::ZERO, |row| row.on);
-        let is_meant = |text: &str| cpus(text).any(|cpu| meant.iter().any(|meant| meant == cpu));
+        let is_meant =
+            |text: &str| cpus(text).any(|cpu| possible.iter().any(|possible| possible == cpu));
         FILES
             .iter()
             .enumerate()
