@@ -143,14 +143,15 @@ impl Audit {
         self.bound.upper + more_points(&self.points)
     }
 
-    /// The lower bound without points whose number is not stated, and on the fastest base where the base is not stated.
+    /// The lower bound without points whose number is not stated. If the base unit is not stated, the fastest one is
+    /// assumed.
     #[must_use]
     pub fn lower_without_points(&self) -> Picos {
         let uncertain = uncertain_refresh(&self.points, &self.bases);
         self.possible().checked_sub(uncertain).unwrap_or_default()
     }
 
-    /// The lower bound with the points that are charged, on the fastest base where the base is not stated.
+    /// The lower bound with the points that are charged. If the base unit is not stated, the fastest one is assumed.
     #[must_use]
     pub fn lower_on_least_bases(&self) -> Picos {
         let saves = self.bases.iter().map(|base| base.saves).sum();

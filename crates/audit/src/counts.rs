@@ -47,7 +47,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
             // A line and a step may name the same place: both statements apply.
             let all = program.stated_counts.entry(at).or_insert((low, high));
             *all = (all.0.max(low), all.1.min(high));
-            // Its iterations are known now: it is followed if they are few enough.
+            // Its number of iterations is known now: it is followed if they are few enough.
             program.loops_without_count.remove(&at);
             let unknown = |what: &Approximated| matches!(what, Approximated::UnknownCount { .. });
             program.approximations.retain(|one| one.instruction != at || !unknown(&one.what));

@@ -60,7 +60,7 @@ pub enum Doubt {
         /// The file and line of the first call.
         first: (String, u32),
     },
-    /// A scan may take longer than this timer time, but a timer that starts in a scan is assumed not to run out within
+    /// A scan may take longer than this timer time, but a timer that starts in a scan is assumed not to time out within
     /// it.
     OutlastsTimer(Picos),
     /// The program may switch on a constant scan whose time is unknown.

@@ -188,7 +188,8 @@ fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     read.chain(written).filter(|one| !is_followed(one)).map(|(_, choice)| choice).collect()
 }
 
-/// The construct that computes the choice's value on a PLC. `None` if the value comes from outside.
+/// The language construct of which the choice is the result, as a text for reports. `None` if the value comes from
+/// outside.
 fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
     let meaning = match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) => meaning,

@@ -89,7 +89,7 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
             )
         }
         _ => {
-            let why = "no simulated scan has all values of the model's longest scan";
+            let why = "the model's longest scan needs a combination of values that no simulated scan had";
             let error = program.errors.keys().next();
             let stops = error.map(|&first| {
                 format!(

@@ -71,7 +71,7 @@ pub fn model_of(
 ) -> Result<(ScanModel, bool), Failure> {
     let why = match follow(program, prices, executed, budget)? {
         Ok(mut model) => {
-            // Following one loop may show the count of another, inside or behind it.
+            // Following one loop may show the count of another, inside or after it.
             for _ in 0..MAX_NESTING {
                 let Some(mut closer) = loops::restore(program, &model.iterations) else { break };
                 let Ok(executed) = fit(&mut closer) else { break };

@@ -284,7 +284,7 @@ impl Simulation<'_> {
             // The random values of this scan cannot be shown in a report.
             return false;
         }
-        // Where it is not followed to its end, an error may be what ends it.
+        // If the scan is not followed to its end, an operation error may end it.
         let program = self.outside.program();
         let leads_there = took >= best && (scan.stopped.is_none() || program.errors.is_empty());
         if leads_there {

@@ -192,7 +192,7 @@ fn kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet
     let exclusive = ExclusiveRelays::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {
         Candidate::Within(cells, low, high) => match cells[..] {
-            // The check does not follow two words together through the scan.
+            // The check does not follow numbers of two words through the scan.
             [cell] => {
                 let is_output = exclusive.is_output(cell) && is_unwritten_elsewhere(program, cell);
                 let first = program.power_up.initial_value(cell).cast_signed();
@@ -214,8 +214,8 @@ fn kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet
     else {
         return BTreeSet::new();
     };
-    // The scan's condition that violates each fact. Each of its bits or words must be written: if the program only
-    // clears it, others set it.
+    // For each fact, the condition under which the scan violates it. Each of its bits or words must be written: if the
+    // program only clears it, others set it.
     let mut places: Vec<(usize, Vec<usize>)> = Vec::new();
     for CandidateOutcome { violated: breaks, changed: moves, .. } in found {
         let first = model.charges.len();

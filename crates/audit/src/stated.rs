@@ -362,7 +362,6 @@ pub fn violations(
     if broken.is_empty() { Ok(doubtful) } else { Err(broken) }
 }
 
-/// The name of a bit.
 fn bit_name(program: &Program, bit: &BitSource) -> Option<String> {
     match *bit {
         BitSource::Cell(cell) => Some(program.bit_name(BitTarget::Cell(cell))),

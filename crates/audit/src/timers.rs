@@ -1,4 +1,4 @@
-//! Finds how many units of a timer one scan can take. A timer with a longer setting cannot run out in the scan that
+//! Finds how many units of a timer one scan can take. A timer with a larger set value cannot time out in the scan that
 //! starts it.
 
 use super::doubt::{self, Doubt};

@@ -37,7 +37,8 @@ pub fn loops(
     let mut bare = ScanModel { charges: Vec::new(), unbounded: Vec::new(), ..model.clone() };
     let mut rest: Vec<_> = model.unbounded.iter().filter(|one| one.reached != Lit::FALSE).collect();
     while let Some(first) = rest.first() {
-        // The only charge, of one picosecond, is for reaching any of them: the maximum says whether that is possible.
+        // The model's only charge, of one picosecond, is for reaching any of the loops: its maximum says whether that
+        // is possible.
         let reached = bare.circuit.any(rest.iter().map(|one| one.reached).collect::<Vec<_>>());
         bare.charges = vec![Charge {
             instruction: first.instruction,

@@ -149,7 +149,7 @@ pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Tab
 /// Refuses stated numbers of runs for interrupt routines that do not exist. They are probably typing errors, so that a
 /// real routine has no number.
 fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<Diagnostic>> {
-    // The task whose scan this is interrupts others.
+    // The task whose scan is bounded may have a stated rate, too, because it interrupts other tasks.
     let tasks = program.tasks.iter().map(|one| &one.name);
     let names = program.interrupts.iter().map(|one| &one.name).chain(tasks);
     let known: BTreeSet<String> = names.map(|name| name.to_ascii_uppercase()).collect();

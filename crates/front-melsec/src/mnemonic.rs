@@ -5,7 +5,6 @@ use scanbound_ir::{Join, Relation};
 /// The type of the two operands of a comparison contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OperandType {
-    /// Integers.
     Integer {
         /// The number of words of each operand.
         words: usize,

@@ -104,7 +104,6 @@ pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> 
 
 /// The category of an instruction.
 pub(super) enum Category {
-    /// A contact.
     Contact {
         join: Join,
         /// The edge that the contact detects: rising (`true`), falling (`false`), or none.

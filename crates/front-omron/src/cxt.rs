@@ -92,7 +92,6 @@ pub(super) fn family(cpu: &str) -> Result<Family, String> {
     }
 }
 
-/// Reads a file.
 pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawFile {
     let lines: Vec<&str> = text.lines().collect();
     let mut reader = Reader {

@@ -411,7 +411,7 @@ fn note_timer(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell
 }
 
 /// A condition on the present value and the flag that is true after each execution, and before the first one. The word
-/// with the setting may have changed since.
+/// with the set value may have changed since.
 fn consistency(timed: &TimerOrCounter) -> Logic {
     let number = |word| Number::Words(vec![word]);
     let present = |relation, right| {

@@ -9,7 +9,6 @@ use scanbound_front::WordPositions;
 pub(super) enum Line {
     /// Nothing, a comment or a separator line.
     Empty,
-    /// A line with an instruction.
     Instruction(RawInstruction),
     /// Only operands, which belong to the instruction before them, as in the tables of the manuals.
     Operands(Vec<String>, WordPositions),

@@ -2,7 +2,7 @@
 
 use super::{Cell, Region, WordSource};
 
-/// Which cells an instruction may write if an index selects them, or if a word gives their number.
+/// The cells that an instruction may write if an index selects them, or if a word gives their number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IndexedWrite {
     /// The first cell if the index is 0.

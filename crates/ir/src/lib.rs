@@ -412,7 +412,7 @@ pub struct Program {
     pub comments: BTreeMap<Device, String>,
     /// For a machine that executes one word at each clock: the number of words in each scan.
     pub words_per_scan: Option<u64>,
-    /// The shortest timer, if the analysis assumes that a timer does not expire in the scan that starts it.
+    /// The shortest timer, if the analysis assumes that a timer does not time out in the scan that starts it.
     pub shortest_timer: Option<Picos>,
     /// Whether reports show a scan as a path from place to place, as for flowcharts and charts.
     pub shows_path: bool,

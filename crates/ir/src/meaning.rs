@@ -40,16 +40,17 @@ pub enum ChoiceKind {
     /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
     /// analysis lets it have any value at each read.)
     StableExternal(Cell),
-    /// The present value of a timer or counter: the setting if its contact is on; else the external value if that is
-    /// below the setting; else 0.
+    /// The present value of a timer or counter: the set value if its contact is on; else the external value if that is
+    /// below the set value; else 0.
     PresentValue {
         /// The timer's contact (completion flag).
         contact: Cell,
-        /// The constant setting of the timer, in its time unit.
+        /// The constant set value of the timer, in its time unit.
         setting: u16,
     },
-    /// The largest number of time units that pass in one scan, as a word: a timer with a larger setting cannot expire
-    /// in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses 0.
+    /// The largest number of time units that pass in one scan, as a word: a timer with a larger set value cannot time
+    /// out in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses
+    /// 0.
     ScanTicks {
         /// The time of one unit of the word.
         unit: Picos,
@@ -315,13 +316,13 @@ pub enum Operation {
     ToSeconds,
     /// Converts seconds to hours, minutes and seconds.
     FromSeconds,
-    /// The present value of a running timer. Inputs: whether it has expired, its previous value, its setting, an
+    /// The present value of a running timer. Inputs: whether it has timed out, its previous value, its set value, an
     /// external number. The result is the external number, limited to the range from the previous value to just below
-    /// the setting. Unknown if the timer has expired, for settings below 1, and for values beyond the setting.
+    /// the set value. Unknown if the timer has timed out, for set values below 1, and for values beyond the set value.
     Elapsed,
     /// The present value of a counter whose count input is on. Inputs: whether the count input was on before, whether
-    /// the count was reached, its previous value, its setting. One more if the input was off before. Unknown for
-    /// settings below 1 and for values beyond the setting.
+    /// the count was reached, its previous value, its set value. One more if the input was off before. Unknown for
+    /// set values below 1 and for values beyond the set value.
     Counted,
 }
 

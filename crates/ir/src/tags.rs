@@ -93,7 +93,7 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// Where it begins: among bits, and among words.
+    /// The first bit cell and the first word cell of the tag.
     #[must_use]
     pub fn begin(&self) -> [Cell; 2] {
         [0, 1].map(|side| Cell { area: self.areas[side], index: self.at[side] })

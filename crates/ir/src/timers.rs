@@ -6,20 +6,20 @@ use scanbound_base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// The type of a timer or counter. The duration is the unit of its setting.
+/// The type of a timer or counter. The duration is the unit of its set value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimerKind {
-    /// A timer that counts down from its setting and expires at 0. While its condition is off, its present value is the
-    /// setting.
+    /// A timer that counts down from its set value and times out at 0. While its condition is off, its present value is
+    /// the set value.
     DownTimer(Picos),
-    /// A timer that counts up from 0 and expires at its setting. While its condition is off, its present value is 0
+    /// A timer that counts up from 0 and times out at its set value. While its condition is off, its present value is 0
     /// (`false`) or keeps its value (`true`).
     UpTimer(Picos, bool),
     /// A retentive timer that counts up, with a separate reset input.
     RetentiveTimer(Picos),
-    /// A counter that counts down from its setting and stops at 0. Inputs: count, reset.
+    /// A counter that counts down from its set value and stops at 0. Inputs: count, reset.
     DownCounter,
-    /// A ring counter between 0 and its setting. Its flag comes on when it overflows. Inputs: up, down, reset.
+    /// A ring counter between 0 and its set value. Its flag comes on when it overflows. Inputs: up, down, reset.
     RingCounter,
 }
 
@@ -39,13 +39,13 @@ impl TimerKind {
 pub struct TimerOrCounter {
     /// The type of the timer or counter.
     pub kind: TimerKind,
-    /// The completion flag: the bit that is on when the timer has expired or the count is reached.
+    /// The completion flag: the bit that is on when the timer has timed out or the count is reached.
     pub flag: Cell,
     /// The word that holds the present value.
     pub present: Cell,
-    /// The setting (preset).
+    /// The set value (preset).
     pub setting: WordSource,
-    /// Whether setting and present value are in BCD.
+    /// Whether set value and present value are in BCD.
     pub is_decimal: bool,
     /// The slots in which the values of the inputs were saved. A timer without inputs uses the instruction's condition.
     pub inputs: Vec<u32>,
@@ -53,8 +53,8 @@ pub struct TimerOrCounter {
     pub parts: Range<usize>,
 }
 
-/// The choice "has this running timer expired?", and what decides it in a real run: a timer cannot expire in the scan
-/// that starts it, nor before its time has passed.
+/// The choice "has this running timer timed out?", and what decides it in a real run: a timer cannot time out in the
+/// scan that starts it, nor before its time has passed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Expiry {
     /// The cell that says whether the timer is running.
@@ -63,21 +63,21 @@ pub struct Expiry {
     pub idle: u16,
     /// The value of the choice while the timer runs and has not timed out.
     pub while_running: bool,
-    /// The setting, low word first.
+    /// The set value, low word first.
     pub setting: Vec<WordSource>,
-    /// Whether the setting is in BCD.
+    /// Whether the set value is in BCD.
     pub is_decimal: bool,
-    /// The time of one unit of the setting: a timer of 100 ms has the unit 100 ms.
+    /// The time of one unit of the set value: a timer of 100 ms has the unit 100 ms.
     pub unit: Picos,
-    /// By how many units the timer may expire early or late, because its clock ticks only once in so many units.
+    /// By how many units the timer may time out early or late, because its clock ticks only once in so many units.
     pub tick: u64,
-    /// The cell with the previous present value, for timers whose behaviour is undefined for settings below 1 or values
-    /// at the setting.
+    /// The cell with the previous present value, for timers whose behaviour is undefined for set values below 1 or
+    /// values at the set value.
     pub previous: Option<Cell>,
 }
 
 impl Expiry {
-    /// A timer that expires after running for its setting, and whose `memory` is 0 while it is not running.
+    /// A timer that times out after running for its set value, and whose `memory` is 0 while it is not running.
     #[must_use]
     pub fn of_on_delay(memory: Cell, setting: WordSource, unit: Picos) -> Expiry {
         let setting = vec![setting];
@@ -99,10 +99,10 @@ impl Expiry {
 pub struct Timekeeping {
     /// Timers and counters by their instruction, an index into `Program::instructions`.
     pub instructions: BTreeMap<usize, TimerOrCounter>,
-    /// Choices for timers that expire between two instructions. An emulated CPU does not have this: it uses 0, or reads
-    /// the cell of the present value.
+    /// Choices for timers that time out between two instructions. An emulated CPU does not have this: it uses 0, or
+    /// reads the cell of the present value.
     pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
-    /// Choices that say whether a timer has expired.
+    /// Choices that say whether a timer has timed out.
     pub expiries: BTreeMap<ChoiceId, Expiry>,
     /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs from power-up do not track.
     /// There their value is unknown.
@@ -116,7 +116,7 @@ pub struct Timekeeping {
     /// instruction. Other instructions may write either, but no lower bound rests on such a scan. `None` if several
     /// instructions have different conditions.
     pub consistency: BTreeMap<Cell, Option<Logic>>,
-    /// Choices that say how far a timer has run, each with the choice that says whether the timer has expired.
+    /// Choices that say how far a timer has run, each with the choice that says whether the timer has timed out.
     pub elapsed: BTreeMap<ChoiceId, ChoiceId>,
 }
 

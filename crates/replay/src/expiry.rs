@@ -1,4 +1,4 @@
-//! Timers in real runs: whether a timer has run out, and its present value.
+//! Timers in real runs: whether a timer has timed out, and its present value.
 
 use super::free::FreeValues;
 use super::state::State;
@@ -133,7 +133,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// The completion flag and the present value after a timer or counter was executed. `None` if time is not
-    /// simulated, or its cells or its setting are unknown.
+    /// simulated, or its cells or its set value are unknown.
     pub(super) fn executed(
         &mut self,
         timed: &TimerOrCounter,

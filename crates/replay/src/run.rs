@@ -206,7 +206,7 @@ impl<'p> Run<'p> {
                 WordSource::Cell(cell) => Some(all << 16 | u64::from(known(cell)?.0)),
                 WordSource::Bits { .. } | WordSource::Free(_) => None,
             })?;
-            // The moment at which the timer has certainly run out.
+            // The moment at which the timer has certainly timed out.
             let is_followed = !expiry.is_decimal;
             let end = expiry.unit.0.checked_mul(words.checked_add(expiry.tick + 1)?)?;
             latest.0.checked_add(end).filter(|_| is_followed).map(Picos)

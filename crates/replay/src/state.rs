@@ -211,7 +211,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                         .unwrap_or(0)
                 }
             }
-            // A timer that starts in this scan does not run out in it, unless its set value is 0.
+            // A timer that starts in this scan does not time out in it, unless its set value is 0.
             Some(ChoiceKind::ScanTicks { .. }) => 0,
             // Such a choice is asked for only as the count of a loop.
             None | Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => {

@@ -40,7 +40,7 @@ pub struct TimedInputs {
 impl TimerMemory {
     /// The next time since power-up at which a scan may differ because of this timer: one tick before its end, or its
     /// end. If the program reads present values (`matters`), it is the next tick. `None` if the timer does not run or
-    /// has run out. `at` holds its set value and its present value.
+    /// has timed out. `at` holds its set value and its present value.
     pub(super) fn next(
         &self,
         timed: &TimerOrCounter,

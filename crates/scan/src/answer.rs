@@ -301,7 +301,8 @@ impl Words {
     }
 }
 
-/// The ranges of a word for which adding a constant gives a value in this range; two ranges if the sum wraps around.
+/// The ranges in which a word lies exactly if its sum with a constant lies in this range; two ranges if the sum wraps
+/// around.
 fn before_sum(addend: u16, low: u16, high: u16) -> [Option<(u16, u16)>; 2] {
     let (low, high) = (low.wrapping_sub(addend), high.wrapping_sub(addend));
     if low <= high { [Some((low, high)), None] } else { [Some((low, u16::MAX)), Some((0, high))] }

@@ -137,7 +137,7 @@ impl Run<'_> {
         word
     }
 
-    /// The present value of a timer: the setting if the timer's contact is on, otherwise a smaller value.
+    /// The present value of a timer: the set value if the timer's contact is on, otherwise a smaller value.
     fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
         let program = self.program;
         let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));

@@ -137,7 +137,6 @@ impl<'a> Z3Problem<'a> {
         Int::add(&costs.collect::<Vec<Int>>())
     }
 
-    /// The scan that Z3 found.
     fn scan(&self, found: &Model) -> Assignment {
         let mut scan = Assignment(vec![0; self.model.variables.len()]);
         for (&place, bit) in &self.bits {

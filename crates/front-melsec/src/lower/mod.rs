@@ -74,7 +74,6 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Lowers one file.
     pub(super) fn file(&mut self, file: usize) {
         let resolved = self.resolved;
         let items = resolved.files[file].clone();
@@ -147,7 +146,6 @@ impl<'a> Lowering<'a> {
         self.add(None, vec![lost], Step::Nothing);
     }
 
-    /// Lowers one instruction.
     fn instruction(&mut self, item: &Item<'_>) {
         let (name, raw) = (&*item.name, item.raw);
         match &item.category {

@@ -16,7 +16,6 @@ use scanbound_ir::{
 };
 
 impl Lowering<'_> {
-    /// Lowers a coil instruction.
     pub(super) fn coil(&mut self, mnemonic: &str, raw: &RawInstruction) {
         match mnemonic {
             "OUT" | "OUTH" => self.out(mnemonic, raw),
@@ -223,7 +222,7 @@ impl Lowering<'_> {
         effects
     }
 
-    /// Whether the timer may already have started: its coil was on when it was last executed, or its preset is not
+    /// Whether the timer may already have started: its coil was on when it was last executed, or its set value is not
     /// longer than one scan. A retentive timer continues from its current value.
     fn has_started(
         &mut self,
@@ -378,7 +377,7 @@ impl Lowering<'_> {
     }
 }
 
-/// That a word is not below a setting.
+/// The condition that a word is at least the set value.
 fn is_at_least(word: Cell, setting: WordSource) -> Logic {
     let [left, right] = [WordSource::Cell(word), setting].map(|word| Number::Words(vec![word]));
     let relation = Relation::GreaterOrEqual;

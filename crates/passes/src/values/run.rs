@@ -609,7 +609,7 @@ impl<'p> Run<'p> {
             if turn >= least || settled {
                 join(self.fresh(), &mut exits, state.clone());
             }
-            // For a loop that is executed completely, it is tested only rarely whether the state still changes.
+            // The test whether the state still changes takes long, so it is rarely made in a loop of many iterations.
             let is_asked = turn < ITERATIONS_BEFORE_WIDENING || turn.is_power_of_two();
             if !settled && is_asked && head.covers(&state) {
                 // All further iterations are the same.
@@ -656,7 +656,7 @@ impl<'p> Run<'p> {
 
     /// What was recorded up to this instruction, so that the execution can return to it later.
     fn snapshot(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
-        // Copying takes as long as some instructions.
+        // A copy counts as the work of some instructions.
         self.work +=
             (self.found.units.len() + self.found.reaches.len() + self.written.len()) as u64 / 64;
         Snapshot {

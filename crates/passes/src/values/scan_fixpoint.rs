@@ -32,7 +32,6 @@ pub struct Fixpoint {
     work: u64,
 }
 
-/// The result of one scan.
 struct ScanResult {
     found: CountLimits,
     /// For each trusted word, the values that the scan may leave in it for the next scan.

@@ -51,8 +51,8 @@ pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
     unstated.iter().filter_map(|points| points.most.as_ref()).map(|most| most.more).sum()
 }
 
-/// The refresh time that was charged and may not occur: that of points that are not stated, and the difference between
-/// the slowest and the fastest base.
+/// The refresh time that was charged and may not occur: that of points whose number is not stated, and the difference
+/// between the slowest and the fastest base unit.
 #[must_use]
 pub fn uncertain_refresh(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     let is_stated = |base: &&UnstatedBase| unstated.iter().all(|points| points.side != base.side);
@@ -129,7 +129,7 @@ impl<'a> PointRows<'a> {
         let of_bases = || self.table.rows().iter().filter(is_own);
         let slowest = || of_bases().max_by_key(|row| row.on);
         let Some(base) = base else {
-            // The time per scan of each base adds up if the points are on several bases.
+            // If the points are on several base units, the times that each base unit takes once in a scan add up.
             if size == 0
                 && of_bases().map(|row| row.on).sum::<Picos>()
                     > plain.map_or(Picos::ZERO, |row| row.on)
@@ -145,7 +145,7 @@ impl<'a> PointRows<'a> {
                 .collect();
         };
         let row_of_base = |size| self.table.row(&format!("{}:{base}", self.row(size)));
-        // If a base has rows of its own, missing ones are not replaced by rows of another base.
+        // If a base unit has rows of its own, missing ones are not replaced by rows of another one.
         let is_known = SIZES.into_iter().any(|size| row_of_base(size).is_some());
         let others = || if is_known { None } else { slowest() };
         row_of_base(size).or(plain).or_else(others).into_iter().collect()
@@ -211,7 +211,6 @@ impl<'a> PointRows<'a> {
             .collect()
     }
 
-    /// The refresh time of these points.
     fn time(&self, all: &[Points<'_>]) -> Result<Picos, Vec<Diagnostic>> {
         let mut sum = Picos::ZERO;
         for &(base, points) in all {
