@@ -89,7 +89,8 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
             )
         }
         _ => {
-            let why = "the model's longest scan needs a combination of values that no simulated scan had";
+            let why =
+                "the model's longest scan needs a combination of values that no simulated scan had";
             let error = program.errors.keys().next();
             let stops = error.map(|&first| {
                 format!(
