@@ -32,7 +32,7 @@ pub(super) struct Invariants {
     pub index: Vec<String>,
 }
 
-/// The files that prove the invariants behind a bound, as far as the scan's formula is exact.
+/// The files with which a solver can prove the invariants behind a bound, as far as the scan's formula is exact.
 pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let program = &concluded.followed.program;
     let given = given(program);

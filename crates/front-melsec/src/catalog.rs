@@ -111,9 +111,9 @@ pub enum InstructionEffect {
     ShiftOne,
     /// Inverts the bit of the operand.
     Alternate,
-    /// Moves the value of each counted word or bit to the next higher number; the lowest one becomes zero.
+    /// Moves the value of each counted word or bit to the next higher device number; the lowest device becomes zero.
     SlideUp,
-    /// Moves the value of each counted word or bit to the next lower number; the highest one becomes zero.
+    /// Moves the value of each counted word or bit to the next lower device number; the highest device becomes zero.
     SlideDown,
     /// Computes each counted word of the third operand from those words of the first two operands that have the same
     /// position.

@@ -5,8 +5,8 @@
 
 use scanbound_base::word_interval::WordInterval;
 
-/// Sets of at most this many values are represented exactly. The model of the scan distinguishes as many values of an
-/// index.
+/// Sets of at most this many values are represented exactly. The model of the scan distinguishes the same number of
+/// values of an index.
 pub const MAX_EXACT: usize = 8;
 /// At most this many values of a word are listed in a constraint on the start of a scan.
 const MAX_LISTED_VALUES: u32 = 256;
