@@ -13,7 +13,7 @@ use scanbound::calibrate::language::{RESULTS, STEP};
 use scanbound::calibrate::table::Origin;
 use scanbound::calibrate::{Language, Plan, Settings, Spare, Unmeasured, Written, result, table};
 use scanbound::front::FRONTS;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::timing::table::Table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -229,7 +229,7 @@ fn left(left: &[Unmeasured]) -> String {
 fn plan_of(directory: &Path) -> Result<Plan, Failure> {
     let file = directory.join(PLAN);
     let name = file.display();
-    let text = aside(&file).with_context(|| format!("{name} cannot be read"))?;
+    let text = read_small(&file).with_context(|| format!("{name} cannot be read"))?;
     let plan: Plan = serde_json::from_slice(&text)
         .with_context(|| format!("{name} is not a plan from scanbound calibrate write"))?;
     match plan.schema == scanbound::calibrate::plan::SCHEMA {
@@ -285,7 +285,7 @@ fn make_table(arguments: &FitArguments) -> Result<Outcome, Failure> {
     let mut results = Vec::new();
     for file in &arguments.results {
         let name = file.display().to_string();
-        let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
+        let bytes = read_small(file).with_context(|| format!("{name} cannot be read"))?;
         results.push(result::read(&name, &bytes)?);
     }
     let found = fit(&plan, &results).map_err(|unfit| anyhow!(unfit.to_string()))?;

@@ -6,7 +6,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::column::{UNITS, Unit};
 use scanbound::front::Input;
-use scanbound::front::input::one;
+use scanbound::front::input::read_one;
 use scanbound::measured::{Bounds, Comparison, Decimal, Edge, Selection, Threshold, capture};
 use scanbound::report::compare;
 use scanbound::report::format::Detail;
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         );
     };
     let (reports, trace) = arguments.report.targets(&arguments.project, &arguments.search)?;
-    let Input { name, bytes } = one(&measured).with_context(|| {
+    let Input { name, bytes } = read_one(&measured).with_context(|| {
         format!("{}, the file of measurements, cannot be read", measured.display())
     })?;
     let selection = Selection {

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
-use scanbound::front::input::one;
+use scanbound::front::input::read_one;
 use scanbound::front::minasec::{Source, assembly, machine_code};
 use scanbound::front::read;
 use std::io::Write;
@@ -62,7 +62,7 @@ impl CodeFormat {
 
 /// Reads a MINASEC-U program from a file.
 pub fn source(file: &Path, dialect: Option<&str>) -> Result<Source, Failure> {
-    let input = one(file).with_context(|| format!("{} cannot be read", file.display()))?;
+    let input = read_one(file).with_context(|| format!("{} cannot be read", file.display()))?;
     let name = input.name.clone();
     let project = read(&[input], dialect)?;
     project.downcast().ok_or_else(|| {

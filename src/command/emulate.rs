@@ -6,7 +6,7 @@ use super::{Failure, Outcome, convert, values};
 use anyhow::{Context, anyhow};
 use clap::{ArgGroup, Args};
 use scanbound::base::time::Picos;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::measured::Figures;
 use scanbound::minasec::stimulus::{Stimulus, What};
 use scanbound::minasec::trace::Trace;
@@ -102,7 +102,8 @@ impl Arguments {
     fn stimulus(&self) -> Result<Stimulus, Failure> {
         let Some(file) = &self.stimulus else { return Ok(Stimulus::default()) };
         let name = file.display().to_string();
-        let bytes = aside(file).with_context(|| format!("--stimulus {name} cannot be read"))?;
+        let bytes =
+            read_small(file).with_context(|| format!("--stimulus {name} cannot be read"))?;
         Ok(Stimulus::parse(&name, &bytes)?)
     }
 }

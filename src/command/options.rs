@@ -16,7 +16,7 @@ use scanbound::audit::{Audit, Concluded, Request, audit};
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
 use scanbound::base::facts::{Facts, InterruptRate};
-use scanbound::front::input::{Gathered, Ignore, aside, gather, survey};
+use scanbound::front::input::{Gathered, Ignore, gather, read_small, survey};
 use scanbound::front::{FRONTS, Input};
 use scanbound::passes::PASSES;
 use scanbound::passes::values::Trust;
@@ -668,7 +668,7 @@ pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, 
 pub(super) fn facts(path: Option<&Path>) -> Result<Facts, Failure> {
     let Some(path) = path else { return Ok(Facts::default()) };
     let name = path.display().to_string();
-    let bytes = aside(path).with_context(|| format!("--facts {name} cannot be read"))?;
+    let bytes = read_small(path).with_context(|| format!("--facts {name} cannot be read"))?;
     let text = String::from_utf8(bytes).map_err(|_| {
         let message = "the facts file is not text in UTF-8";
         vec![Diagnostic::file(Code::Facts, &name, message, "save it as UTF-8")]

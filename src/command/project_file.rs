@@ -4,7 +4,7 @@ use super::Failure;
 use super::values::{self, Limit};
 use anyhow::{Context, anyhow};
 use scanbound::audit::verdict::{Margin, MostAssumed};
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ impl ProjectFile {
     /// Reads a file.
     pub fn read(file: &Path) -> Result<ProjectFile, Failure> {
         let name = file.display();
-        let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
+        let bytes = read_small(file).with_context(|| format!("{name} cannot be read"))?;
         let text = String::from_utf8(bytes).with_context(|| format!("{name} is not UTF-8"))?;
         let written: Written = toml::from_str(&text)
             .map_err(|error| anyhow!("{name}: {}", error.to_string().trim_end()))?;

@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Args;
 use scanbound::base::code::Code;
 use scanbound::base::diagnostic::Diagnostic;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::report::tables;
 use scanbound::timing::table::{Parsed, Table, builtin};
 use std::path::Path;
@@ -33,7 +33,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let text = match (&arguments.check, &arguments.name) {
         (Some(file), _) => {
-            let bytes = aside(Path::new(file))
+            let bytes = read_small(Path::new(file))
                 .with_context(|| format!("--check {file}: this table cannot be read"))?;
             let parsed = Table::parse(file, &bytes)?;
             output::tell(&parsed.warnings);
@@ -55,7 +55,7 @@ pub fn find(option: &str, name: &str) -> Result<Parsed, Failure> {
 }
 
 fn read(option: &str, name: &str) -> Result<Parsed, Failure> {
-    let bytes = aside(Path::new(name)).map_err(|error| {
+    let bytes = read_small(Path::new(name)).map_err(|error| {
         let names = builtin::names();
         let likeness = |known: &str| strsim::jaro_winkler(known, &name.to_ascii_lowercase());
         let near = names

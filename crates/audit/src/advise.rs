@@ -187,7 +187,7 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<U
                 kind,
                 table: one.table(),
                 line: one.stated(most),
-                what: offer::what(program, one),
+                what: offer::description(program, one),
                 places: one.places.clone(),
             },
             facts,

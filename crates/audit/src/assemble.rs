@@ -1,7 +1,7 @@
 //! Assembles the result that a report shows from what the stages found.
 
 use super::assumption::Assumption;
-use super::deciding::{deciding, depends_on};
+use super::deciding::{depends_on, needed_variables};
 use super::doubt::Doubt;
 use super::due;
 use super::exactness::Exactness;
@@ -203,7 +203,7 @@ impl<'a> Findings<'a> {
             .map(|real| stands_between(self.program, &real.best));
         let networks = self.networks();
         let bound_besides = bound.always + bound.overhead;
-        let response = delays.map(|delays| delays.around(bound.upper));
+        let response = delays.map(|delays| delays.response_time(bound.upper));
         Audit {
             files: self.program.files.iter().map(|file| file.name.clone()).collect(),
             standby: self.program.standby.clone(),
@@ -510,7 +510,7 @@ impl<'a> Findings<'a> {
             self.groups.iter().flat_map(|group| group.charges.iter().copied()).collect();
         let started = (!same).then(|| started(self.model, found));
         let assignment = started.as_ref().unwrap_or(self.assignment);
-        let matters = deciding(self.model, assignment, &charges);
+        let matters = needed_variables(self.model, assignment, &charges);
         let mut variables: Vec<usize> = self
             .groups
             .iter()

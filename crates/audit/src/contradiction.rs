@@ -2,7 +2,7 @@
 
 use super::Audit;
 use super::confirmed::CONTRADICTION;
-use super::counts::found;
+use super::counts::instructions_at_key;
 use super::failure::Failure;
 use super::request::Request;
 use super::stated;
@@ -49,12 +49,16 @@ fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
 }
 
 /// The deadline of the search for contradicting facts.
-fn end(request: &Request<'_>) -> Instant {
+fn deadline(request: &Request<'_>) -> Instant {
     Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
 }
 
 /// The failure of an audit. If no scan satisfies the stated facts, it names those that contradict the program.
-pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> Failure {
+pub(super) fn with_contradicting_facts(
+    stages: Stages,
+    request: &Request<'_>,
+    failure: Failure,
+) -> Failure {
     let is_one = |fault: &Diagnostic| fault.message == CONTRADICTION;
     match failure {
         // Facts that are only tried are not analysed for contradictions.
@@ -69,7 +73,7 @@ pub(super) fn named(stages: Stages, request: &Request<'_>, failure: Failure) -> 
 /// The stated ranges and numbers that no scan satisfies, each tried alone. If there are none: the facts without which
 /// the others can be satisfied.
 fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
-    let end = end(request);
+    let end = deadline(request);
     let facts = request.facts;
     let bare = Facts { counts: BTreeMap::new(), ranges: BTreeMap::new(), ..facts.clone() };
     let Ok(program) = (stages.read)(&Request { facts: &bare, ..*request }) else {
@@ -78,7 +82,7 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     for (key, &(low, high)) in &facts.counts {
         // A word may be the count at several places.
-        let places = found(&program, key).unwrap_or_default();
+        let places = instructions_at_key(&program, key).unwrap_or_default();
         let at = places.iter().map(|&at| program.instructions[at].place);
         let keys: Vec<String> = at.map(|place| unknown::key(&program, place)).collect();
         for (&at, place) in places.iter().zip(keys) {
@@ -175,7 +179,7 @@ pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
 
 /// The upper limit to offer for each unknown count or index, by its key, so that some scan satisfies all of them
 /// together. One without such a limit is not offered.
-pub(super) fn offered(
+pub(super) fn offered_limits(
     stages: Stages,
     request: &Request<'_>,
     unknowns: &[Unknown],
@@ -186,7 +190,7 @@ pub(super) fn offered(
     if is_kept(stages, request, &facts) {
         return numbers().map(|one| (one.key.clone(), OFFERED[0])).collect();
     }
-    let end = end(request);
+    let end = deadline(request);
     let (mut facts, mut offered) = (request.facts.clone(), BTreeMap::new());
     for one in numbers() {
         let most = OFFERED.into_iter().find(|&most| {

@@ -24,7 +24,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         let fault = |part, message: String, help: &str| {
             facts.fault(["counts", place], part, Code::Fact, message, help)
         };
-        let found = match found(program, place) {
+        let found = match instructions_at_key(program, place) {
             Ok(found) => found,
             Err((message, help)) => {
                 faults.push(fault(Part::Key, message, &help));
@@ -70,7 +70,10 @@ fn counts(program: &Program, at: usize) -> bool {
 
 /// The instructions at a place for which a number of iterations or units can be stated. If there are none: a message
 /// and the help.
-pub(super) fn found(program: &Program, place: &str) -> Result<Vec<usize>, (String, String)> {
+pub(super) fn instructions_at_key(
+    program: &Program,
+    place: &str,
+) -> Result<Vec<usize>, (String, String)> {
     let form = || {
         "write \"FILE:LINE\" as reports show it, \"FILE:step NUMBER\", or the word that holds the number of iterations or units"
             .to_owned()

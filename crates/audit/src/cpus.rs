@@ -114,7 +114,7 @@ pub fn compare_cpus(request: &Request<'_>, condition: CpuCheck) -> Result<CpuCom
         let named = request.cpu.or(prepared.program().cpu.as_deref());
         let cpu = named.filter(|_| is_own).map(str::to_owned);
         let outcome = match prepared.with_table(table, request).priced(request) {
-            Ok(followed) => Ok(found(&conclude(followed, request)?.audit, condition)),
+            Ok(followed) => Ok(scan_time_of(&conclude(followed, request)?.audit, condition)),
             Err(Failure::Input(faults)) => Err(faults),
             Err(why) => return Err(why),
         };
@@ -128,7 +128,7 @@ pub fn compare_cpus(request: &Request<'_>, condition: CpuCheck) -> Result<CpuCom
     Ok(choice)
 }
 
-fn found(audit: &Audit, condition: CpuCheck) -> CpuScanTime {
+fn scan_time_of(audit: &Audit, condition: CpuCheck) -> CpuScanTime {
     let check = match condition.limit {
         None => None,
         Some(Limit::Time(limit)) => Some(Check::new(audit, limit, condition.margin)),

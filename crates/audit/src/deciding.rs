@@ -5,7 +5,11 @@ use std::collections::BTreeSet;
 
 /// For each variable, whether its value is needed to know a lower bound on the charges' time and that the constraints
 /// hold. The set is small, but not always minimal.
-pub fn deciding(model: &ScanModel, assignment: &Assignment, charges: &[usize]) -> Vec<bool> {
+pub fn needed_variables(
+    model: &ScanModel,
+    assignment: &Assignment,
+    charges: &[usize],
+) -> Vec<bool> {
     let values = model.circuit.evaluate(assignment);
     let nodes = model.circuit.nodes();
     let mut needed = vec![false; nodes.len()];
@@ -105,7 +109,8 @@ mod tests {
                 counted: None,
             });
         }
-        let decide = |values: [u16; 4]| deciding(&model, &Assignment(values.into()), &[0, 1]);
+        let decide =
+            |values: [u16; 4]| needed_variables(&model, &Assignment(values.into()), &[0, 1]);
         // The second charge takes its smaller time in any case. Either X0 or X1 is enough.
         assert_eq!(decide([1, 1, 1, 0]), [true, false, false, false]);
         assert_eq!(decide([0, 1, 1, 1]), [false, true, true, true]);

@@ -215,7 +215,7 @@ impl Matched {
                 for (old, new) in old.iter().zip(new) {
                     match old.time == new.time {
                         true => self.unchanged += 1,
-                        false => self.both(ChangeKind::Same, old.clone(), new.clone()),
+                        false => self.match_rungs(ChangeKind::Same, old.clone(), new.clone()),
                     }
                 }
                 continue;
@@ -228,7 +228,7 @@ impl Matched {
         }
     }
 
-    fn both(&mut self, kind: ChangeKind, old: Side, new: Side) {
+    fn match_rungs(&mut self, kind: ChangeKind, old: Side, new: Side) {
         self.changes.push(Change { kind, old: Some(old), new: Some(new) });
     }
 
@@ -242,7 +242,7 @@ impl Matched {
         let mut gone = Vec::new();
         for old in std::mem::take(&mut self.removed) {
             match same.get_mut(&old.side.text).and_then(Vec::pop) {
-                Some(new) => self.both(ChangeKind::Moved, old.side, new.side),
+                Some(new) => self.match_rungs(ChangeKind::Moved, old.side, new.side),
                 None => gone.push(old),
             }
         }
@@ -256,7 +256,7 @@ impl Matched {
             match nearest(&old.side, candidates) {
                 Some(index) => {
                     let new = candidates.remove(index);
-                    self.both(ChangeKind::Changed, old.side, new);
+                    self.match_rungs(ChangeKind::Changed, old.side, new);
                 }
                 None => {
                     let change =

@@ -173,7 +173,7 @@ pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
     let files =
         request.inputs.iter().map(|input| doctor.examined(input, program.as_ref())).collect();
     let Doctor { found, cpu, table, doubts, .. } = doctor;
-    Diagnosis { files, cpu, table, findings: listed(found, doubts) }
+    Diagnosis { files, cpu, table, findings: findings(found, doubts) }
 }
 
 struct Doctor<'r, 'a> {
@@ -213,7 +213,7 @@ impl Doctor<'_, '_> {
     /// Reads the remaining files. Files that cannot be read are excluded.
     fn read(&mut self) -> Option<Box<dyn Project>> {
         loop {
-            let left: Vec<Input> = self.left().cloned().collect();
+            let left: Vec<Input> = self.remaining_files().cloned().collect();
             if left.is_empty() && !self.found.is_empty() {
                 return None;
             }
@@ -264,7 +264,8 @@ impl Doctor<'_, '_> {
                 self.drop_faulty(&faults);
                 if self.dropped.len() == before {
                     // The faults belong to no file, so no file can be excluded.
-                    let all: Vec<String> = self.left().map(|input| input.name.clone()).collect();
+                    let all: Vec<String> =
+                        self.remaining_files().map(|input| input.name.clone()).collect();
                     self.dropped.extend(all);
                 }
                 None
@@ -292,7 +293,7 @@ impl Doctor<'_, '_> {
         let table = fitted(table, &program, self.request);
         match price::price(&program, &table, self.request.facts) {
             Ok(prices) => {
-                self.doubts = doubt::before(&program, &prices);
+                self.doubts = doubt::doubts_before_scan(&program, &prices);
                 if let (true, Err(why)) =
                     (self.request.strict_times, refuse_assumed(&program, &prices))
                 {
@@ -313,7 +314,7 @@ impl Doctor<'_, '_> {
         program
     }
 
-    fn left(&self) -> impl Iterator<Item = &Input> {
+    fn remaining_files(&self) -> impl Iterator<Item = &Input> {
         self.request.inputs.iter().filter(|input| !self.dropped.contains(&input.name))
     }
 
@@ -321,7 +322,7 @@ impl Doctor<'_, '_> {
         let grave = faults.iter().filter(|fault| fault.severity == Severity::Error);
         let names: BTreeSet<String> = grave.map(|fault| fault.file.clone()).collect();
         let faulty: Vec<String> = self
-            .left()
+            .remaining_files()
             .filter(|input| names.contains(&input.name))
             .map(|one| one.name.clone())
             .collect();
@@ -369,7 +370,7 @@ impl Doctor<'_, '_> {
 }
 
 /// All findings as a list. A finding at several places is listed once.
-fn listed(found: Vec<Diagnostic>, doubts: Vec<doubt::Doubt>) -> Vec<Finding> {
+fn findings(found: Vec<Diagnostic>, doubts: Vec<doubt::Doubt>) -> Vec<Finding> {
     let mut findings: Vec<Finding> = Vec::new();
     for fault in found {
         let section = Section::of(&fault);

@@ -120,7 +120,7 @@ impl Doubt {
 
 /// The doubts that can be found before the analysis follows a scan.
 #[must_use]
-pub(super) fn before(program: &Program, prices: &Prices) -> Vec<Doubt> {
+pub(super) fn doubts_before_scan(program: &Program, prices: &Prices) -> Vec<Doubt> {
     let place = |at: usize| program.instructions[at].place;
     let uses = prices.networks.iter();
     let networks: Vec<NetworkUse> =

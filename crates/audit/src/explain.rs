@@ -152,7 +152,7 @@ fn follow(program: &Program, part: &Instruction) -> Follow {
     let part = &at_operands(part);
     let is_quiet = part.effects.is_empty() && matches!(part.step, Step::Act { .. } | Step::Nothing);
     let mut least = if is_quiet { Follow::Nothing } else { Follow::Exactly };
-    let mut see = |choice: ChoiceId| least = least.max(known(program, choice));
+    let mut see = |choice: ChoiceId| least = least.max(follow_of_choice(program, choice));
     part.each_read(&mut |source| match source {
         Source::Bit(BitSource::Free(choice)) | Source::Word(WordSource::Free(choice)) => {
             see(choice)
@@ -191,7 +191,7 @@ fn at_operands(part: &Instruction) -> Instruction {
     Instruction { effects, ..part.clone() }
 }
 
-fn known(program: &Program, choice: ChoiceId) -> Follow {
+fn follow_of_choice(program: &Program, choice: ChoiceId) -> Follow {
     match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) if values::follows(program, meaning) => Follow::Range,
         Some(ChoiceKind::Exact(_)) => Follow::RealRuns,

@@ -17,7 +17,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
         let mut fault = |message: String, help: &str| {
             faults.push(facts.fault(["index", place], Part::Key, Code::Fact, message, help));
         };
-        let found = match found(program, place) {
+        let found = match choices_at_key(program, place) {
             Ok(found) => found,
             Err((message, help)) => {
                 fault(message, &help);
@@ -52,7 +52,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The choices with which an instruction writes to a place that an index selects.
+/// The choices with which an instruction writes to cells that an index selects.
 fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
     let effects = program.instructions[at].effects.iter();
     let choices = effects.filter_map(|effect| match effect.write {
@@ -69,7 +69,7 @@ fn has_index(indexed: &IndexedWrite) -> bool {
     indexed.indices.iter().flatten().any(|word| !matches!(word, WordSource::Const(_)))
 }
 
-fn found(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, String)> {
+fn choices_at_key(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (String, String)> {
     let form = || {
         "write \"FILE:LINE\" = [0, 99] for the writes of that line, or Z0 = [0, 99] for all writes with this index"
             .to_owned()

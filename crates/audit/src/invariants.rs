@@ -65,7 +65,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     };
     let limits = Limits { deadline: Some(end), ..Limits::default() };
     let shown = unreachable_charges(&model, &group((0..violations.len()).collect()), &limits);
-    let describe = |at: usize| tell(program, &violations[at]);
+    let describe = |at: usize| statement_of(program, &violations[at]);
     let (kept, counted): (Vec<usize>, Vec<usize>) = (0..violations.len())
         .partition(|&at| matches!(violations[at], Violation::Word(_) | Violation::All(_)));
     let mut left = Vec::new();
@@ -78,7 +78,7 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
                 "unsat: no scan can. Assumed at the start of the scan:".to_owned(),
             ];
             head.extend(given.iter().map(|one| format!("  {one}")));
-            head.extend(stated(program));
+            head.extend(stated_facts(program));
             let text = export::never(&model, &group(shown.clone()), &head, &describe);
             files.push((name, text));
             index.push(format!("{name}: expected answer unsat. {says}"));
@@ -110,9 +110,9 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
 
 /// The invariants of the program that hold whenever a scan starts.
 fn given(program: &Program) -> Vec<String> {
-    let words =
-        (0..program.trusted_ranges.len()).map(|place| tell(program, &Violation::Word(place)));
-    let sets = sets(program).map(|bits| tell(program, &Violation::All(bits)));
+    let words = (0..program.trusted_ranges.len())
+        .map(|place| statement_of(program, &Violation::Word(place)));
+    let sets = sets(program).map(|bits| statement_of(program, &Violation::All(bits)));
     let fresh = program.mutually_exclusive.iter().filter(|one| one.max_on == 0);
     let cleared = fresh.map(|one| {
         let names: Vec<String> = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
@@ -125,7 +125,7 @@ fn given(program: &Program) -> Vec<String> {
 }
 
 /// What the user states about the values of words at the start of a scan.
-fn stated(program: &Program) -> Vec<String> {
+fn stated_facts(program: &Program) -> Vec<String> {
     let trusted: BTreeSet<Cell> = program.trusted_ranges.iter().map(|one| one.cell).collect();
     let by_user = program
         .stated_ranges
@@ -146,7 +146,7 @@ fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
 }
 
 /// The statement that is true if this violation never occurs.
-fn tell(program: &Program, violation: &Violation) -> String {
+fn statement_of(program: &Program, violation: &Violation) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
         let file = &instruction.place.of(&program.files).name;
@@ -195,7 +195,8 @@ fn power_up(program: &Program) -> String {
             true => format!("(and (bvsle #x{low:04X} w{place}) (bvsle w{place} #x{high:04X}))"),
             false => format!("(or{})", is_one.collect::<String>()),
         };
-        asked += &format!("  (not {within}) ; {}\n", tell(program, &Violation::Word(place)));
+        asked +=
+            &format!("  (not {within}) ; {}\n", statement_of(program, &Violation::Word(place)));
     }
     let mut relays: BTreeSet<BitTarget> = BTreeSet::new();
     let name = |bit: BitTarget| match bit {
@@ -205,7 +206,11 @@ fn power_up(program: &Program) -> String {
     for bits in sets(program) {
         let own: Vec<String> = bits.iter().map(|&bit| name(bit)).collect();
         relays.extend(&bits);
-        asked += &format!("  (and {}) ; {}\n", own.join(" "), tell(program, &Violation::All(bits)));
+        asked += &format!(
+            "  (and {}) ; {}\n",
+            own.join(" "),
+            statement_of(program, &Violation::All(bits))
+        );
     }
     for bit in relays {
         let (own, called) = (name(bit), program.bit_name(bit));

@@ -46,7 +46,7 @@ pub struct SolvedLimits {
 pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
     let audit = &concluded.audit;
-    let most = contradiction::offered(STAGES, request, &all_unknowns(audit));
+    let most = contradiction::offered_limits(STAGES, request, &all_unknowns(audit));
     let mut offers = ranges(program);
     offers.extend(unknowns(audit, program, "counts", &most));
     offers.extend(calls(program));
@@ -159,7 +159,7 @@ fn unknowns(
         Offer {
             table: one.table(),
             line: most.get(&one.key).map_or(one.fact.clone(), |&most| one.stated(most)),
-            what: what(program, one),
+            what: description(program, one),
             places: one.places.clone(),
             worth: one.counts().map(|counts| counts.cost),
             solved,
@@ -177,7 +177,7 @@ fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
 }
 
 /// What is unknown, and what is assumed instead.
-pub(super) fn what(program: &Program, one: &Unknown) -> String {
+pub(super) fn description(program: &Program, one: &Unknown) -> String {
     match &one.kind {
         UnknownKind::Count(counts) => {
             let named = |comment: &String| comment.starts_with(&format!("{} ", one.word));

@@ -368,8 +368,8 @@ impl Followed {
         let refinement = self.refinement(request, &budget);
         let model = (std::mem::take(&mut self.model), std::mem::take(&mut self.groups));
         let found = refinement.search(&mut self.program, &mut self.prices, model, early);
-        let (searched, runs) =
-            found.map_err(|failure| contradiction::named(STAGES, request, failure))?;
+        let (searched, runs) = found
+            .map_err(|failure| contradiction::with_contradicting_facts(STAGES, request, failure))?;
         self.cuts = budget.early_stops();
         Ok(SearchedProject { followed: self, delays, searched, runs })
     }

@@ -27,7 +27,7 @@ impl Priced {
         let Understood { mut program, table, warnings, .. } = understood;
         let prices = price::price(&program, &table, request.facts)?;
         let unused = unused_times(request.times, &program, &prices);
-        let odd = stated::odd(&program, &table, request.facts);
+        let odd = stated::questionable(&program, &table, request.facts);
         stated::forget_unnamed(&mut program);
         let warnings = [request.warnings, &warnings, &unused, &odd].concat();
         if request.strict_times {

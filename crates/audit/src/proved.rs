@@ -88,7 +88,7 @@ pub fn proved(
     if facts.ranges.is_empty() && facts.exclusive.is_empty() {
         return Ok(proved);
     }
-    let mut asked = asked(program, facts);
+    let mut asked = fact_checks(program, facts);
     if !facts.download {
         // Facts that the abstract interpretation has proved need not be checked again.
         asked.retain(|one| match (&one.of, &one.stays) {
@@ -117,7 +117,7 @@ pub fn proved(
     let open: Vec<usize> = (0..asked.len()).filter(|&at| !asked[at].is_broken(found)).collect();
     // If no scan can start as stated, every fact would count as proved.
     let is_provable = !facts.download && found.best.is_possible();
-    let kept = if is_provable { kept(&search, &asked, &open) } else { BTreeSet::new() };
+    let kept = if is_provable { provably_kept(&search, &asked, &open) } else { BTreeSet::new() };
     seek(&search, &asked, found)?;
     for at in kept {
         if asked[at].is_broken(found) {
@@ -132,7 +132,7 @@ pub fn proved(
 }
 
 /// The stated facts about the program.
-fn asked(program: &Program, facts: &Facts) -> Vec<FactCheck> {
+fn fact_checks(program: &Program, facts: &Facts) -> Vec<FactCheck> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (normalized(key), key)).collect();
     // In this list, trusted ranges follow the stated ones.
@@ -187,7 +187,7 @@ fn run_unseen(search: &RunSearch<'_>, found: &mut RunResults) {
 
 /// The undecided facts that are true at the end of every scan that starts with all facts true. Only facts are checked
 /// whose cells only the program writes and that are true for cleared memory.
-fn kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet<usize> {
+fn provably_kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let exclusive = ExclusiveRelays::of(program, Trust::All);
     let is_own = |at: &&usize| match &asked[**at].stays {

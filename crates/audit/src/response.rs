@@ -94,7 +94,7 @@ impl Delays {
     }
 
     /// The response time of a program whose longest scan takes this time.
-    pub(super) fn around(self, scan: Picos) -> Response {
+    pub(super) fn response_time(self, scan: Picos) -> Response {
         let Delays { input, output, scans } = self;
         let total = input.time + scan.times(scans) + output.time;
         Response { input, output, scans, scan, total }
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn an_edge_waits_for_a_scan_and_takes_another() {
         let given = Given { input: Some(Picos(10)), output: Some(Picos(1)) };
-        let response = delays("", given).expect("delays").around(Picos(1000));
+        let response = delays("", given).expect("delays").response_time(Picos(1000));
         assert_eq!((response.scan, response.total), (Picos(1000), Picos(2011)));
     }
 

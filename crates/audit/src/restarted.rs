@@ -36,7 +36,8 @@ pub fn upper(
     }
     let mut longest = Picos::ZERO;
     for from in std::iter::once(None).chain(places.iter().copied().map(Some)) {
-        longest = longest.max(behind(model, &charges, (from, restarts), around, limits)?);
+        longest =
+            longest.max(longest_until_restart(model, &charges, (from, restarts), around, limits)?);
         if longest >= useful {
             return None;
         }
@@ -46,7 +47,7 @@ pub fn upper(
 
 /// The longest time from the beginning of the scan, or from a restart that fires, to the next restart that fires or the
 /// end of the scan.
-fn behind(
+fn longest_until_restart(
     model: &ScanModel,
     charges: &[&Charge],
     (from, restarts): (Option<usize>, &BTreeSet<usize>),

@@ -49,7 +49,7 @@ impl GroupBounds {
     }
 
     /// Records a group's new bounds. Returns whether a longer scan is known now.
-    fn put(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
+    fn record(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
         // The sums are updated incrementally, as there may be many groups.
         let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
         let without = |sum: Picos, old| sum.checked_sub(old).unwrap_or_default();
@@ -65,7 +65,7 @@ fn is_open(maximum: &Maximum) -> bool {
 }
 
 /// Replaces the bounds in `known` by those of a later search where these are better.
-fn better(known: &mut Maximum, again: Maximum) {
+fn improve(known: &mut Maximum, again: Maximum) {
     let calls = known.calls + again.calls;
     let upper = known.upper.min(again.upper);
     if again.lower >= known.lower {
@@ -100,25 +100,25 @@ impl GroupSearch<'_> {
             let alone = round.len() == 1;
             let each = |group: usize, upper: Picos, lower: Picos| {
                 let Ok(mut known) = known.lock() else { return };
-                let better = known.put(round.start + group, upper, lower);
+                let better = known.record(round.start + group, upper, lower);
                 if better && alone && self.decided(&known) {
                     stop.store(true, Ordering::Relaxed);
                 }
-                self.tell(round.start + group, &known);
+                self.report_progress(round.start + group, &known);
             };
-            let deadline = self.deadline.map(|end| self.share(&round, end));
+            let deadline = self.deadline.map(|end| self.deadline_of_round(&round, end));
             let trace = self.request.trace;
             let limits = Limits { deadline, cancelled: &cancelled, trace, ..Limits::default() };
             let (groups, methods) = (&self.groups[round.clone()], &methods[round.clone()]);
             found.extend(maxima(self.model, groups, methods, &limits, &each));
         }
-        self.again(&mut found, &methods, &known, &cancelled);
+        self.search_again(&mut found, &methods, &known, &cancelled);
         let open = found.iter().any(is_open);
         (found, open && stop.into_inner())
     }
 
     /// Searches the undecided groups again in the time that the other groups did not use.
-    fn again(
+    fn search_again(
         &self,
         found: &mut [Maximum],
         methods: &[Method],
@@ -138,14 +138,14 @@ impl GroupSearch<'_> {
             let each = |group: usize, upper: Picos, lower: Picos| {
                 let Ok(mut known) = known.lock() else { return };
                 let (most, least) = known.bounds[open[group]];
-                known.put(open[group], upper.min(most), lower.max(least));
-                self.tell(open[group], &known);
+                known.record(open[group], upper.min(most), lower.max(least));
+                self.report_progress(open[group], &known);
             };
             let (deadline, trace) = (Some(end), self.request.trace);
             let limits = Limits { deadline, cancelled, trace, ..Limits::default() };
             let again = maxima(self.model, &groups, &methods, &limits, &each);
             for (&group, again) in open.iter().zip(again) {
-                better(&mut found[group], again);
+                improve(&mut found[group], again);
             }
             // A search that ended before its time limit without a decision would do so again.
             if start.elapsed() < (end - start) / 2
@@ -201,7 +201,7 @@ impl GroupSearch<'_> {
             || lower.checked_sub(self.prices.uncertain_refresh()).is_some_and(|lower| lower > limit)
     }
 
-    fn tell(&self, group: usize, known: &GroupBounds) {
+    fn report_progress(&self, group: usize, known: &GroupBounds) {
         (self.request.progress)(Progress::Bounds {
             group: group + 1,
             upper: self.constant + known.upper,
@@ -212,7 +212,7 @@ impl GroupSearch<'_> {
     }
 
     /// The moment at which a round must end, so that later rounds get time in proportion to their charges.
-    fn share(&self, round: &Range<usize>, end: Instant) -> Instant {
+    fn deadline_of_round(&self, round: &Range<usize>, end: Instant) -> Instant {
         let charges = |groups: &[Group]| -> usize {
             groups.iter().map(|group| group.charges.len() + 1).sum()
         };

@@ -52,7 +52,7 @@ pub(super) fn keep_possible(
         if found.witness.choices.iter().any(|(key, &value)| value != 0 && rests(key)) {
             let program = program.get_or_insert_with(|| search.program.clone());
             program.kinds.retain(|choice, _| !earlier.contains(choice));
-            found = again(search, program, prices, (longest, upper), found)?;
+            found = search_again(search, program, prices, (longest, upper), found)?;
         }
     }
     let mut known = BTreeSet::new();
@@ -70,7 +70,7 @@ pub(super) fn keep_possible(
         program.invariants.extend(new);
         let others = RunSearch { program, least: search.least, limits: search.limits };
         if !others.real(&found.witness)?.is_possible() {
-            found = again(search, program, prices, (longest, upper), found)?;
+            found = search_again(search, program, prices, (longest, upper), found)?;
         }
     }
     if !found.best.is_possible() {
@@ -89,7 +89,7 @@ pub(super) fn keep_possible(
         };
         let program = program.get_or_insert_with(|| search.program.clone());
         program.invariants.push(Logic::All(part.iter().map(holds).collect()).not());
-        found = again(search, program, prices, (longest, upper), found)?;
+        found = search_again(search, program, prices, (longest, upper), found)?;
         if !found.best.is_possible() {
             return Ok(found);
         }
@@ -101,7 +101,7 @@ pub(super) fn keep_possible(
 }
 
 /// Searches for the longest real run again, in a program that excludes more: first that of its model's longest scan.
-fn again(
+fn search_again(
     search: &RunSearch<'_>,
     program: &Program,
     prices: &Prices,

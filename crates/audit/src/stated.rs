@@ -144,7 +144,7 @@ pub fn whole<'a>(program: &Program, devices: impl Iterator<Item = &'a String>) -
 
 /// Warns of devices under [internal] for which the statement that only the program writes them has no effect.
 #[must_use]
-pub fn idle(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
+pub fn useless_internal(program: &Program, facts: &Facts, trust: Trust) -> Vec<Diagnostic> {
     let exclusive = ExclusiveRelays::of(program, trust);
     let fact = ["internal", "devices"];
     let warn = |message: String, help: &str| {
@@ -236,7 +236,7 @@ fn label(program: &Program, name: &str) -> Option<String> {
 /// Warns of ranges of words that the program does not use, and of fewer points than it uses or more than the CPU can
 /// address.
 #[must_use]
-pub fn odd(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
+pub fn questionable(program: &Program, table: &Table, facts: &Facts) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     if !program.stated_ranges.is_empty() {
         let named = NamedCells::of(program);
@@ -423,7 +423,7 @@ impl NamedCells {
         named
     }
 
-    /// Sets the end of each range to the largest end of all ranges before it.
+    /// Sets the end of each range to the largest end of this range and all ranges before it.
     fn reach(&mut self) {
         let mut reach: Option<(AreaId, u64)> = None;
         for (first, end) in &mut self.ranges {

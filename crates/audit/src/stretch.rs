@@ -231,14 +231,14 @@ pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
 
 /// By how much these instructions certainly extend the watchdog's time in every scan before it runs out. Only those
 /// count that precede any jump or call and are executed in time. `around` is the time outside of the program.
-pub fn surely(
+pub fn certain_extension(
     program: &Program,
     times: &[Times],
     (default, around): (Picos, Picos),
     extensions: &BTreeMap<usize, (Picos, Picos)>,
 ) -> Picos {
     let mut longer = Picos::ZERO;
-    along(program, times, &[], |at, passed| {
+    follow_beginning(program, times, &[], |at, passed| {
         if let Some(&(least, _)) = extensions.get(&at)
             && around + passed <= default + longer
         {
@@ -254,7 +254,7 @@ pub fn surely(
 pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
     let control = &program.scan_control;
     let (mut is_set, mut found) = (false, None);
-    along(program, times, &program.power_up.first_scan, |at, passed| {
+    follow_beginning(program, times, &program.power_up.first_scan, |at, passed| {
         is_set |= control.watchdog.contains_key(&at);
         if is_set && control.restarts.contains(&at) {
             found = Some(around + passed);
@@ -266,7 +266,7 @@ pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Pi
 
 /// Follows the beginning of the program up to the first jump or call, as long as `each` returns true. Calls it for each
 /// instruction that certainly fires if these bits are on, with the longest time passed so far.
-fn along(
+fn follow_beginning(
     program: &Program,
     times: &[Times],
     on: &[Cell],

@@ -21,7 +21,7 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
     let mut bounds = Vec::new();
     for (number, task) in all.iter().enumerate() {
         if number == 0 && is_alone {
-            bounds.push(found(&concluded.audit));
+            bounds.push(bounds_of(&concluded.audit));
             continue;
         }
         (request.progress)(Progress::Stage("bounding the other tasks"));
@@ -33,7 +33,7 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
             response: None,
             ..*request
         };
-        bounds.push(found(&audit(&own)?));
+        bounds.push(bounds_of(&audit(&own)?));
     }
     // The time of a task that runs first, including the time to switch to it.
     let entry = concluded.followed.table.row("@interrupt-entry").map_or(Picos::ZERO, |row| row.on);
@@ -61,7 +61,7 @@ pub fn tasks(concluded: &mut Concluded, request: &Request<'_>) -> Result<(), Fai
     Ok(())
 }
 
-fn found(audit: &super::Audit) -> (Option<Picos>, Picos) {
+fn bounds_of(audit: &super::Audit) -> (Option<Picos>, Picos) {
     (audit.unbounded.is_empty().then_some(audit.bound.upper), audit.possible())
 }
 

@@ -20,7 +20,7 @@ const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 /// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
 /// from the sum of all instructions that can run.
 pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
-    if open(program).is_empty() {
+    if unresolved_timers(program).is_empty() {
         return;
     }
     let mut sum = program.clone();
@@ -36,7 +36,7 @@ pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
 
 /// As [`resolve_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
 pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
-    let open = open(program);
+    let open = unresolved_timers(program);
     if open.is_empty() {
         return false;
     }
@@ -56,7 +56,7 @@ pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> boo
 
 /// The timers for which the largest number of time units in a scan is unknown, and whose present value only they
 /// write: the choice of that number, its unit, and whether it is in BCD.
-fn open(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
+fn unresolved_timers(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
     let keeping = &program.timekeeping;
     let others = Others::of(program);
     let mut found = Vec::new();
@@ -84,7 +84,7 @@ fn open(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
 fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
-    if doubt::before(program, prices).iter().any(is_open)
+    if doubt::doubts_before_scan(program, prices).iter().any(is_open)
         || program.missing_routines.iter().any(|one| !one.stated)
         || program.instructions.iter().any(|one| is_endless(&one.step))
     {

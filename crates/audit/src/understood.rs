@@ -73,7 +73,7 @@ pub fn state(
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(stated::idle(program, facts, request.trusted()))
+    Ok(stated::useless_internal(program, facts, request.trusted()))
 }
 
 /// Decodes the source into a program, and chooses its timing table.

@@ -19,7 +19,7 @@ pub(super) fn all(
     groups: &[Group],
     machine: MachineOptions,
 ) -> Vec<Unknown> {
-    let matters = matter(program, model, groups);
+    let matters = relevant_choices(program, model, groups);
     let first = |far: &&UnknownWrite| far.is_independent && matters.contains(&far.choice);
     let first: Vec<&UnknownWrite> = model.unknown_writes.iter().filter(first).collect();
     let is_open = |far: &&&UnknownWrite| {
@@ -83,7 +83,7 @@ fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
 
 /// The choices of those writes on which guards of the scan depend: a guard reads a cell that the write may have
 /// changed, or its index is such a cell, or the write may overwrite a value that the program writes and a guard reads.
-fn matter(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<ChoiceId> {
+fn relevant_choices(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<ChoiceId> {
     let mut matter: BTreeSet<ChoiceId> = BTreeSet::new();
     let mut starts: BTreeSet<Cell> = BTreeSet::new();
     let guarding = groups.iter().flat_map(|group| &group.variables);

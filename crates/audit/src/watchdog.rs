@@ -104,8 +104,9 @@ impl ScanControlAnalysis<'_> {
             None => self.facts.watchdog.unwrap_or(Picos::ZERO),
         });
         let extensions = &control.extensions;
-        let extended = default
-            .map(|time| time + stretch::surely(self.program, &times, (time, before), extensions));
+        let extended = default.map(|time| {
+            time + stretch::certain_extension(self.program, &times, (time, before), extensions)
+        });
         let least = match self.is_set_first(&times, before) {
             true => set.min(),
             false => set.chain(extended).min(),

@@ -230,11 +230,11 @@ impl Lowering<'_> {
             let left = places.iter().filter(|other| (!is_main && head) || other.0 == place);
             let left = left.map(|&(_, cell)| Effect { when: When::Fired, write: set(cell, false) });
             let effects = left.collect();
-            let at = self.put(place, None, step, effects);
+            let at = self.add(place, None, step, effects);
             routine_layout.jumps.push((at, (0, place)));
         }
         if !is_main {
-            self.put(routine.body.start, None, Step::Return, vec![]);
+            self.add(routine.body.start, None, Step::Return, vec![]);
         }
         for &spot in &reached {
             routine_layout.laid.insert(spot, self.program.instructions.len());
@@ -243,7 +243,7 @@ impl Lowering<'_> {
         for (jump, at, to) in std::mem::take(&mut routine_layout.rounds) {
             let from = routine_layout.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
             let from = from.map_or(start, |(_, &from)| from);
-            let round = self.put(at, None, Step::Unbounded { from, certain: true }, vec![]);
+            let round = self.add(at, None, Step::Unbounded { from, certain: true }, vec![]);
             self.aim(jump, round);
         }
         for (jump, spot) in std::mem::take(&mut routine_layout.jumps) {
@@ -293,7 +293,7 @@ impl Lowering<'_> {
                 let value = self.test(bit);
                 let value = if negated { value.not() } else { value };
                 let step = Step::Logic { join: self.join(at), value };
-                self.put(at, Some(("contact", false)), step, vec![]);
+                self.add(at, Some(("contact", false)), step, vec![]);
             }
             Op::Timer { timer, tenths } => {
                 self.approximate(at, "a timer from an earlier pass may or may not have timed out");
@@ -307,11 +307,11 @@ impl Lowering<'_> {
                 let started = Cell { area: STARTED, index: timer };
                 let idle = |cell| Effect { when: When::Fired, write: set(cell, false) };
                 let effects = vec![always(started, true), idle(started), idle(cell)];
-                self.put(at, Some(("timer", false)), step, effects);
+                self.add(at, Some(("timer", false)), step, effects);
             }
             Op::Out { bit, on } => {
                 let effect = always(self.bit(bit), on);
-                self.put(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
+                self.add(at, Some(("coil", true)), Step::Act { fires: whenever }, vec![effect]);
             }
             Op::ResetTimer(timer) => {
                 self.approximate(at, "CNR TIM may reset the timer or keep its remaining time");
@@ -322,29 +322,30 @@ impl Lowering<'_> {
                     Effect { when: When::Always, write: Write::Bit(BitTarget::Cell(cell), stays) }
                 });
                 let step = Step::Act { fires: whenever };
-                self.put(at, Some(("timer", true)), step, effects.into());
+                self.add(at, Some(("timer", true)), step, effects.into());
             }
             Op::Jump(to) => self.jump(spot, to, whenever, routine_layout),
             Op::JumpIf(to) => self.jump(spot, to, Logic::Condition, routine_layout),
             Op::Wait => {
                 let step = Step::Jump { fires: Logic::Condition, target: 0 };
-                let jump = self.put(at, Some(("jump", false)), step, vec![]);
+                let jump = self.add(at, Some(("jump", false)), step, vec![]);
                 routine_layout.jumps.push((jump, (copy, at + 1)));
                 if routine_layout.is_main {
-                    let effects = self.ends(routine_layout.routine, self.source.condition(at));
-                    self.put(at, None, Step::Stop { fires: whenever }, effects);
+                    let effects =
+                        self.end_effects(routine_layout.routine, self.source.condition(at));
+                    self.add(at, None, Step::Stop { fires: whenever }, effects);
                 } else {
                     let here = self.position_bit(routine_layout.routine, self.source.condition(at));
                     let here = here.into_iter().map(|cell| always(cell, true)).collect();
-                    self.put(at, None, Step::Return, here);
+                    self.add(at, None, Step::Return, here);
                 }
             }
             Op::Groups => {
-                self.put(at, Some(("call", true)), Step::Act { fires: whenever }, vec![]);
+                self.add(at, Some(("call", true)), Step::Act { fires: whenever }, vec![]);
                 let groups: Vec<u32> = self.source.groups().map(|(group, _)| group).collect();
                 for group in groups {
                     let step = Step::Call { fires: Logic::cell(runs(group)), target: 0 };
-                    let call = self.put(at, None, step, vec![]);
+                    let call = self.add(at, None, step, vec![]);
                     self.program.instructions[call].text = format!("GJ, group {group}").into();
                     self.calls.push((call, group));
                 }
@@ -352,14 +353,14 @@ impl Lowering<'_> {
             Op::Start(group) => self.start(at, group),
             Op::Stop(group) => {
                 let effects = vec![always(runs(group), false)];
-                self.put(at, Some(("call", true)), Step::Act { fires: whenever }, effects);
+                self.add(at, Some(("call", true)), Step::Act { fires: whenever }, effects);
             }
             Op::End(group) => {
                 let effects = vec![always(runs(group), false)];
-                self.put(at, Some(("call", true)), Step::Return, effects);
+                self.add(at, Some(("call", true)), Step::Return, effects);
             }
             Op::Label(_) | Op::Head(_) => {
-                self.put(at, Some(("nothing", true)), Step::Nothing, vec![]);
+                self.add(at, Some(("nothing", true)), Step::Nothing, vec![]);
             }
         }
     }
@@ -373,7 +374,7 @@ impl Lowering<'_> {
         let head = Cell { area: HEADS, index: group };
         let on = |cell| Effect { when: When::Fired, write: set(cell, true) };
         let effects = vec![on(runs(group)), on(head)];
-        self.put(at, Some(("call", true)), Step::Act { fires }, effects);
+        self.add(at, Some(("call", true)), Step::Act { fires }, effects);
     }
 
     fn jump(
@@ -384,11 +385,11 @@ impl Lowering<'_> {
         routine_layout: &mut RoutineLayout,
     ) {
         if to <= at && routine_layout.is_main {
-            let effects = self.ends(routine_layout.routine, to);
-            self.put(at, Some(("jump", false)), Step::Stop { fires }, effects);
+            let effects = self.end_effects(routine_layout.routine, to);
+            self.add(at, Some(("jump", false)), Step::Stop { fires }, effects);
             return;
         }
-        let jump = self.put(at, Some(("jump", false)), Step::Jump { fires, target: 0 }, vec![]);
+        let jump = self.add(at, Some(("jump", false)), Step::Jump { fires, target: 0 }, vec![]);
         if to > at {
             routine_layout.jumps.push((jump, (copy, to)));
         } else if copy < routine_layout.copies {
@@ -399,7 +400,7 @@ impl Lowering<'_> {
     }
 
     /// What the end of a pass stores: the position of the main routine, and the timers that were started in this pass.
-    fn ends(&self, routine: usize, place: usize) -> Vec<Effect> {
+    fn end_effects(&self, routine: usize, place: usize) -> Vec<Effect> {
         let fired = |write| Effect { when: When::Fired, write };
         let place = self.position_bit(routine, place).map(|cell| fired(set(cell, true)));
         let timers = self.timers.iter().flat_map(|&index| {
@@ -465,7 +466,7 @@ impl Lowering<'_> {
 
     /// Adds an instruction for one of the source. `class` is the timing class, and whether the larger of the two times
     /// always applies; without it the instruction takes no time.
-    fn put(
+    fn add(
         &mut self,
         at: usize,
         class: Option<(&'static str, bool)>,

@@ -28,7 +28,7 @@ pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>
     let mut source = Source { name: name.to_owned(), instructions, routines, comments };
     source.routines.sort_by_key(|routine| routine.group);
     reader.conditions(&source);
-    reader.ends(&source);
+    reader.check_ends(&source);
     source
 }
 
@@ -249,7 +249,7 @@ impl Reader<'_, '_> {
     }
 
     /// Checks that no routine continues into the next one.
-    fn ends(&mut self, source: &Source) {
+    fn check_ends(&mut self, source: &Source) {
         for routine in source.routines.iter().filter(|routine| !routine.body.is_empty()) {
             let last = &source.instructions[routine.body.end - 1];
             if !last.op.leaves() {

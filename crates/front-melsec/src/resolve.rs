@@ -194,7 +194,7 @@ fn item<'a>(
     let is_coil = matches!(&*name, "OUT" | "OUTH" | "SET" | "RST" | "PLS" | "PLF" | "FF");
     let own = own.or_else(|| is_coil.then_some(Category::Coil));
     let mut item = Item { raw, name, category: Category::User, operands };
-    item.category = own.unwrap_or_else(|| listed(&item, file, options, faults));
+    item.category = own.unwrap_or_else(|| category_of_application(&item, file, options, faults));
     item
 }
 
@@ -244,7 +244,7 @@ fn control(name: &str, raw: &RawInstruction, options: &DecodeOptions<'_>) -> Opt
 }
 
 /// The category of an instruction of the catalog or of the timing table. Reports an error if it is in neither.
-fn listed(
+fn category_of_application(
     item: &Item<'_>,
     file: &RawFile,
     options: &DecodeOptions<'_>,

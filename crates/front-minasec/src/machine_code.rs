@@ -80,7 +80,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
         ));
     }
     for (address, &byte) in bytes.iter().take(WORDS).enumerate() {
-        put(&mut source, address, byte, address as u32 + 1, &mut faults);
+        store(&mut source, address, byte, address as u32 + 1, &mut faults);
     }
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
@@ -117,7 +117,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
             Ok(Record::Data { offset, value }) => {
                 for (address, byte) in (usize::from(offset)..).zip(value) {
                     if address < WORDS {
-                        put(&mut source, address, byte, number, &mut faults);
+                        store(&mut source, address, byte, number, &mut faults);
                         continue;
                     }
                     end = end.max(address + 1);
@@ -169,7 +169,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-fn put(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Faults<'_>) {
+fn store(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut Faults<'_>) {
     let word = Word(byte);
     if word.stores_to_input() {
         faults.error_in_line(

@@ -128,7 +128,7 @@ impl Reader<'_, '_> {
                     self.value(key.trim(), value);
                 }
                 None if line.trim_end_matches(';') == "END" => match self.path.pop() {
-                    Some(block) => self.close(&block),
+                    Some(block) => self.check_block(&block),
                     None => self.broken(line, "this END has no BEGIN"),
                 },
                 None if !line.is_empty() && self.holds_code() => {
@@ -164,7 +164,7 @@ impl Reader<'_, '_> {
         let next = self.lines.get(self.at).map_or("", |line| line.trim());
         if next == "BEGIN" {
             self.at += 1;
-            self.open(key);
+            self.open_block(key);
         } else if next.starts_with(MARK) {
             self.text(key);
         } else if let Some(number) = next.strip_prefix("BEGIN_LIST_") {
@@ -196,7 +196,7 @@ impl Reader<'_, '_> {
         self.path.last().is_some_and(|block| block.name == name)
     }
 
-    fn open(&mut self, key: &str) {
+    fn open_block(&mut self, key: &str) {
         let name = key.split('[').next().unwrap_or(key);
         let level = LEVELS.iter().find(|level| level.name == name && self.is_in(level.parent));
         if self.holds_code() {
@@ -235,7 +235,7 @@ impl Reader<'_, '_> {
     }
 
     /// Checks that a finished block contains the number of blocks that it states. If it states none: one.
-    fn close(&mut self, block: &Block) {
+    fn check_block(&mut self, block: &Block) {
         if !(self.holds_code() || block.name == "Programs") {
             return;
         }

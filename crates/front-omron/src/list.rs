@@ -52,7 +52,7 @@ fn evidence(beginning: &str) -> NotationEvidence {
         match words::read(beginning, line, 0) {
             Line::Empty | Line::Operands(..) => {}
             Line::Unknown => evidence.unknown += 1,
-            Line::Instruction(instruction) => look(&instruction, &mut evidence),
+            Line::Instruction(instruction) => collect_evidence(&instruction, &mut evidence),
         }
     }
     evidence
@@ -70,7 +70,7 @@ fn is_label(word: &str) -> bool {
     word.strip_prefix("LBL").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn look(instruction: &RawInstruction, evidence: &mut NotationEvidence) {
+fn collect_evidence(instruction: &RawInstruction, evidence: &mut NotationEvidence) {
     let name = instruction.mnemonic.as_str();
     let words = std::iter::once(name).chain(instruction.operands.iter().map(String::as_str));
     evidence.foreign |= words.into_iter().any(is_label);

@@ -58,7 +58,7 @@ pub fn read(
     if found.iter().any(|fault| fault.severity == Severity::Error) {
         return Err(found);
     }
-    found.extend(ends(&files, dialect.name == C));
+    found.extend(missing_ends(&files, dialect.name == C));
     let named = files.iter().find_map(|file| file.cpu.as_deref());
     found.extend(named.and_then(|cpu| parallel_processing(cpu, &files)));
     let family = match (dialect.name == C, named) {
@@ -94,7 +94,7 @@ fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
 
 /// Warns of programs without END. A program of the C series may be split into several files; then only the last has
 /// END.
-fn ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
+fn missing_ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let is_end = |raw: &RawInstruction| {
         raw.mnemonic.eq_ignore_ascii_case("END")
             || (raw.mnemonic.is_empty() && raw.number.is_some_and(|number| number.value == 1))

@@ -117,7 +117,7 @@ impl Fronts {
     }
 
     /// Finds a dialect by its name.
-    fn named(self, name: &str) -> Result<&'static Dialect, Diagnostic> {
+    fn dialect_named(self, name: &str) -> Result<&'static Dialect, Diagnostic> {
         self.dialects().find(|dialect| dialect.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.dialects().map(|dialect| dialect.name).collect();
             Diagnostic::file(
@@ -140,8 +140,10 @@ impl Fronts {
         dialect: Option<&str>,
         reading: SourceOptions,
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
-        let named =
-            dialect.map(|name| self.named(name)).transpose().map_err(|fault| vec![fault])?;
+        let named = dialect
+            .map(|name| self.dialect_named(name))
+            .transpose()
+            .map_err(|fault| vec![fault])?;
         let mut errors = Vec::new();
         let mut programs: Vec<(&'static Dialect, &Input)> = Vec::new();
         let mut comment_files = Vec::new();

@@ -82,7 +82,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn one(path: &Path) -> io::Result<Input> {
+pub fn read_one(path: &Path) -> io::Result<Input> {
     Ok(Input { name: name(path), bytes: whole(path, MAX_MEASUREMENT_FILE)? })
 }
 
@@ -90,7 +90,7 @@ pub fn one(path: &Path) -> io::Result<Input> {
 ///
 /// # Errors
 /// The file cannot be read, is not a regular file, or is too large.
-pub fn aside(path: &Path) -> io::Result<Vec<u8>> {
+pub fn read_small(path: &Path) -> io::Result<Vec<u8>> {
     whole(path, MAX_OTHER_FILE)
 }
 
@@ -254,7 +254,7 @@ impl Gathering<'_> {
 
     /// Handles a file of a directory: reads it, reports it as an error, or lists it as not a program.
     fn entry(&mut self, path: &Path, file: String, listing: &mut Listing) {
-        match what(path) {
+        match classify(path) {
             Err(error) => self.unreadable(path, &error),
             Ok(FileClass::Program | FileClass::Comments) if plain::is_named(path) => {
                 let help =
@@ -358,7 +358,7 @@ impl ProgramSearch<'_, '_> {
             }
             let named =
                 fs::canonicalize(&path).is_ok_and(|path| self.gathering.named.contains(&path));
-            match what(&path).map_err(|error| (path.clone(), error))? {
+            match classify(&path).map_err(|error| (path.clone(), error))? {
                 FileClass::Program | FileClass::Unreadable(_) if !named => return Ok(Some(path)),
                 _ => {}
             }
@@ -377,7 +377,7 @@ impl Listing {
         ]
         .into_iter()
         .filter(|(files, _)| !files.is_empty())
-        .map(|(files, what)| format!("{what}: {}", few(files)))
+        .map(|(files, what)| format!("{what}: {}", first_names(files)))
         .collect();
         let (message, help) =
             (parts.join("; "), "give the path of a file if the file is part of the scan");
@@ -397,7 +397,7 @@ enum FileClass {
 }
 
 /// Recognises a file by its name and its beginning.
-fn what(path: &Path) -> io::Result<FileClass> {
+fn classify(path: &Path) -> io::Result<FileClass> {
     if !fs::metadata(path)?.is_file() {
         // Opening a pipe would block.
         return Ok(FileClass::Plain);
@@ -422,7 +422,7 @@ fn leave_out(file: &str) -> String {
     format!("or exclude it with --ignore '{}'", ignore::escaped(file))
 }
 
-fn few(names: &[String]) -> String {
+fn first_names(names: &[String]) -> String {
     match names.len().checked_sub(LISTED) {
         None | Some(0) => names.join(", "),
         Some(more) => format!("{}, and {more} more", names[..LISTED].join(", ")),

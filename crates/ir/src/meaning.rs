@@ -249,7 +249,7 @@ pub enum Operation {
     DecimalDivide,
     /// [`Operation::Divide`] with both numbers in one result, the remainder after the quotient.
     DivideJoined {
-        /// Whether the number is in two's complement. Otherwise it is unsigned.
+        /// Whether the numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
     /// The results of an operation, followed by two flags about the low words of the first result: whether all are 0,

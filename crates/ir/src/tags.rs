@@ -175,19 +175,19 @@ impl Tags {
         let side = tag.areas.iter().position(|&area| area == cell.area)?;
         let offset = cell.index.checked_sub(first.index).filter(|_| cell.area == first.area)?;
         let is_in = offset < tag.of.size()?[side];
-        is_in.then(|| named(name.to_string(), &tag.of, side, offset)).flatten()
+        is_in.then(|| cell_name(name.to_string(), &tag.of, side, offset)).flatten()
     }
 }
 
 /// The name of the cell at this offset within a value of type `of`, whose own name is `name`.
-fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
+fn cell_name(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
     match of {
         Type::Bit | Type::Words(_) if offset == 0 => Some(name),
         Type::Bit | Type::Words(_) => Some(format!("{name}, word {}", offset + 1)),
         Type::Array { first, of, .. } => {
             let size = of.size()?[side];
             let number = first + i64::from(offset.checked_div(size)?);
-            named(format!("{name}[{number}]"), of, side, offset % size)
+            cell_name(format!("{name}[{number}]"), of, side, offset % size)
         }
         Type::Parts(parts) => {
             // A member without cells in this area has the same offset as the member after it.
@@ -195,7 +195,7 @@ fn named(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
             let mut before = parts.all[..behind].iter().rev();
             let (part, of, before) =
                 before.find(|(_, of, _)| of.size().is_some_and(|size| size[side] > 0))?;
-            named(format!("{name}.{part}"), of, side, offset - before[side])
+            cell_name(format!("{name}.{part}"), of, side, offset - before[side])
         }
     }
 }

@@ -55,7 +55,7 @@ struct Block {
 }
 
 impl Block {
-    fn both(self, other: Block) -> Block {
+    fn join(self, other: Block) -> Block {
         let (every, any) = (other.every, other.any);
         Block {
             every: CellRange {
@@ -99,7 +99,7 @@ impl AreaWrites {
             if blocks.len() % 2 == 1 {
                 return;
             }
-            block = left.both(right);
+            block = left.join(right);
         }
     }
 

@@ -66,7 +66,7 @@ impl<'p> Outside<'p> {
     }
 
     /// A placeholder for an unknown value: the smallest value that the user states as possible, otherwise 0.
-    fn stated(&self, cell: Cell) -> u16 {
+    fn placeholder(&self, cell: Cell) -> u16 {
         let range = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);
         range.map_or(0, |range| range.nearest_to_zero() as u16)
     }
@@ -231,7 +231,7 @@ impl FreeValues for Start<'_, '_> {
         } else {
             match memory.get(cell) {
                 Some((value, _)) => value,
-                None if outside.is_unknown(cell, true) => outside.stated(cell),
+                None if outside.is_unknown(cell, true) => outside.placeholder(cell),
                 None => outside.program.power_up.initial_value(cell),
             }
         };

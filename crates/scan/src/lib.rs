@@ -430,15 +430,15 @@ impl Run<'_> {
             Step::ForEnd => {}
             Step::Summary(summary) => return self.summary(act, at, summary),
             Step::MasterControlBegin { level, .. } => {
-                self.open(&mut act.open_regions, *level, fires)
+                self.open_region(&mut act.open_regions, *level, fires)
             }
-            Step::MasterControlEnd { level } => self.close(&mut act.open_regions, *level),
+            Step::MasterControlEnd { level } => self.close_regions(&mut act.open_regions, *level),
         }
         Ok(next)
     }
 
     /// Opens a master control region.
-    fn open(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32, condition: Lit) {
+    fn open_region(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32, condition: Lit) {
         let (all, highest) =
             open_regions.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
         let all = self.memory.circuit().and(all, condition);
@@ -446,7 +446,7 @@ impl Run<'_> {
     }
 
     /// Closes all master control regions of this level or higher.
-    fn close(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32) {
+    fn close_regions(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32) {
         while open_regions.last().is_some_and(|master| master.level >= level) {
             open_regions.pop();
         }
@@ -455,7 +455,7 @@ impl Run<'_> {
             for master in
                 std::mem::take(open_regions).into_iter().filter(|master| master.level < level)
             {
-                self.open(open_regions, master.level, master.condition);
+                self.open_region(open_regions, master.level, master.condition);
             }
         }
     }

@@ -86,7 +86,7 @@ impl<'p> Run<'p> {
         );
         for (place, result) in places.into_iter().zip(results) {
             match place {
-                ResolvedTarget::At(target) => self.put(target, guard, &result),
+                ResolvedTarget::At(target) => self.write_target(target, guard, &result),
                 ResolvedTarget::Cells(cases) => {
                     for (holds, spots) in cases {
                         let guard = self.memory.circuit().and(guard, holds);
@@ -571,7 +571,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    fn put(&mut self, target: &Target, guard: Lit, result: &[Word]) {
+    fn write_target(&mut self, target: &Target, guard: Lit, result: &[Word]) {
         match target {
             Target::Words(targets) => {
                 for (&target, &word) in targets.iter().zip(result) {

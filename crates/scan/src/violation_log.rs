@@ -95,7 +95,7 @@ impl ViolationLog {
     }
 
     /// All recorded violations, each with the literal that says whether it occurs.
-    pub fn found(self) -> BTreeMap<Violation, Lit> {
+    pub fn into_violations(self) -> BTreeMap<Violation, Lit> {
         let words = self.words.into_values().map(|word| (Violation::Word(word.place), word.broken));
         words.chain(self.others).collect()
     }

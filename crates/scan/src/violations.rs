@@ -89,7 +89,7 @@ pub fn scan_model_of_candidates(
     };
     let watch = ViolationLog::of_words(all.iter().enumerate().filter_map(single));
     let end = |memory: &mut Memory<'_>| {
-        let watched = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
+        let watched = memory.watch.take().map(|watch| watch.into_violations()).unwrap_or_default();
         let stay = |(place, one): (usize, &Candidate)| {
             let mut found = stay(memory, one);
             let forgets = |cell: &Cell| program.power_up.is_lost_at_power_failure(*cell);
@@ -167,7 +167,7 @@ fn start_bit(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
 }
 /// All possible violations, each with the literal that says whether it occurs.
 fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit)> {
-    let mut all = memory.watch.take().map(|watch| watch.found()).unwrap_or_default();
+    let mut all = memory.watch.take().map(|watch| watch.into_violations()).unwrap_or_default();
     for apart in &program.mutually_exclusive {
         for bits in apart.forbidden_sets() {
             let on: Vec<Lit> = bits.iter().map(|&bit| is_on(memory, bit)).collect();

@@ -85,7 +85,7 @@ impl<'a> Bounds<'a> {
         {
             debug_assert!(cost <= self.upper, "an assignment costs more than the upper bound");
             self.best = Some((cost, assignment));
-            self.tell();
+            self.report_progress();
         }
     }
 
@@ -97,7 +97,7 @@ impl<'a> Bounds<'a> {
                 "an upper bound is less than the cost of an assignment"
             );
             self.upper = upper;
-            self.tell();
+            self.report_progress();
         }
     }
 
@@ -177,7 +177,7 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    fn tell(&self) {
+    fn report_progress(&self) {
         (self.limits.progress)(Picos(self.upper), Picos(self.lower()));
     }
 }

@@ -31,7 +31,7 @@ impl Copied {
     }
 
     /// Stores the copy of a node; `nodes` is the size of the source circuit.
-    fn put(&mut self, node: usize, copied: Lit, nodes: usize) {
+    fn store(&mut self, node: usize, copied: Lit, nodes: usize) {
         match self {
             Copied::Many(known) => known[node] = copied,
             Copied::Few(known) => {
@@ -73,7 +73,7 @@ impl<'a> Cone<'a> {
                     }
                 },
             };
-            self.known.put(node, copied, self.source.nodes().len());
+            self.known.store(node, copied, self.source.nodes().len());
             stack.pop();
         }
         self.get(lit).expect("the literal's node was just copied")

@@ -33,7 +33,7 @@ impl Decisions {
     }
 
     /// A new limit with as many decisions as this one still has.
-    pub(super) fn again(&self) -> Decisions {
+    pub(super) fn remaining(&self) -> Decisions {
         Decisions::new(self.left.load(Ordering::Relaxed))
     }
 

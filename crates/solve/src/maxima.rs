@@ -71,7 +71,7 @@ pub fn maxima(
             (limits.progress)(upper, lower);
             each(group, upper, lower);
         };
-        let decisions = limits.decisions.map(Decisions::again);
+        let decisions = limits.decisions.map(Decisions::remaining);
         let limits =
             Limits { deadline, progress: &progress, decisions: decisions.as_ref(), ..*limits };
         let problem = Problem::new(model, &groups[group]);

@@ -86,7 +86,7 @@ impl<'a> Predecessors<'a> {
         let not_initial = *state.iter().find(differs)?;
         while self.queries > 0 {
             self.queries -= 1;
-            match self.before(state) {
+            match self.predecessor(state) {
                 Predecessor::Never(mut part) => {
                     // A run may begin in a state in which only the other bits differ.
                     if part.iter().all(|&(bit, value)| self.initial[bit] == value) {
@@ -105,7 +105,7 @@ impl<'a> Predecessors<'a> {
         None
     }
 
-    fn before(&mut self, state: &[(usize, bool)]) -> Predecessor {
+    fn predecessor(&mut self, state: &[(usize, bool)]) -> Predecessor {
         let mut assumed = Vec::new();
         for &(bit, value) in state {
             let end = if value { self.bits[bit].end } else { !self.bits[bit].end };

@@ -3,7 +3,7 @@
 use crate::command::outcome::Failure;
 use anyhow::Context;
 use clap::ValueEnum;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::snet::faults::faults;
 use scanbound::snet::translate::assign;
 use scanbound::snet::{Diagram, pnml, text};
@@ -22,7 +22,7 @@ pub(super) enum Initial {
 /// Reads a net from a file.
 pub(super) fn read(file: &Path) -> Result<Diagram, Failure> {
     let name = file.display().to_string();
-    let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
+    let bytes = read_small(file).with_context(|| format!("{name} cannot be read"))?;
     let input = scanbound::front::Input { name: name.clone(), bytes };
     let text = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
     let is_pnml = pnml::is_pnml(&text);

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use ratatui::DefaultTerminal;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::report::snet::View;
 use scanbound::report::snet::trace::{Dump, Rows};
 use scanbound::snet::Diagram;
@@ -126,7 +126,7 @@ fn batch(
         None => Vec::new(),
         Some(file) => {
             let name = file.display().to_string();
-            let bytes = aside(file).with_context(|| format!("{name} cannot be read"))?;
+            let bytes = read_small(file).with_context(|| format!("{name} cannot be read"))?;
             parse(diagram, &name, &bytes)?
         }
     };

@@ -5,7 +5,7 @@ use crate::command::output::{Target, apart};
 use crate::command::{Failure, Outcome};
 use anyhow::Context;
 use clap::Args;
-use scanbound::front::input::aside;
+use scanbound::front::input::read_small;
 use scanbound::snet::translate::listing;
 use scanbound::snet::verify::verify;
 use std::fmt::Write as _;
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let diagram = read_sound(&arguments.net, arguments.assign)?;
     let list = listing(&diagram, arguments.initial == Initial::FirstScan)?;
     let name = arguments.code.display().to_string();
-    let bytes = aside(&arguments.code).with_context(|| format!("{name} cannot be read"))?;
+    let bytes = read_small(&arguments.code).with_context(|| format!("{name} cannot be read"))?;
     let input = scanbound::front::Input { name: name.clone(), bytes };
     let code = scanbound::front::decoded(&input, &[]).map_err(|fault| vec![fault])?.into_owned();
     let differences = verify(&diagram, &list, &name, &code)?;

@@ -39,7 +39,7 @@ impl FactPositions {
     }
 
     /// Records the byte ranges of a fact's key and value.
-    pub(super) fn put(&mut self, table: &str, key: &str, places: [Range<usize>; 2]) {
+    pub(super) fn record(&mut self, table: &str, key: &str, places: [Range<usize>; 2]) {
         if !self.facts.contains_key(table) {
             self.facts.insert(table.to_owned(), BTreeMap::new());
         }
@@ -88,7 +88,7 @@ impl FactPositions {
         let text = self.text[start..end].trim_end_matches('\r');
         let number = u32::try_from(line).unwrap_or(u32::MAX);
         // If the line is long, only the part around the error is shown.
-        let (from, text) = around(text, span.start - start);
+        let (from, text) = excerpt(text, span.start - start);
         let own = |at: usize| (at - start).saturating_sub(from).min(text.len());
         let mut fault = Diagnostic::line(code, &self.file, number, text, message, help);
         fault.span = Some((own(span.start), own(span.end.min(end))));
@@ -100,7 +100,7 @@ impl FactPositions {
 const SHOWN: usize = 200;
 
 /// The part of a line around byte `at`, and the offset at which this part begins.
-fn around(text: &str, at: usize) -> (usize, &str) {
+fn excerpt(text: &str, at: usize) -> (usize, &str) {
     let at = at.min(text.len());
     let from = (0..=at.saturating_sub(SHOWN)).rev().find(|&from| text.is_char_boundary(from));
     let from = from.unwrap_or(0);

@@ -77,7 +77,7 @@ impl Facts {
             match value.get_ref().as_table() {
                 Some(entries) if TABLES.contains(&name) => {
                     for (own, value) in entries {
-                        reader.facts.places.put(name, own.get_ref(), [own.span(), value.span()]);
+                        reader.facts.places.record(name, own.get_ref(), [own.span(), value.span()]);
                         reader.fact(name, own, value);
                     }
                 }
@@ -433,7 +433,7 @@ impl Reader<'_> {
             let own = self.count(&format!("{name} on the base unit {}", base.get_ref()), points)?;
             let own_name = base.get_ref().trim().to_ascii_lowercase();
             let key = format!("{name}.{own_name}");
-            self.facts.places.put("io", &key, [base.span(), points.span()]);
+            self.facts.places.record("io", &key, [base.span(), points.span()]);
             let on_base = self.facts.by_base[side].entry(own_name).or_default();
             *on_base = on_base.saturating_add(own);
             sum = sum.and_then(|sum| sum.checked_add(own));

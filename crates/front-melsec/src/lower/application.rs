@@ -50,7 +50,12 @@ impl Lowering<'_> {
     }
 
     /// Lowers an instruction that the catalog lists.
-    pub(super) fn listed(&mut self, mnemonic: &str, raw: &RawInstruction, found: &CatalogMatch) {
+    pub(super) fn application(
+        &mut self,
+        mnemonic: &str,
+        raw: &RawInstruction,
+        found: &CatalogMatch,
+    ) {
         let entry = &found.entry;
         let free = entry.meaning == InstructionEffect::Free;
         if !free {

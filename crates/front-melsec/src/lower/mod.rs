@@ -161,7 +161,7 @@ impl<'a> Lowering<'a> {
             Category::Result => self.result(name, raw),
             &Category::Control(control) => self.control(item, control),
             Category::Coil => self.coil(name, raw),
-            Category::Listed(found) => self.listed(name, raw, found),
+            Category::Listed(found) => self.application(name, raw, found),
             Category::User => self.user(raw),
             Category::Unknown { is_output: true } => _ = self.output_here(name),
             Category::Unknown { is_output: false } => {}

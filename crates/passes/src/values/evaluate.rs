@@ -141,7 +141,7 @@ impl Evaluation<'_> {
         let words = [self.number(&compare.left), self.number(&compare.right)];
         let sides = words.each_ref().map(|words| Integers::read(words, signed));
         let [Some(left), Some(right)] = sides else { return Condition::default() };
-        let known = |relation| self.known(compare, relation, &left, &right, signed);
+        let known = |relation| self.facts_of_comparison(compare, relation, &left, &right, signed);
         let (surely, never) =
             (holds(&left, &right, relation), holds(&left, &right, opposite(relation)));
         if surely || never {
@@ -153,7 +153,7 @@ impl Evaluation<'_> {
     }
 
     /// What is known about the words on both sides of a comparison if it is true.
-    fn known(
+    fn facts_of_comparison(
         &self,
         compare: &Compare,
         relation: Relation,
@@ -272,7 +272,7 @@ impl Evaluation<'_> {
             Operation::Each(Unary::ToBcd) => match input(0)?[..] {
                 [word] => {
                     let (low, high) = word.signed();
-                    let few = word.few().map(|few| few.iter().map(|&one| bcd(one.into()) as u16));
+                    let few = word.list().map(|few| few.iter().map(|&one| bcd(one.into()) as u16));
                     let some = few.and_then(Value::of_values);
                     let found = some.unwrap_or(Value::range(bcd(low.max(0)), bcd(high)));
                     (low >= 0 && high <= 9999).then(|| vec![vec![found]])
@@ -320,7 +320,7 @@ impl Evaluation<'_> {
             Some(stretch.first.plus(u32::try_from(at - stretch.from).ok()?))
         };
         let mut found: Option<Value> = None;
-        for &at in sum.some()? {
+        for &at in sum.list()? {
             let value = self.state.value_where(self.followed.words.slot(cell(at)?)?, self.holds);
             found = Some(found.map_or(value, |found| found.join(value)));
         }

@@ -78,7 +78,7 @@ impl Integers {
             false => i64::from(value),
         };
         if let Some(found) =
-            value.few().and_then(|few| Integers::of(few.iter().map(|&one| number(one))))
+            value.list().and_then(|few| Integers::of(few.iter().map(|&one| number(one))))
         {
             return found;
         }
@@ -129,7 +129,7 @@ impl Integers {
     }
 
     /// The list of numbers, if it is known.
-    pub fn some(&self) -> Option<&[i64]> {
+    pub fn list(&self) -> Option<&[i64]> {
         self.some.as_deref()
     }
 

@@ -115,7 +115,7 @@ impl ValueResults {
 /// The range of a trusted word at the start of a scan.
 fn of_word((cell, value): (Cell, Value)) -> TrustedRange {
     let (low, high) = value.signed();
-    let values = value.listed().unwrap_or_default();
+    let values = value.list_for_start().unwrap_or_default();
     TrustedRange { cell, low, high, values, writers: Vec::new() }
 }
 
@@ -140,7 +140,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let bits = Slots::of(slice::contacts(program, &program.volatile, &words));
     let followed = Tracked::of(program, words, bits);
     let slots = &followed.words;
-    let free = stated(program, slots);
+    let free = stated_values(program, slots);
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
         cut("for each number of iterations or units, the largest value of its word is assumed");
@@ -187,7 +187,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
 }
 
 /// The stated values of words at the start of a scan, whoever wrote them.
-fn stated(program: &Program, slots: &Slots) -> Vec<Value> {
+fn stated_values(program: &Program, slots: &Slots) -> Vec<Value> {
     let mut start = vec![Value::TOP; slots.cells().len()];
     for range in &program.stated_ranges {
         if let [cell] = range.cells[..]

@@ -387,7 +387,7 @@ impl State {
         let mut bit = |place: usize, here: &Bit, there: &Bit| match &here.truth {
             None if here.stamp == there.stamp => true,
             None => {
-                let named = named.get_or_insert_with(|| self.named());
+                let named = named.get_or_insert_with(|| self.stamps_in_facts());
                 !named.contains(&(place, here.stamp))
             }
             Some(truth) => {
@@ -407,7 +407,7 @@ impl State {
     }
 
     /// The bits, with their stamps, to which facts about words and other bits refer.
-    fn named(&self) -> FxHashSet<(usize, u32)> {
+    fn stamps_in_facts(&self) -> FxHashSet<(usize, u32)> {
         let writes = self.words.iter().flat_map(|block| block.writes.iter().flatten());
         let perhaps = writes.flat_map(|writes| &writes.perhaps);
         let of_words = perhaps.filter_map(|one| one.when.as_deref()).flatten();

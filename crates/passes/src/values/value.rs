@@ -20,14 +20,14 @@ pub struct Value {
     ring: WordInterval,
     /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
-    /// The number of values in `few`; 0 if there are too many to list. `few` holds them in ascending unsigned order.
+    /// The number of values in `list`; 0 if there are too many to list. `list` holds them in ascending unsigned order.
     count: u8,
     few: [u16; MAX_EXACT],
 }
 
 impl std::fmt::Debug for Value {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.few() {
+        match self.list() {
             Some(few) => write!(f, "{few:?}"),
             None => write!(f, "{:?} by {}", self.ring, self.step),
         }
@@ -138,7 +138,7 @@ impl Value {
     }
 
     /// The list of values, if there are few.
-    pub fn few(&self) -> Option<&[u16]> {
+    pub fn list(&self) -> Option<&[u16]> {
         (self.count > 0).then(|| &self.few[..self.count.into()])
     }
 
@@ -149,7 +149,7 @@ impl Value {
 
     /// The smallest and the largest value as signed numbers.
     pub fn signed(&self) -> (i64, i64) {
-        match self.few() {
+        match self.list() {
             Some(few) => ends_of(few.iter().map(|value| i64::from(value.cast_signed()))),
             None => self.ring.signed(),
         }
@@ -157,20 +157,20 @@ impl Value {
 
     /// The smallest and the largest value as unsigned numbers.
     pub fn unsigned(&self) -> (i64, i64) {
-        match self.few() {
+        match self.list() {
             Some(few) => ends_of(few.iter().map(|&value| i64::from(value))),
             None => self.ring.unsigned(),
         }
     }
 
     /// The list of values, if they are not a complete range and not too many for a constraint on the start of a scan.
-    pub fn listed(&self) -> Option<Vec<u16>> {
+    pub fn list_for_start(&self) -> Option<Vec<u16>> {
         let (low, high) = self.signed();
         if *self == Value::range(low, high) || self.size() > MAX_LISTED_VALUES {
             return None;
         }
         let place = |place: u32| self.ring.first().wrapping_add((place * self.step()) as u16);
-        Some(match self.few() {
+        Some(match self.list() {
             Some(few) => few.to_vec(),
             None => (0..self.size()).map(place).collect(),
         })
@@ -180,12 +180,12 @@ impl Value {
     #[must_use]
     pub fn as_start(self) -> Value {
         let (low, high) = self.signed();
-        if self.listed().is_some() { self } else { Value::range(low, high) }
+        if self.list_for_start().is_some() { self } else { Value::range(low, high) }
     }
 
     /// The number of values.
     fn size(&self) -> u32 {
-        match self.few() {
+        match self.list() {
             Some(few) => few.len() as u32,
             None => u32::from(self.ring.span()) / self.step() + 1,
         }
@@ -193,7 +193,7 @@ impl Value {
 
     /// Whether this is one of the values.
     pub fn contains_value(&self, value: u16) -> bool {
-        match self.few() {
+        match self.list() {
             Some(few) => few.contains(&value),
             None => {
                 let from = u32::from(value.wrapping_sub(self.ring.first()));
@@ -204,7 +204,7 @@ impl Value {
 
     /// Whether this set contains all values of `other`.
     pub fn contains(&self, other: &Value) -> bool {
-        match (self.few(), other.few()) {
+        match (self.list(), other.list()) {
             (_, Some(few)) => few.iter().all(|&value| self.contains_value(value)),
             (Some(_), None) => false,
             (None, None) => {
@@ -223,7 +223,7 @@ impl Value {
         if other.contains(&self) {
             return other;
         }
-        if let (Some(few), Some(more)) = (self.few(), other.few()) {
+        if let (Some(few), Some(more)) = (self.list(), other.list()) {
             return Value::few_of(&mut [few, more].concat());
         }
         let (a, b) = (self.ring.first(), other.ring.first());
@@ -239,12 +239,12 @@ impl Value {
 
     /// The intersection of two sets, over-approximated; `None` if it is empty.
     pub fn meet(self, other: Value) -> Option<Value> {
-        if let Some(few) = self.few() {
+        if let Some(few) = self.list() {
             return Value::of_values(
                 few.iter().copied().filter(|&value| other.contains_value(value)),
             );
         }
-        if let Some(few) = other.few() {
+        if let Some(few) = other.list() {
             return Value::of_values(
                 few.iter().copied().filter(|&value| self.contains_value(value)),
             );
@@ -288,7 +288,7 @@ impl Value {
         let ((low, high), (was, had)) = (joined.signed(), self.signed());
         let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));
         let (to_low, to_high) = match growth {
-            Growth::To(_) if joined.few().is_some() => return joined,
+            Growth::To(_) if joined.list().is_some() => return joined,
             Growth::To(limits) => {
                 let below = limits.partition_point(|&limit| limit <= low);
                 let above = limits.partition_point(|&limit| limit < high);
@@ -348,7 +348,7 @@ impl Value {
     /// The negatives of all values, modulo 65,536.
     #[must_use]
     pub fn negated(self) -> Value {
-        if let Some(few) = self.few() {
+        if let Some(few) = self.list() {
             let all = Value::of_values(few.iter().map(|value| value.wrapping_neg()));
             return all.unwrap_or(self);
         }
@@ -358,7 +358,7 @@ impl Value {
 
     /// The results of a function on all pairs of values, if there are few.
     pub fn each_pair(self, other: Value, of: impl Fn(u16, u16) -> u16) -> Option<Value> {
-        let (a, b) = (self.few()?, other.few()?);
+        let (a, b) = (self.list()?, other.list()?);
         let pairs = a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b)));
         Value::of_values(pairs.map(|(a, b)| of(a, b)))
     }

@@ -62,7 +62,7 @@ impl Chance {
     }
 
     /// A sample of a set: the first, the last, and some others.
-    fn some(&mut self, all: &BTreeSet<u16>) -> Vec<u16> {
+    fn list(&mut self, all: &BTreeSet<u16>) -> Vec<u16> {
         let mut some: Vec<u16> =
             all.iter().copied().take(2).chain(all.iter().rev().copied().take(2)).collect();
         let listed: Vec<u16> = all.iter().copied().collect();
@@ -81,7 +81,7 @@ fn a_value_has_what_it_was_made_of_and_nothing_else() {
         }
         let (low, high) = value.signed();
         let (least, largest) = value.unsigned();
-        for one in chance.some(&all) {
+        for one in chance.list(&all) {
             assert!((low..=high).contains(&i64::from(one.cast_signed())), "{value:?} {one}");
             assert!((least..=largest).contains(&i64::from(one)), "{value:?} {one}");
         }
@@ -98,7 +98,7 @@ fn joined_met_and_widened_values_have_what_they_should() {
         let ((a, all), (b, more)) = (chance.value(), chance.value());
         let joined = a.join(b);
         let widened = [a.widen(b, Growth::Ends), a.widen(b, Growth::To(&limits))];
-        for one in chance.some(&all).into_iter().chain(chance.some(&more)) {
+        for one in chance.list(&all).into_iter().chain(chance.list(&more)) {
             assert!(joined.contains_value(one), "{a:?} {b:?} {joined:?} {one}");
             assert!(
                 widened.iter().all(|wider| wider.contains_value(one)),
@@ -147,7 +147,7 @@ fn words_are_worked_with_as_a_plc_does() {
     let mut chance = Chance(4);
     for _ in 0..3000 {
         let ((a, all), (b, more)) = (chance.value(), chance.value());
-        let (one, other) = (chance.some(&all), chance.some(&more));
+        let (one, other) = (chance.list(&all), chance.list(&more));
         for (&x, &y) in one.iter().flat_map(|x| other.iter().map(move |y| (x, y))) {
             for (found, value, name) in [
                 (a.add(b), x.wrapping_add(y), "+"),
@@ -169,7 +169,7 @@ fn words_are_worked_with_as_a_plc_does() {
 fn words(chance: &mut Chance, count: usize) -> (Vec<Value>, Vec<Vec<u16>>) {
     let parts = (0..count).map(|_| {
         let (value, all) = chance.value();
-        (value, chance.some(&all))
+        (value, chance.list(&all))
     });
     parts.unzip()
 }
@@ -191,7 +191,7 @@ fn holds(of: &Integers, number: i64) -> bool {
     let step = of.step().max(1);
     (of.low..=of.high).contains(&number)
         && (number - of.low).unsigned_abs().is_multiple_of(step)
-        && of.some().is_none_or(|some| some.contains(&number))
+        && of.list().is_none_or(|some| some.contains(&number))
 }
 
 fn in_words(words: &[Value], number: i64) -> bool {
@@ -288,14 +288,14 @@ fn small_integers_are_worked_with_number_by_number() {
 fn strides_and_few_values_stay_what_they_are() {
     let few = |all: &[u16]| Value::of_values(all.iter().copied()).expect("some");
     let digits = Value::range(0, 15);
-    assert_eq!(few(&[0, 19]).join(few(&[5])).few(), Some(&[0, 5, 19][..]));
-    assert_eq!(Value::TOP.and(Value::constant(12)).few(), Some(&[0, 4, 8, 12][..]));
+    assert_eq!(few(&[0, 19]).join(few(&[5])).list(), Some(&[0, 5, 19][..]));
+    assert_eq!(Value::TOP.and(Value::constant(12)).list(), Some(&[0, 4, 8, 12][..]));
     assert_eq!(digits.and(Value::constant(0xFF)), digits);
     let tens = Integers::signed(&[digits]).and_then(|all| all.multiply(&Integers::constant(10)));
     let [tens] = tens.expect("a product").words(1)[..] else { panic!() };
     assert_eq!((tens.signed(), tens.step()), ((0, 150), 10));
     assert_eq!(tens.add(Value::constant(3)).signed(), (3, 153));
-    assert_eq!(tens.meet(Value::range(45, 75)).expect("some").few(), Some(&[50, 60, 70][..]));
+    assert_eq!(tens.meet(Value::range(45, 75)).expect("some").list(), Some(&[50, 60, 70][..]));
     assert!(!tens.contains_value(45) && tens.meet(Value::constant(45)).is_none());
     let all = Value::TOP.add(Value::TOP);
     assert_eq!(all, Value::TOP);

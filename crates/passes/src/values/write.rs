@@ -62,7 +62,7 @@ impl Writer<'_> {
             }
             Write::Words(targets, number) => {
                 let values = self.evaluation.number(number);
-                self.put(targets, &values);
+                self.write_words(targets, &values);
                 flow::written_by(write).into_iter().for_each(|region| self.forget_bits(region));
             }
             Write::Havoc(region, choice) => self.havoc(*region, *choice, done),
@@ -91,7 +91,7 @@ impl Writer<'_> {
                 for (place, output) in meaning.outputs.iter().enumerate() {
                     let results = results.get(place).map_or(&[][..], Vec::as_slice);
                     match output {
-                        Target::Words(targets) => self.put(targets, results),
+                        Target::Words(targets) => self.write_words(targets, results),
                         // Bits are forgotten below.
                         Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
                     }
@@ -113,7 +113,7 @@ impl Writer<'_> {
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
     }
 
-    fn put(&mut self, targets: &[WordTarget], values: &[Value]) {
+    fn write_words(&mut self, targets: &[WordTarget], values: &[Value]) {
         for (place, target) in targets.iter().enumerate() {
             let WordTarget::Cell(cell) = target else { continue };
             if let Some(slot) = self.words().slot(*cell) {

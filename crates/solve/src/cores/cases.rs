@@ -85,7 +85,7 @@ pub fn search(
         return Some(objective);
     }
     let mut trail = split.propagator.clone();
-    let open = split.open(&trail);
+    let open = split.unassigned(&trail);
     if open.len() <= slices::MAX_SOFT && Slices::of(&open, &mut trail).off < split.most / 2 {
         return Some(objective);
     }
@@ -155,7 +155,7 @@ impl<'g> Split<'g> {
     }
 
     /// The soft literals to which the trail has assigned no value.
-    fn open(&self, trail: &Propagator) -> Vec<(i32, u64)> {
+    fn unassigned(&self, trail: &Propagator) -> Vec<(i32, u64)> {
         let open = |soft: &&(i32, u64)| trail.value(soft.0) == 0;
         self.softs.iter().filter(open).copied().collect()
     }
@@ -227,7 +227,7 @@ impl<'g> Split<'g> {
             for (literal, left) in [bit, -bit].into_iter().zip(lefts) {
                 let level = trail.level();
                 if trail.assume(literal).is_none() {
-                    let off = Slices::of(&self.open(trail), trail).off;
+                    let off = Slices::of(&self.unassigned(trail), trail).off;
                     sides.push((left - off, literal, left));
                     trail.retract_to(level);
                 }
@@ -256,7 +256,7 @@ impl<'g> Split<'g> {
             return (Vec::new(), None);
         }
         let most = self.most - self.lost_weight(trail.since(self.propagator.length()));
-        let off = Slices::of(&self.open(&trail), &mut trail).off;
+        let off = Slices::of(&self.unassigned(&trail), &mut trail).off;
         let case = Case { upper: case.upper.min(most - off), ..case };
         if case.upper <= known.lower() {
             return (Vec::new(), None);
@@ -291,7 +291,7 @@ impl<'g> Split<'g> {
         known: &Bounds<'a>,
         limits: &'a Limits<'a>,
     ) -> (bool, Bounds<'a>) {
-        let softs = self.open(trail);
+        let softs = self.unassigned(trail);
         let slices = Slices::of(&softs, trail);
         let value = |literal: i32| trail.value(literal);
         let fixed: Vec<i8> = [0].into_iter().chain(self.formula.variables().map(value)).collect();

@@ -183,16 +183,16 @@ impl<'a> Asker<'a> {
     /// Whether the clauses and assumptions can be true together; `None` if this takes more decisions.
     fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
         let effort = Effort { decisions, conflicts: self.easy };
-        let answer = self.put(formula, assumptions, effort);
+        let answer = self.ask_with(formula, assumptions, effort);
         if answer.is_some() || !self.oracle.had_conflicts() {
             return answer;
         }
         self.oracle = Oracle::new(self.limits, Branching::All).with_hints(self.hints);
         (self.passed_clauses, self.easy) = (0, u64::MAX);
-        self.put(formula, assumptions, Effort::decisions(decisions))
+        self.ask_with(formula, assumptions, Effort::decisions(decisions))
     }
 
-    fn put(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
+    fn ask_with(&mut self, formula: &Formula, assumptions: &[i32], most: Effort) -> Option<bool> {
         formula.pass_to(self.passed_clauses, &mut self.oracle);
         self.passed_clauses = formula.len();
         self.oracle.ask(assumptions, most)

@@ -82,7 +82,7 @@ impl Cells {
             }
         }
         if let Some(key) = &instruction.timing {
-            cells.named(&key.accessed);
+            cells.add_named(&key.accessed);
         }
         cells
     }
@@ -93,7 +93,7 @@ impl Cells {
     }
 
     /// Adds the cells that operands name: the larger of the cells shown by effects and the cells named counts.
-    fn named(&mut self, touched: &AccessedDevices) {
+    fn add_named(&mut self, touched: &AccessedDevices) {
         let mut named = Cells { units: self.units, ..Cells::default() };
         touched.regions.iter().for_each(|&region| named.region(region));
         for OfArea { area, count, highest } in named.areas {

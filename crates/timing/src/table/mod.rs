@@ -243,7 +243,7 @@ impl Table {
 
     /// Sets the times of an instruction as the user stated them. They replace the table's row of this name.
     pub fn amend(&mut self, name: &str, on: Picos, off: Picos) {
-        self.put(Row {
+        self.replace(Row {
             name: name.trim().to_owned(),
             on,
             off,
@@ -286,12 +286,12 @@ impl Table {
                 (known.on, known.off, known.per_unit) == (row.on, row.off, row.per_unit)
             };
             if !known.is_some_and(same) {
-                self.put(Row { name, ..row.clone() });
+                self.replace(Row { name, ..row.clone() });
             }
         }
     }
 
-    fn put(&mut self, row: Row) {
+    fn replace(&mut self, row: Row) {
         match self.index.entry(folded(&row.name).into_owned()) {
             Entry::Occupied(known) => self.rows[*known.get()] = row,
             Entry::Vacant(new) => {

@@ -579,7 +579,7 @@ impl<'a> Reader<'a> {
         }
         let amends = table.base.is_some();
         for row in self.read {
-            table.put(Row { amends, ..row });
+            table.replace(Row { amends, ..row });
         }
         Ok(Parsed { table, warnings: self.warnings })
     }
