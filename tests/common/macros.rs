@@ -1,9 +1,9 @@
 //! Random charts with nested macro steps, as PLCopen XML, and a machine that runs them without expanding them: each
 //! macro step keeps its own chart.
 
+use super::chart_run::control::{Control, Input, Output};
 use super::charts::Dice;
 use scanbound::iec::chart::Qualifier;
-use scanbound::iec::chart::control::{Control, Input, Output};
 use std::fmt::Write;
 
 pub const MS: i64 = 1_000_000;

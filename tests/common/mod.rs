@@ -4,6 +4,7 @@
 
 pub mod audited;
 pub mod bound;
+pub mod chart_run;
 pub mod charts;
 pub mod command;
 pub mod counting;

@@ -4,15 +4,15 @@
 use crate::common::charts;
 use crate::common::tape::cases;
 
+use crate::common::chart_run::control::Output;
+use crate::common::chart_run::evaluate::Value;
+use crate::common::chart_run::run::{Options, Run};
 use charts::{Dice, chart, is_done_alike};
 use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};
 use scanbound::base::facts::{ActionOrder, Facts};
 use scanbound::base::time::Picos;
 use scanbound::front::Input;
 use scanbound::iec::ast::Expr;
-use scanbound::iec::chart::control::Output;
-use scanbound::iec::chart::evaluate::Value;
-use scanbound::iec::chart::run::{Options, Run};
 use scanbound::iec::chart::{Chart, Qualifier, text};
 use scanbound::iec::{Body, Pou, parse};
 use scanbound::passes::values::Trust;

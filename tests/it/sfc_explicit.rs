@@ -4,12 +4,12 @@
 use crate::common::charts;
 use crate::common::tape::cases;
 
+use crate::common::chart_run::control::Output;
+use crate::common::chart_run::evaluate::Value;
+use crate::common::chart_run::run::{Options, Run};
 use charts::{Dice, INPUTS, chart, program};
 use scanbound::iec::chart::coactive::{Basis, analyse};
-use scanbound::iec::chart::control::Output;
-use scanbound::iec::chart::evaluate::Value;
 use scanbound::iec::chart::explicit::explicit;
-use scanbound::iec::chart::run::{Options, Run};
 use scanbound::iec::chart::{Chart, Qualifier};
 use std::collections::BTreeMap;
 

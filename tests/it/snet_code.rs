@@ -3,14 +3,14 @@
 
 use crate::common;
 
+use crate::common::chart_run::evaluate::Value;
+use crate::common::chart_run::run::{Options as RunOptions, Run};
 use common::passed::passed;
 use common::snet::{Plain, Random, random_net, ring_net, valuations};
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::front::{Input, Options, read};
 use scanbound::iec;
-use scanbound::iec::chart::evaluate::Value;
-use scanbound::iec::chart::run::{Options as RunOptions, Run};
 use scanbound::program::{AreaId, Cell, Program};
 use scanbound::replay::emulated::Emulated;
 use scanbound::snet::address::Address;

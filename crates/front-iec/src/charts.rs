@@ -4,15 +4,9 @@ use super::lower::{SourceTraits, decode};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
-use scanbound_iec::ast::{Kind, Path, Statement};
+use scanbound_iec::Project;
 use scanbound_iec::chart::coactive::{BUDGET, Finding, faults};
 use scanbound_iec::chart::{Chart, told};
-use scanbound_iec::{Body, Language, Pou, PouKind, Project, Section, TypeRef, Variable};
-
-/// What begins the names of programs that are made up here.
-const MADE_UP: &str = "chart of ";
-/// The instance in such a program.
-const INSTANCE: &str = "of";
 
 /// Warns of charts that are not safe, or in which nothing may clear any more.
 #[must_use]
@@ -47,13 +41,8 @@ pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
     own.inherit_parts();
     own.tasks.clear();
     own.connected.clear();
-    for pou in project.pous.iter().filter(|pou| pou.kind == PouKind::FunctionBlock) {
-        if !pou.charts().is_empty() {
-            own.pous.push(driver(pou));
-        }
-    }
     let asked = scanbound_front::Options::new(facts);
-    let Err(all) = decode(&own, "", SourceTraits::default(), &asked) else {
+    let Err(all) = decode(&own, "", SourceTraits::default(), true, &asked) else {
         return Vec::new();
     };
     let mut found: Vec<Diagnostic> = Vec::new();
@@ -62,10 +51,6 @@ pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
         let place = here.filter_map(|(name, _, chart)| place(name, chart, &one)).next();
         if place.is_none() && one.code != Code::UnknownName {
             continue;
-        }
-        for pou in &project.pous {
-            let made_up = format!("{MADE_UP}{}.{INSTANCE}", pou.name);
-            one.message = one.message.replace(&made_up, &pou.name);
         }
         if let Some(place) = place {
             let why = one.message.split_once(": ").map_or(&one.message[..], |(_, why)| why);
@@ -97,27 +82,4 @@ fn place(name: &str, chart: &Chart, fault: &Diagnostic) -> Option<String> {
         return Some(format!("{name}, transition {}", chart.transition_name(at)));
     }
     blocks.next().map(|(step, _)| format!("{name}, step {}", step.name))
-}
-
-/// A program that carries out a function block, and those of its actions that have charts.
-fn driver(pou: &Pou) -> Pou {
-    let mut program = Pou::new(&format!("{MADE_UP}{}", pou.name), PouKind::Program, pou.line);
-    program.file = pou.file;
-    program.variables.push(Variable {
-        name: INSTANCE.to_owned(),
-        section: Section::Local,
-        of: TypeRef::Named(pou.name.clone()),
-        initial: None,
-        at: None,
-        constant: false,
-        retain: false,
-        is_internal: false,
-        line: pou.line,
-    });
-    let call = |path: Path| Statement { line: pou.line, kind: Kind::Call(path, Vec::new()) };
-    let charts = pou.actions.iter().filter(|action| matches!(action.body, Body::Chart(_)));
-    let actions = charts.map(|action| call(Path::name(INSTANCE).with(&action.name)));
-    let body = [call(Path::name(INSTANCE))].into_iter().chain(actions).collect();
-    program.body = Body::Code(Language::St, body);
-    program
 }

@@ -48,8 +48,6 @@ pub struct Source {
     dialect: &'static str,
     project: scanbound_iec::Project,
     options: lower::SourceTraits,
-    /// The drawings, to find the elements that faults are about.
-    drawn: Vec<(String, String)>,
     /// What was noticed on reading.
     warnings: Vec<Diagnostic>,
 }
@@ -108,33 +106,6 @@ fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
     None
 }
 
-impl Source {
-    /// The same faults with the elements of drawings that ask for what is not there.
-    fn placed(&self, mut faults: Vec<Diagnostic>) -> Vec<Diagnostic> {
-        for (name, text) in &self.drawn {
-            let own: Vec<usize> = (0..faults.len())
-                .filter(|&at| faults[at].code == Code::UnknownName && faults[at].file == *name)
-                .collect();
-            if own.is_empty() {
-                continue;
-            }
-            let asked: Vec<(u32, &str)> = own
-                .iter()
-                .map(|&at| (faults[at].line.unwrap_or(0), faults[at].text.as_str()))
-                .collect();
-            let found = xml::named(text, &asked);
-            for (at, found) in own.into_iter().zip(found) {
-                let fault = &mut faults[at];
-                if let Some(found) = found {
-                    let why = fault.message.rsplit_once(": ").map_or("", |(_, why)| why);
-                    fault.message = format!("{found}: {why}");
-                }
-            }
-        }
-        faults
-    }
-}
-
 impl Front for Iec {
     fn dialects(&self) -> &'static [Dialect] {
         &DIALECTS
@@ -149,7 +120,6 @@ impl Front for Iec {
     ) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
         let mut project = scanbound_iec::Project::default();
         let mut options = lower::SourceTraits::default();
-        let mut drawn = Vec::new();
         let (mut faults, mut warnings, mut texts) = (Vec::new(), Vec::new(), Vec::new());
         for input in programs {
             let text = match source_text(input, &mut warnings) {
@@ -164,9 +134,6 @@ impl Front for Iec {
             match scanbound_iec::read_as(&input.name, &text, reading.comments) {
                 Ok(more) => {
                     project.join(more);
-                    if xml::begins(&text) {
-                        drawn.push((input.name.clone(), text.clone().into_owned()));
-                    }
                     texts.push(text);
                 }
                 Err(more) => {
@@ -184,10 +151,10 @@ impl Front for Iec {
             return Err(faults);
         }
         project.inherit_parts();
-        project.unqualify();
+        project.name_lists();
         let dialect =
             DIALECTS.iter().find(|own| own.name == dialect.name).map_or(XML, |own| own.name);
-        Ok(Box::new(Source { dialect, project, options, drawn, warnings }))
+        Ok(Box::new(Source { dialect, project, options, warnings }))
     }
 }
 
@@ -202,7 +169,6 @@ impl Project for Source {
     }
 
     fn decode(&self, options: &scanbound_front::Options<'_>) -> Result<Program, Vec<Diagnostic>> {
-        let decoded = lower::decode(&self.project, self.dialect, self.options, options);
-        decoded.map_err(|faults| self.placed(faults))
+        lower::decode(&self.project, self.dialect, self.options, false, options)
     }
 }

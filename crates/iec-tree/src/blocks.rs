@@ -50,27 +50,10 @@ impl Pin {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Pin::In => "IN",
-            Pin::Pt => "PT",
-            Pin::Q => "Q",
-            Pin::Et => "ET",
-            Pin::Cu => "CU",
-            Pin::Cd => "CD",
-            Pin::R => "R",
-            Pin::Ld => "LD",
-            Pin::Pv => "PV",
-            Pin::Qu => "QU",
-            Pin::Qd => "QD",
-            Pin::Cv => "CV",
-            Pin::Clk => "CLK",
-            Pin::S1 => "S1",
-            Pin::S => "S",
-            Pin::R1 => "R1",
-            Pin::Q1 => "Q1",
-            Pin::Was => "was",
-            Pin::WasDown => "was_down",
-        }
+        [
+            "IN", "PT", "Q", "ET", "CU", "CD", "R", "LD", "PV", "QU", "QD", "CV", "CLK", "S1", "S",
+            "R1", "Q1", "was", "was_down",
+        ][self as usize]
     }
 
     /// Its type.
@@ -85,41 +68,30 @@ impl Pin {
 }
 
 impl StandardBlock {
-    /// All of them.
-    pub const ALL: [StandardBlock; 10] = [
-        StandardBlock::Ton,
-        StandardBlock::Tof,
-        StandardBlock::Tp,
-        StandardBlock::Ctu,
-        StandardBlock::Ctd,
-        StandardBlock::Ctud,
-        StandardBlock::RTrig,
-        StandardBlock::FTrig,
-        StandardBlock::Sr,
-        StandardBlock::Rs,
+    /// All of them, with their names.
+    const ALL: [(StandardBlock, &'static str); 10] = [
+        (StandardBlock::Ton, "TON"),
+        (StandardBlock::Tof, "TOF"),
+        (StandardBlock::Tp, "TP"),
+        (StandardBlock::Ctu, "CTU"),
+        (StandardBlock::Ctd, "CTD"),
+        (StandardBlock::Ctud, "CTUD"),
+        (StandardBlock::RTrig, "R_TRIG"),
+        (StandardBlock::FTrig, "F_TRIG"),
+        (StandardBlock::Sr, "SR"),
+        (StandardBlock::Rs, "RS"),
     ];
 
     /// Its name, which is also that of its row in timing tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            StandardBlock::Ton => "TON",
-            StandardBlock::Tof => "TOF",
-            StandardBlock::Tp => "TP",
-            StandardBlock::Ctu => "CTU",
-            StandardBlock::Ctd => "CTD",
-            StandardBlock::Ctud => "CTUD",
-            StandardBlock::RTrig => "R_TRIG",
-            StandardBlock::FTrig => "F_TRIG",
-            StandardBlock::Sr => "SR",
-            StandardBlock::Rs => "RS",
-        }
+        StandardBlock::ALL[self as usize].1
     }
 
     /// The block of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<StandardBlock> {
-        StandardBlock::ALL.into_iter().find(|one| same(one.name(), name))
+        StandardBlock::ALL.iter().find(|(_, own)| same(own, name)).map(|(one, _)| *one)
     }
 
     /// Its inputs in the order of arguments without names.

@@ -1,14 +1,17 @@
 //! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have in the
-//! chart as it is written ([`scanbound_iec::chart::Chart`]), which says how they hang together.
+//! chart as it is written, which says how they hang together.
 
 pub use crate::code::StepFlag;
 use crate::code::{Expr, Place, Statement};
 use crate::ids::{RoutineId, VarId};
+use scanbound_iec::Language;
 use scanbound_iec::fault::Fault;
 
 /// A chart.
 #[derive(Debug, Clone)]
 pub struct Chart {
+    /// As it is written.
+    pub written: scanbound_iec::chart::Chart,
     /// The steps.
     pub steps: Vec<Hooks>,
     /// The conditions of the transitions.
@@ -61,8 +64,8 @@ pub struct Action {
 /// What an action does.
 #[derive(Debug, Clone)]
 pub enum ActionBody {
-    /// What stands in a block itself, by the numbers of its step and of the block there.
-    Inline(usize, usize, Code),
+    /// What stands in a block itself, and its language.
+    Inline(Language, Code),
     /// A Boolean variable is true.
     Variable(Place),
     /// An action is called.

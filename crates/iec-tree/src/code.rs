@@ -123,6 +123,8 @@ pub enum ExprKind {
 pub struct Applied {
     /// Which one.
     pub function: Function,
+    /// Its name in capitals.
+    pub name: String,
     /// Its inputs as they are written.
     pub inputs: Vec<Expr>,
     /// The inputs in the function's order: indices into `inputs`. Nothing where one is left out.

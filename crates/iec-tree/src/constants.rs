@@ -25,6 +25,7 @@ enum Source<'p> {
 }
 
 /// The global constants and enumerations of a project.
+#[derive(Default)]
 pub struct Constants<'p> {
     sources: Vec<Source<'p>>,
     /// The sources of each name, in capitals.
@@ -42,16 +43,7 @@ impl<'p> Constants<'p> {
     /// Those of a project.
     #[must_use]
     pub fn new(project: &'p Project) -> Constants<'p> {
-        let mut found = Constants {
-            sources: Vec::new(),
-            named: BTreeMap::new(),
-            lists: BTreeSet::new(),
-            types: BTreeSet::new(),
-            others: BTreeSet::new(),
-            known: RefCell::default(),
-            lookups: Cell::new(0),
-            endless: Cell::new(false),
-        };
+        let mut found = Constants::default();
         for one in &project.types {
             found.types.insert(one.name.to_ascii_uppercase());
             found.add_values(Some(&one.name), &one.of);

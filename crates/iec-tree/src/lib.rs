@@ -4,6 +4,7 @@
 //! [`resolve`] makes it of the syntax tree; behind it nothing compares names. What is wrong with a statement is a node, too: it
 //! matters only where the statement is executed.
 
+pub mod accesses;
 pub mod blocks;
 pub mod charts;
 pub mod code;

@@ -1,6 +1,5 @@
 //! Statements of drawings as text: what a report shows of them.
 
-use crate::standard::Function;
 use crate::tree::{Call, Expr, ExprKind, Passed, StatementKind, Target, Tree};
 
 /// An expression as structured text.
@@ -34,7 +33,7 @@ pub fn expr(tree: &Tree, one: &Expr) -> String {
         ExprKind::Convert(inner) => expr(tree, inner),
         ExprKind::Call(called) => call(tree, called),
         ExprKind::Standard(applied) => {
-            format!("{}({})", function(&applied.function), all(&mut applied.inputs.iter()))
+            format!("{}({})", applied.name, all(&mut applied.inputs.iter()))
         }
         ExprKind::List(values) => all(&mut values.iter()),
         ExprKind::Step(flag) => {
@@ -57,13 +56,6 @@ fn bracketed(tree: &Tree, one: &Expr, least: u8) -> String {
         _ => u8::MAX,
     };
     if binds < least { format!("({})", expr(tree, one)) } else { expr(tree, one) }
-}
-
-fn function(function: &Function) -> String {
-    match function {
-        Function::Operator { operator, .. } => operator.symbol().to_owned(),
-        other => format!("{other:?}").to_uppercase(),
-    }
 }
 
 fn call(tree: &Tree, call: &Call) -> String {

@@ -93,8 +93,6 @@ pub enum Function {
         from: Option<Simple>,
         /// The type that it becomes one of.
         to: Simple,
-        /// Its name in capitals.
-        name: String,
     },
     /// A function that reads (or writes) decimal digits of four bits.
     Decimal {
@@ -102,12 +100,10 @@ pub enum Function {
         reads: bool,
         /// The type of the number that it gives, if the name says it.
         to: Option<Simple>,
-        /// Its name in capitals.
-        name: String,
     },
     /// `SIZEOF`, `LOWER_BOUND` and `UPPER_BOUND` of a variable: a number that is known.
     Measured(i64),
-    /// A function whose result may be any value: its name in capitals.
+    /// A function whose result may be any value, by its name in capitals.
     Unfollowed(&'static str),
 }
 
@@ -133,27 +129,6 @@ const UNFOLLOWED: &[&str] = &[
     "LTIME",
 ];
 
-fn operator(name: &str) -> Option<Operator> {
-    Some(match name {
-        "ADD" => Operator::Add,
-        "SUB" => Operator::Subtract,
-        "MUL" => Operator::Multiply,
-        "DIV" => Operator::Divide,
-        "MOD" => Operator::Modulo,
-        "EXPT" => Operator::Power,
-        "AND" => Operator::And,
-        "OR" => Operator::Or,
-        "XOR" => Operator::Xor,
-        "GT" => Operator::Greater,
-        "GE" => Operator::GreaterOrEqual,
-        "EQ" => Operator::Equal,
-        "NE" => Operator::NotEqual,
-        "LE" => Operator::LessOrEqual,
-        "LT" => Operator::Less,
-        _ => return None,
-    })
-}
-
 fn decimal(name: &str) -> Option<(bool, Option<Simple>)> {
     if let Some((digits, number)) = name.split_once("BCD_TO_") {
         let is_own = digits.is_empty() || Simple::named(digits.strip_suffix('_')?).is_some();
@@ -173,16 +148,16 @@ impl Function {
     pub fn named(name: &str) -> Option<Function> {
         let upper = name.to_ascii_uppercase();
         if let Some((reads, to)) = decimal(&upper) {
-            return Some(Function::Decimal { reads, to, name: upper });
+            return Some(Function::Decimal { reads, to });
         }
         if let Some((from, to)) = upper.split_once("_TO_") {
             let (from, to) = (Simple::named(from)?, Simple::named(to)?);
-            return Some(Function::Convert { from: Some(from), to, name: upper });
+            return Some(Function::Convert { from: Some(from), to });
         }
         if let Some(to) = upper.strip_prefix("TO_").and_then(Simple::named) {
-            return Some(Function::Convert { from: None, to, name: upper });
+            return Some(Function::Convert { from: None, to });
         }
-        if let Some(operator) = operator(&upper) {
+        if let Some(operator) = Operator::named(&upper) {
             return Some(Function::Operator { operator, of_times: false });
         }
         let of_times = |operator| Function::Operator { operator, of_times: true };

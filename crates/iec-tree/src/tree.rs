@@ -2,11 +2,11 @@
 
 pub use crate::code::{
     Applied, Call, Enable, Expr, ExprKind, ForLoop, Parameter, Passed, Place, Root, Selector,
-    Statement, StatementKind, Step, Target, each_statement,
+    Statement, StatementKind, Step, StepFlag, Target, each_statement,
 };
 use crate::declarations::{Address, GlobalList, Routine, Temporary, Unit, Variable};
 use crate::ids::{AddressId, RoutineId, UnitId, VarId};
-use crate::types::Types;
+use crate::types::{Type, TypeId, Types};
 use scanbound_iec::fault::Fault;
 
 /// What a project means, without a name behind it that would have to be looked for.
@@ -83,6 +83,26 @@ impl Tree {
             found.push(base);
         }
         found
+    }
+
+    /// Whether a type, or that of something in its variables, is one of these.
+    pub fn holds(&self, ty: TypeId, is: &dyn Fn(&Type) -> bool) -> bool {
+        let of = self.types.get(ty);
+        is(of)
+            || match of {
+                Type::Array(_, of) => self.holds(*of, is),
+                Type::Struct(id) => self.types.parts(*id).iter().any(|(_, of)| self.holds(*of, is)),
+                Type::Block(unit) => {
+                    self.members(*unit).into_iter().any(|one| self.holds(self.variable(one).ty, is))
+                }
+                _ => false,
+            }
+    }
+
+    /// Whether a variable of a type holds references.
+    #[must_use]
+    pub fn has_reference(&self, ty: TypeId) -> bool {
+        self.holds(ty, &|of| matches!(of, Type::Reference(..) | Type::Interface(_)))
     }
 
     /// The variables of an instance of a unit as they lie in memory: those of the units that it extends first.

@@ -107,8 +107,7 @@ impl Types {
     /// The id of an elementary type.
     #[must_use]
     pub fn elementary(&self, of: Elementary) -> TypeId {
-        let at = Elementary::ALL.iter().position(|&one| one == of).unwrap_or(0);
-        TypeId(u32::try_from(at).unwrap_or(0))
+        TypeId(of as u32)
     }
 
     /// The type of an id.
@@ -121,6 +120,12 @@ impl Types {
     #[must_use]
     pub fn has_references(&self) -> bool {
         self.all.iter().any(|one| matches!(one, Type::Reference(..) | Type::Interface(_)))
+    }
+
+    /// Whether a type is that of references, pointers or interfaces.
+    #[must_use]
+    pub fn is_reference(&self, id: TypeId) -> bool {
+        matches!(self.get(id), Type::Reference(..) | Type::Interface(_))
     }
 
     /// How many types there are.

@@ -96,28 +96,49 @@ pub enum Operator {
 }
 
 impl Operator {
+    /// All, with how structured text writes each, its name as a function or an instruction, and how strongly it binds.
+    const ALL: [(Operator, &'static str, &'static str, u8); 17] = [
+        (Operator::Or, "OR", "OR", 1),
+        (Operator::Xor, "XOR", "XOR", 2),
+        (Operator::And, "AND", "AND", 3),
+        (Operator::AndThen, "AND_THEN", "AND", 3),
+        (Operator::OrElse, "OR_ELSE", "OR", 1),
+        (Operator::Equal, "=", "EQ", 4),
+        (Operator::NotEqual, "<>", "NE", 4),
+        (Operator::Less, "<", "LT", 5),
+        (Operator::LessOrEqual, "<=", "LE", 5),
+        (Operator::Greater, ">", "GT", 5),
+        (Operator::GreaterOrEqual, ">=", "GE", 5),
+        (Operator::Add, "+", "ADD", 6),
+        (Operator::Subtract, "-", "SUB", 6),
+        (Operator::Multiply, "*", "MUL", 7),
+        (Operator::Divide, "/", "DIV", 7),
+        (Operator::Modulo, "MOD", "MOD", 7),
+        (Operator::Power, "**", "EXPT", 8),
+    ];
+
     /// As structured text writes it.
     #[must_use]
     pub fn symbol(self) -> &'static str {
-        match self {
-            Operator::Or => "OR",
-            Operator::Xor => "XOR",
-            Operator::And => "AND",
-            Operator::AndThen => "AND_THEN",
-            Operator::OrElse => "OR_ELSE",
-            Operator::Equal => "=",
-            Operator::NotEqual => "<>",
-            Operator::Less => "<",
-            Operator::LessOrEqual => "<=",
-            Operator::Greater => ">",
-            Operator::GreaterOrEqual => ">=",
-            Operator::Add => "+",
-            Operator::Subtract => "-",
-            Operator::Multiply => "*",
-            Operator::Divide => "/",
-            Operator::Modulo => "MOD",
-            Operator::Power => "**",
-        }
+        Operator::ALL[self as usize].1
+    }
+
+    /// Its name as a function or an instruction.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Operator::ALL[self as usize].2
+    }
+
+    /// The operator of this name, in capitals.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Operator> {
+        Operator::ALL.iter().find(|(_, _, own, _)| *own == name).map(|(own, ..)| *own)
+    }
+
+    /// How strongly it binds; a larger number binds more.
+    #[must_use]
+    pub fn binding(self) -> u8 {
+        Operator::ALL[self as usize].3
     }
 
     /// What it makes of two whole constants.
@@ -150,24 +171,6 @@ impl Operator {
     #[must_use]
     pub fn is_of_bits(self) -> bool {
         matches!(self, Operator::Or | Operator::Xor | Operator::And)
-    }
-
-    /// How strongly it binds; a larger number binds more.
-    #[must_use]
-    pub fn binding(self) -> u8 {
-        match self {
-            Operator::Or | Operator::OrElse => 1,
-            Operator::Xor => 2,
-            Operator::And | Operator::AndThen => 3,
-            Operator::Equal | Operator::NotEqual => 4,
-            Operator::Less
-            | Operator::LessOrEqual
-            | Operator::Greater
-            | Operator::GreaterOrEqual => 5,
-            Operator::Add | Operator::Subtract => 6,
-            Operator::Multiply | Operator::Divide | Operator::Modulo => 7,
-            Operator::Power => 8,
-        }
     }
 }
 

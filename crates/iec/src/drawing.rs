@@ -5,7 +5,7 @@ use crate::fault::Fault;
 use scanbound_base::code::Code;
 
 /// An element of a drawing, by its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ElementId(pub usize);
 
 /// A drawing whose connections all lead somewhere.

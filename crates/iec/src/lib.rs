@@ -1,7 +1,7 @@
 //! IEC 61131-3: programs in its languages as data, sequential function charts and what can be told of them.
 //!
 //! What is read here means nothing yet to the analysis: a front makes a program of it. But charts are studied by
-//! themselves: run by the standard's rules of evolution ([`chart::run`]), taken apart into loops, selections and parallels
+//! themselves: taken apart into loops, selections and parallels
 //! ([`chart::structure`]), asked which actions can run together ([`chart::coactive`]), and rewritten so that parallel control
 //! by stored actions becomes visible ([`chart::explicit`]).
 
@@ -12,7 +12,7 @@ pub mod comment;
 pub mod drawing;
 pub mod fault;
 mod lexer;
-pub mod lists;
+mod lists;
 pub mod parse;
 mod project;
 pub mod show;

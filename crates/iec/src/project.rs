@@ -284,7 +284,7 @@ pub struct Project {
     pub connected: Vec<Connected>,
     /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a scan with it.
     pub unread: Vec<(usize, Fault)>,
-    /// The lists of global variables in text, by their files' names, until all files are read ([`Project::unqualify`]).
+    /// The lists of global variables in text, by their files' names, with the names of their variables.
     pub lists: Vec<(String, Vec<String>)>,
 }
 

@@ -213,6 +213,12 @@ impl Logic {
     pub fn cell(cell: Cell) -> Logic {
         Logic::Bit(BitSource::Cell(cell))
     }
+
+    /// How one number compares to another.
+    #[must_use]
+    pub fn compare(relation: Relation, format: NumberFormat, left: Number, right: Number) -> Logic {
+        Logic::Compare(Box::new(Compare { relation, format, left, right }))
+    }
 }
 
 /// A set of cells, for writes whose target or value is unknown.

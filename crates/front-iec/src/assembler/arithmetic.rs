@@ -4,11 +4,11 @@ use super::Assembler;
 use super::open::{beyond, opened};
 use super::time_range::{is_between, is_edge};
 use super::types::Kind;
-use super::value::{Value, constant, wrapped};
+use super::value::{self, Value, constant, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Arithmetic, Operation, OperationInput as Input};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Region, Relation, WordSource, Write};
+use scanbound_ir::{Logic, Number, Region, Relation, WordSource, Write};
 
 impl Assembler {
     /// A number worked out from two of one kind.
@@ -107,10 +107,7 @@ impl Assembler {
         let whole = self.copied(whole, 2 * words);
         let (low, high) = whole.split_at(usize::try_from(words).unwrap_or(0));
         let number = |words: &[WordSource]| Number::Words(words.to_vec());
-        let is = |relation, left, right| {
-            let format = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
-            Logic::Compare(Box::new(Compare { relation, format, left, right }))
-        };
+        let is = if signed { value::signed } else { value::unsigned };
         let bits = match kind {
             Kind::Whole { bits, .. } => bits,
             _ => 32,
@@ -149,10 +146,8 @@ impl Assembler {
     ) -> Number {
         let both = [left, right].map(|one| Number::Words(self.words(one, 2)));
         let [left, right] = both;
-        let below = |left: &Number, right: Number| {
-            let (relation, format, left) = (Relation::Less, NumberFormat::Signed, left.clone());
-            Logic::Compare(Box::new(Compare { relation, format, left, right }))
-        };
+        let below =
+            |left: &Number, right: Number| value::signed(Relation::Less, left.clone(), right);
         let zero = || constant(0, 2);
         // Where one of them is below 0 or beyond, so may the result be, however its 32 bits come out.
         let mut differs: Vec<Logic> = [&left, &right].map(|one| below(one, zero())).into();

@@ -1,30 +1,16 @@
 //! The standard's function blocks.
 
 use super::Assembler;
+use super::memory::{all, any, set};
 use super::mixed::below_zero;
 use super::open::opened;
 use super::types::INT;
-use super::value::{Value, constant};
+use super::value::{Value, constant, signed, unsigned};
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
-use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, WordSource, WordTarget,
-    Write,
-};
+use scanbound_ir::{Cell, Logic, Number, Relation, Step, WordSource, WordTarget, Write};
 
 /// What some controllers do.
 const COUNTS_WORDS: &str = "counters count words without a sign";
-
-fn all(parts: impl IntoIterator<Item = Logic>) -> Logic {
-    Logic::All(parts.into_iter().collect())
-}
-
-fn any(parts: impl IntoIterator<Item = Logic>) -> Logic {
-    Logic::Any(parts.into_iter().collect())
-}
-
-fn set(cell: Cell, value: Logic) -> Write {
-    Write::Bit(BitTarget::Cell(cell), value)
-}
 
 impl Assembler {
     /// Carries out an instance of a standard block, whose inputs have their values.
@@ -78,14 +64,6 @@ impl Assembler {
             return;
         };
         let word = |cell| Number::Words(vec![WordSource::Cell(cell)]);
-        let compare = |relation, left, right| {
-            Logic::Compare(Box::new(Compare {
-                relation,
-                format: NumberFormat::Signed,
-                left,
-                right,
-            }))
-        };
         let write = |value| Write::Words(vec![WordTarget::Cell(count)], value);
         let one = || Box::new(constant(1, 1));
         let up = || Number::Add(Box::new(word(count)), one());
@@ -93,33 +71,29 @@ impl Assembler {
         let (reset, load) = (bit(Pin::R), bit(Pin::Ld));
         // The standard has PV and CV as INT, others as WORD.
         let is_word = self.differs(COUNTS_WORDS);
-        let either = |signed: Logic, unsigned: Logic| {
-            let other = all([is_word.clone(), unsigned]);
-            any([all([is_word.clone().not(), signed]), other])
-        };
-        let unsigned = |relation, left, right| {
-            let format = NumberFormat::Unsigned;
-            Logic::Compare(Box::new(Compare { relation, format, left, right }))
+        let either = |as_int: Logic, as_word: Logic| {
+            let other = all([is_word.clone(), as_word]);
+            any([all([is_word.clone().not(), as_int]), other])
         };
         let full = || {
             either(
-                compare(Relation::GreaterOrEqual, word(count), word(preset)),
+                signed(Relation::GreaterOrEqual, word(count), word(preset)),
                 unsigned(Relation::GreaterOrEqual, word(count), word(preset)),
             )
         };
         let empty = || {
             either(
-                compare(Relation::LessOrEqual, word(count), constant(0, 1)),
-                compare(Relation::Equal, word(count), constant(0, 1)),
+                signed(Relation::LessOrEqual, word(count), constant(0, 1)),
+                signed(Relation::Equal, word(count), constant(0, 1)),
             )
         };
         let below = either(
-            compare(Relation::Less, word(count), constant(i64::from(i16::MAX), 1)),
-            compare(Relation::NotEqual, word(count), constant(-1, 1)),
+            signed(Relation::Less, word(count), constant(i64::from(i16::MAX), 1)),
+            signed(Relation::NotEqual, word(count), constant(-1, 1)),
         );
         let above = either(
-            compare(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1)),
-            compare(Relation::NotEqual, word(count), constant(0, 1)),
+            signed(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1)),
+            signed(Relation::NotEqual, word(count), constant(0, 1)),
         );
         // The standard counts on beyond the preset and below 0, some controllers stop there.
         let stops = self.differs("counters stop at their preset and at 0");

@@ -2,10 +2,10 @@
 
 use super::Assembler;
 use super::memory::{ActionMemory, InputMemory, Memory, all, any, set};
-use super::value::constant;
+use super::value::{constant, signed};
 use scanbound_front::builder::always;
 use scanbound_iec::chart::{Feed, Qualifier};
-use scanbound_ir::{BitSource, Cell, Compare, Logic, Number, NumberFormat, Relation, Step, Write};
+use scanbound_ir::{BitSource, Cell, Logic, Number, Relation, Step, Write};
 
 /// What the controls of all actions of a chart do alike.
 pub(crate) struct Whole {
@@ -261,16 +261,11 @@ impl Assembler {
 
     /// Whether a time that is worked out is 0 or less, that is, a timed input is through at once.
     pub(crate) fn is_no_time(&mut self, time: Number) -> Logic {
-        let words = self.words(time, 2);
-        let compare = Compare {
-            relation: Relation::LessOrEqual,
-            format: NumberFormat::Signed,
-            left: Number::Words(words),
-            right: constant(0, 2),
-        };
+        let words = Number::Words(self.words(time, 2));
+        let none = signed(Relation::LessOrEqual, words, constant(0, 2));
         // A time that is 0 may be one below a millisecond.
         let short = self.world_bit();
-        self.keep_bit(all([Logic::Compare(Box::new(compare)), short]))
+        self.keep_bit(all([none, short]))
     }
 
     /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it as it

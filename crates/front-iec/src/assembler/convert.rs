@@ -4,10 +4,9 @@ use super::Assembler;
 use super::mixed::below_zero;
 use super::time_range::{is_edge, may_be_edge};
 use super::types::{DINT, Kind, Ty, holding};
-use super::value::{Value, constant, wrapped};
-use scanbound_iec::fault::Fault;
+use super::value::{Value, constant, signed, unsigned, wrapped};
 use scanbound_ir::meaning::{Operation, OperationInput as Input};
-use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Relation, WordSource};
+use scanbound_ir::{BitSource, Logic, Number, Relation, WordSource};
 
 /// What some controllers do, by the third edition of the standard.
 const LAST_BIT: &str = "a number becomes TRUE by its last bit alone";
@@ -82,9 +81,7 @@ impl Assembler {
                 // Beyond what the type holds, the result hangs on the processor.
                 let found = self.copied(found, words);
                 let is = |relation, value| {
-                    let (left, right) = (Number::Words(found.clone()), constant(value, words));
-                    let format = NumberFormat::Signed;
-                    Logic::Compare(Box::new(Compare { relation, format, left, right }))
+                    signed(relation, Number::Words(found.clone()), constant(value, words))
                 };
                 let beyond = match to {
                     Kind::Whole { bits: 8, signed } => {
@@ -107,28 +104,26 @@ impl Assembler {
     /// A value as one of a type, by a function that names it, and maybe the type from which it comes.
     pub(crate) fn named_conversion(
         &mut self,
-        value: Option<Value>,
+        value: Value,
         from: Option<Named>,
         (to_bits, to): Named,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
-        let value = self.as_named(value, from.as_ref().map(|(_, ty)| ty), &to, line)?;
+    ) -> Value {
+        let value = self.as_named(value, from.as_ref().map(|(_, ty)| ty), &to);
         let Value::Number(kind, number) = value else {
-            return self.conversion(Some(value), &to, line);
+            return self.conversion(value, &to);
         };
         let words = self.copied(number, kind.words());
         let own = || Value::Number(kind, Number::Words(words.clone()));
-        let plain = self.conversion(Some(own()), &to, line)?;
+        let plain = self.conversion(own(), &to);
         match (kind, &to, plain) {
             (Kind::Whole { .. }, Ty::Bit, Value::Bit(any)) => {
-                let Some(WordSource::Cell(first)) = words.first() else { return Ok(own()) };
+                let Some(WordSource::Cell(first)) = words.first() else { return own() };
                 let last = Logic::Bit(BitSource::WordBit(*first, 0));
                 let either = Logic::All(vec![any, self.differs(LAST_BIT).not()]);
-                Ok(Value::Bit(Logic::Any(vec![last, either])))
+                Value::Bit(Logic::Any(vec![last, either]))
             }
             // Of a fraction, some take the whole number or the last bit.
-            (_, Ty::Bit, Value::Bit(any)) => Ok(Value::Bit(self.open_bit(any.clone(), any))),
+            (_, Ty::Bit, Value::Bit(any)) => Value::Bit(self.open_bit(any.clone(), any)),
             (
                 Kind::Whole { bits, signed: true },
                 Ty::Number(to @ Kind::Whole { bits: longer, .. }),
@@ -139,7 +134,7 @@ impl Assembler {
                 let other = Value::Number(*to, self.converted(low, unsigned, *to));
                 let below = below_zero(kind, &Number::Words(words.clone()));
                 let which = Logic::All(vec![below, self.differs(NO_SIGN)]);
-                self.chosen(which, other, plain, line)
+                self.chosen(which, other, plain)
             }
             (Kind::Whole { signed, .. }, Ty::Number(Kind::Real), plain)
                 if from.as_ref().map_or(!signed, |(of_bits, _)| *of_bits) =>
@@ -148,29 +143,23 @@ impl Assembler {
                 bits.resize(2, WordSource::Const(0));
                 let other = Value::Number(Kind::Real, Number::Words(bits));
                 let which = self.differs(SAME_BITS);
-                self.chosen(which, other, plain, line)
+                self.chosen(which, other, plain)
             }
             (Kind::Real, Ty::Number(to), plain) if to_bits => {
                 let unsigned = Kind::Whole { bits: 32, signed: false };
                 let other = self.converted(Number::Words(words.clone()), unsigned, *to);
                 let which = self.differs(SAME_BITS);
-                self.chosen(which, Value::Number(*to, other), plain, line)
+                self.chosen(which, Value::Number(*to, other), plain)
             }
-            (_, _, plain) => Ok(plain),
+            (_, _, plain) => plain,
         }
     }
 
     /// What a conversion is given, as one of the type from which it converts.
-    fn as_named(
-        &mut self,
-        value: Value,
-        from: Option<&Ty>,
-        to: &Ty,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        Ok(match (value, from, to) {
+    fn as_named(&mut self, value: Value, from: Option<&Ty>, to: &Ty) -> Value {
+        match (value, from, to) {
             (value @ Value::Constant(_), Some(Ty::Number(kind)), _) => {
-                Value::Number(*kind, self.as_number(value, *kind, line)?)
+                Value::Number(*kind, self.as_number(value, *kind))
             }
             // It is not told how many bits it has.
             (Value::Constant(..0), None, Ty::Number(kind @ Kind::Whole { signed: false, .. })) => {
@@ -216,27 +205,15 @@ impl Assembler {
                 }
             }
             (value, _, _) => value,
-        })
+        }
     }
 
     /// A value as one of a type, as it becomes one by itself.
-    pub(crate) fn conversion(
-        &mut self,
-        value: Option<Value>,
-        to: &Ty,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
-        Ok(match (to, value) {
+    pub(crate) fn conversion(&mut self, value: Value, to: &Ty) -> Value {
+        match (to, value) {
             (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),
             (Ty::Bit, Value::Number(kind, number)) => {
-                let compare = Compare {
-                    relation: Relation::NotEqual,
-                    format: NumberFormat::Unsigned,
-                    left: number,
-                    right: constant(0, kind.words()),
-                };
-                Value::Bit(Logic::Compare(Box::new(compare)))
+                Value::Bit(unsigned(Relation::NotEqual, number, constant(0, kind.words())))
             }
             (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
             (Ty::Number(kind), Value::Any) => {
@@ -244,11 +221,11 @@ impl Assembler {
                 let why = "a conversion that is not followed: the result may be any number";
                 Value::Number(*kind, self.any_number(*kind, why))
             }
-            (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind, line)?),
+            (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind)),
             (Ty::Bit, Value::Any) => Value::Bit(
                 self.any_bit("a conversion that is not followed: it may be true or false"),
             ),
             _ => Value::Any,
-        })
+        }
     }
 }

@@ -1,9 +1,8 @@
 //! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
 
 use super::Assembler;
-use super::tally::{Current, key};
+use super::tally::Current;
 use scanbound_base::location::Location;
-use scanbound_iec::{Body, Language};
 
 /// A statement that is put together.
 pub(crate) enum Counted {
@@ -16,13 +15,8 @@ pub(crate) enum Counted {
 }
 
 impl Assembler {
-    /// What is put together from here on is this body; gives what to go back to.
-    pub(crate) fn enter(&mut self, body: &Body) -> Option<Current> {
-        let known = self.tally.bodies.get(&key(body)).copied();
-        self.enter_body(known, body.language() != Language::St)
-    }
-
-    /// The same of the body of this number. `keeps`: whether it is drawn or a list, so that values are kept between statements.
+    /// What is put together from here on is the body of this number; gives what to go back to. `keeps`: whether it is drawn or
+    /// a list, so that values are kept between statements.
     pub(crate) fn enter_body(&mut self, known: Option<usize>, keeps: bool) -> Option<Current> {
         let current = known.map(|known| {
             self.program().statements.bodies[known].is_called = true;

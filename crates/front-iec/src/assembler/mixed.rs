@@ -5,10 +5,10 @@
 use super::Assembler;
 use super::open::opened;
 use super::types::{Kind, holding};
-use super::value::{Value, constant};
+use super::value::{Value, constant, signed, unsigned};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
+use scanbound_ir::{Logic, Number, Relation};
 
 /// The kind in which the bits of two such numbers meet. One with a sign that is the longer one holds both as they are.
 pub(crate) fn mixed(one: Kind, two: Kind) -> Option<Kind> {
@@ -46,12 +46,7 @@ pub(crate) fn typed(one: Value, two: Value) -> (Value, Value) {
 
 /// Where a number is below 0, its bits being read with a sign.
 pub(crate) fn below_zero(kind: Kind, number: &Number) -> Logic {
-    Logic::Compare(Box::new(Compare {
-        relation: Relation::Less,
-        format: NumberFormat::Signed,
-        left: number.clone(),
-        right: constant(0, kind.words()),
-    }))
+    signed(Relation::Less, number.clone(), constant(0, kind.words()))
 }
 
 impl Assembler {
@@ -71,10 +66,8 @@ impl Assembler {
             let differ = match relation {
                 Relation::Equal | Relation::NotEqual => {
                     // Only the bits may be the same, and then both have the highest one.
-                    let (relation, format) = (Relation::Equal, NumberFormat::Unsigned);
-                    let (left, right) = (left.clone(), right.clone());
-                    let same = Compare { relation, format, left, right };
-                    Logic::All([signs, vec![Logic::Compare(Box::new(same))]].concat())
+                    let same = unsigned(Relation::Equal, left.clone(), right.clone());
+                    Logic::All([signs, vec![same]].concat())
                 }
                 _ => Logic::Any(signs),
             };

@@ -40,6 +40,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 use tally::Tally;
 use types::Kind;
+use value::{sources, targets};
 
 /// The areas of variables, of what charts remember, and of values between.
 pub(crate) const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
@@ -92,12 +93,12 @@ pub(crate) struct Assembler {
 }
 
 impl Assembler {
-    pub(crate) fn new(program: Program, tally: Tally) -> Assembler {
+    pub(crate) fn new(program: Program) -> Assembler {
         Assembler {
             builder: Builder::new(program),
             file: 0,
             faults: Vec::new(),
-            tally,
+            tally: Tally::default(),
             readings: BTreeMap::new(),
             open_ends: Vec::new(),
             presets_left: BTreeSet::new(),
@@ -173,6 +174,11 @@ impl Assembler {
         }
     }
 
+    /// The price of a jump.
+    pub(crate) fn jump_key() -> Option<TimingKey> {
+        Some(Self::key(&["JMP"], "jump"))
+    }
+
     /// Charges something that changes nothing by itself.
     pub(crate) fn cost(&mut self, names: &[&str], class: &'static str) {
         self.builder.add(Some(Self::key(names, class)), Vec::new(), Step::Nothing);
@@ -218,13 +224,17 @@ impl Assembler {
 
     /// The words of a number, kept between if they have to be.
     pub(crate) fn words(&mut self, number: Number, words: u32) -> Vec<WordSource> {
-        if let Number::Words(words) = number {
-            return words;
+        match number {
+            Number::Words(words) => words,
+            number => self.copied(number, words),
         }
+    }
+
+    /// The words of a number as they are now.
+    pub(crate) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         let first = self.words_between(words);
-        let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
-        self.write(vec![Write::Words(targets, number)]);
-        (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+        self.write(vec![Write::Words(targets(first, words), number)]);
+        sources(first, words)
     }
 
     /// A bit kept as it is now.
@@ -259,7 +269,7 @@ impl Assembler {
         }
         let at = self.write(vec![Write::Havoc(Region::Range { first, count: words }, choice)]);
         self.program().errors.extend(error.map(|error| (at, error)));
-        Number::Words((0..words).map(|at| WordSource::Cell(first.plus(at))).collect())
+        Number::Words(sources(first, words))
     }
 
     /// When a controller stops where it works something out: at a divisor of zero, and at an element that is not there.

@@ -4,23 +4,18 @@ use super::Assembler;
 use super::mixed::{mixed, typed};
 use super::open::{joined, opened, parted};
 use super::types::{ANY_UNIT, DINT, Kind, Ty, holding};
-use super::value::{Value, constant, real, within};
+use super::value::{Value, constant, differ, real, sources, targets, unsigned, within};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 pub(crate) use scanbound_iec_tree::types::common;
-use scanbound_ir::{
-    Cell, Compare, Logic, Number, NumberFormat, Relation, WordSource, WordTarget, Write,
-};
+use scanbound_ir::{Cell, Logic, Number, NumberFormat, Relation, Write};
 
 /// The value that stands in a place.
 pub(crate) fn read(cell: Cell, ty: &Ty) -> Value {
     match ty {
         Ty::Bit => Value::Bit(Logic::cell(cell)),
-        Ty::Number(kind) => {
-            let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at)));
-            Value::Number(*kind, Number::Words(words.collect()))
-        }
+        Ty::Number(kind) => Value::Number(*kind, Number::Words(sources(cell, kind.words()))),
         _ => Value::Any,
     }
 }
@@ -89,22 +84,17 @@ impl Assembler {
             && matches!((&one, &two), (Value::Address(..), _) | (_, Value::Address(..)))
         {
             self.cost(&[row(operator, Some(WORD)), row(operator, None)], "compare");
-            let compare = Compare { relation, format: NumberFormat::Unsigned, left, right };
-            return Ok(Value::Bit(Logic::Compare(Box::new(compare))));
+            return Ok(Value::Bit(unsigned(relation, left, right)));
         }
         let ((one, open), (two, also)) = (parted(one), parted(two));
         match typed(one, two) {
             (Value::Bit(one), Value::Bit(two)) => {
                 self.cost(&[row(operator, None)], "logic");
-                let differ = || {
-                    let only = |a: &Logic, b: &Logic| Logic::All(vec![a.clone(), b.clone().not()]);
-                    Logic::Any(vec![only(&one, &two), only(&two, &one)])
-                };
                 Ok(Value::Bit(match operator {
                     O::And => Logic::All(vec![one, two]),
                     O::Or => Logic::Any(vec![one, two]),
-                    O::Xor | O::NotEqual => differ(),
-                    O::Equal => differ().not(),
+                    O::Xor | O::NotEqual => differ(&one, &two),
+                    O::Equal => differ(&one, &two).not(),
                     _ => {
                         return Err(Fault::new(
                             line,
@@ -213,7 +203,7 @@ impl Assembler {
             Kind::Time => self.edge_of_comparison(&mut left, &mut right),
             _ => None,
         };
-        let compare = Logic::Compare(Box::new(Compare { relation, format, left, right }));
+        let compare = Logic::compare(relation, format, left, right);
         let beyond: Vec<Logic> = open.into_iter().chain(also).chain(edge).collect();
         Ok(Value::Bit(match beyond.is_empty() {
             true => compare,
@@ -222,49 +212,32 @@ impl Assembler {
     }
 
     /// A value as a number of a kind.
-    pub(crate) fn as_number(
-        &mut self,
-        value: Value,
-        kind: Kind,
-        line: u32,
-    ) -> Result<Number, Fault> {
+    pub(crate) fn as_number(&mut self, value: Value, kind: Kind) -> Number {
         match value {
             Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
-                Ok(self.any_number(kind, ANY_UNIT))
+                self.any_number(kind, ANY_UNIT)
             }
-            Value::Number(from, number) => Ok(self.converted(number, from, kind)),
+            Value::Number(from, number) => self.converted(number, from, kind),
             Value::Open(from, number, beyond) => {
-                Ok(self.operand((from, number, Some(beyond)), kind, None).0)
+                self.operand((from, number, Some(beyond)), kind, None).0
             }
-            Value::Constant(value) => Ok(self.constant_as(kind, value)),
+            Value::Constant(value) => self.constant_as(kind, value),
             Value::Any | Value::Address(..) => {
                 self.charge_any_conversion(kind);
-                Ok(self.any_number(kind, "a value that is not followed: it may be any number"))
+                self.any_number(kind, "a value that is not followed: it may be any number")
             }
-            Value::Bit(logic) => {
-                let _ = line;
-                Ok(self.bit_number(logic, kind))
-            }
+            Value::Bit(logic) => self.bit_number(logic, kind),
         }
     }
 
     /// 1 or 0.
     fn bit_number(&mut self, logic: Logic, kind: Kind) -> Number {
-        let first = self.words_between(kind.words());
-        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
-        self.write(vec![Write::Words(targets, constant(0, kind.words()))]);
-        let one = self.constant_as(kind, 1);
-        let targets = (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
-        self.write_if(logic, vec![Write::Words(targets, one)], None);
-        Number::Words((0..kind.words()).map(|at| WordSource::Cell(first.plus(at))).collect())
-    }
-
-    /// The words of a number as they are now.
-    pub(crate) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
+        let words = kind.words();
         let first = self.words_between(words);
-        let targets = (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect();
-        self.write(vec![Write::Words(targets, number)]);
-        (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+        self.write(vec![Write::Words(targets(first, words), constant(0, words))]);
+        let one = self.constant_as(kind, 1);
+        self.write_if(logic, vec![Write::Words(targets(first, words), one)], None);
+        Number::Words(sources(first, words))
     }
 
     pub(crate) fn as_bit(&mut self, value: Value, line: u32) -> Result<Logic, Fault> {
@@ -285,27 +258,12 @@ impl Assembler {
 /// The row that prices an operator.
 pub(crate) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
     use Operator as O;
-    let is_real = matches!(kind, Some(Kind::Real | Kind::Opaque(_)));
-    match (operator, is_real) {
-        (O::Or | O::OrElse, _) => "OR",
-        (O::Xor, _) => "XOR",
-        (O::And | O::AndThen, _) => "AND",
-        (O::Equal, _) => "EQ",
-        (O::NotEqual, _) => "NE",
-        (O::Less, _) => "LT",
-        (O::LessOrEqual, _) => "LE",
-        (O::Greater, _) => "GT",
-        (O::GreaterOrEqual, _) => "GE",
-        (O::Add, false) => "ADD",
-        (O::Subtract, false) => "SUB",
-        (O::Multiply, false) => "MUL",
-        (O::Divide, false) => "DIV",
-        (O::Modulo, _) => "MOD",
-        (O::Power, _) => "EXPT",
-        (O::Add, true) => "ADD:REAL",
-        (O::Subtract, true) => "SUB:REAL",
-        (O::Multiply, true) => "MUL:REAL",
-        (O::Divide, true) => "DIV:REAL",
+    match (operator, kind) {
+        (O::Add, Some(Kind::Real | Kind::Opaque(_))) => "ADD:REAL",
+        (O::Subtract, Some(Kind::Real | Kind::Opaque(_))) => "SUB:REAL",
+        (O::Multiply, Some(Kind::Real | Kind::Opaque(_))) => "MUL:REAL",
+        (O::Divide, Some(Kind::Real | Kind::Opaque(_))) => "DIV:REAL",
+        (operator, _) => operator.name(),
     }
 }
 

@@ -4,10 +4,10 @@
 
 use super::Assembler;
 use super::types::{DINT, Kind};
-use super::value::{Value, constant, wrapped};
+use super::value::{Value, constant, differ, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource, Write,
+    BitTarget, Cell, Logic, Number, NumberFormat, Region, Relation, WordSource, Write,
 };
 
 /// A value, and where it does not fit its type.
@@ -94,8 +94,7 @@ pub(crate) fn beyond(
     };
     let is = |relation, left: &Number, right: &Number| {
         let format = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
-        let (left, right) = (left.clone(), right.clone());
-        Logic::Compare(Box::new(Compare { relation, format, left, right }))
+        Logic::compare(relation, format, left.clone(), right.clone())
     };
     let to = |relation, number: &Number, value: i64| {
         is(relation, number, &constant(value, kind.words()))
@@ -135,12 +134,8 @@ pub(crate) fn beyond(
                 return Some(is(Relation::Less, &found, left));
             }
             let negative = |number: &Number| to(Relation::Less, number, 0);
-            let differ = |one: Logic, two: Logic| {
-                let only = |a: &Logic, b: &Logic| Logic::All(vec![a.clone(), b.clone().not()]);
-                Logic::Any(vec![only(&one, &two), only(&two, &one)])
-            };
-            let turned = differ(negative(left), negative(&found));
-            let sides = differ(negative(left), negative(right));
+            let turned = differ(&negative(left), &negative(&found));
+            let sides = differ(&negative(left), &negative(right));
             let sides = if operator == Operator::Add { sides.not() } else { sides };
             Logic::All(vec![sides, turned])
         }

@@ -107,13 +107,8 @@ pub(crate) fn crosses(values: &[Value]) -> bool {
 
 impl Assembler {
     /// The result of a call: any value, where it was not carried out.
-    pub(crate) fn result_if(
-        &mut self,
-        condition: Option<Logic>,
-        result: Value,
-        line: u32,
-    ) -> Result<Value, Fault> {
-        let Some(condition) = condition else { return Ok(result) };
+    pub(crate) fn result_if(&mut self, condition: Option<Logic>, result: Value) -> Value {
+        let Some(condition) = condition else { return result };
         let result = self.settled(result);
         let why = "the result of a call whose EN is false may be any value";
         let other = match &result {
@@ -123,8 +118,8 @@ impl Assembler {
                 let kind = holding(INT, *value);
                 Value::Number(kind, self.any_number(kind, why))
             }
-            Value::Any | Value::Open(..) | Value::Address(..) => return Ok(Value::Any),
+            Value::Any | Value::Open(..) | Value::Address(..) => return Value::Any,
         };
-        self.chosen(condition, result, other, line)
+        self.chosen(condition, result, other)
     }
 }

@@ -5,14 +5,11 @@ use super::mixed::{below_zero, mixed, typed};
 use super::numbers::{common, row};
 use super::open::opened;
 use super::types::{DINT, INT, Kind, holding};
-use super::value::{Value, constant, within, wrapped};
+use super::value::{Value, constant, sources, targets, unsigned, within, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::meaning::{Operation, OperationInput as Input, Unary};
-use scanbound_ir::{
-    BitTarget, Cell, Compare, Logic, Number, NumberFormat, Region, Relation, WordSource,
-    WordTarget, Write,
-};
+use scanbound_ir::{BitTarget, Logic, Number, Region, Relation, WordSource, Write};
 
 impl Assembler {
     /// SHL, SHR, ROL and ROR. Controllers differ where bits are moved by as many places as there are, or more.
@@ -48,7 +45,7 @@ impl Assembler {
         let inputs = vec![Input::Number(moving.clone()), Input::Number(places.clone())];
         let moved = self.worked_out(words, Some((operation, inputs, words)));
         let words = self.copied(moved, words);
-        let beyond = compared(Relation::GreaterOrEqual, places, constant(i64::from(bits), 1));
+        let beyond = unsigned(Relation::GreaterOrEqual, places, constant(i64::from(bits), 1));
         self.open_where(beyond, &words);
         let found = Value::Number(kind, wrapped(kind, Number::Words(words)));
         if rotates || !left {
@@ -58,7 +55,7 @@ impl Assembler {
         let lost = match by.filter(|by| !signed && (0..bits.into()).contains(by)) {
             Some(by) => {
                 let most = ((1_i64 << bits) - 1) >> by;
-                compared(Relation::Greater, moving, constant(most, kind.words()))
+                unsigned(Relation::Greater, moving, constant(most, kind.words()))
             }
             None => Logic::Const(true),
         };
@@ -86,7 +83,7 @@ impl Assembler {
         let mut fits = Vec::new();
         for number in 0..values.len() {
             let number = constant(i64::try_from(number).unwrap_or(i64::MAX), kind.words());
-            fits.push(self.keep_bit(compared(Relation::Equal, which.clone(), number)));
+            fits.push(self.keep_bit(unsigned(Relation::Equal, which.clone(), number)));
         }
         let none = Logic::Any(fits.clone()).not();
         if values.iter().all(|value| matches!(value, Value::Bit(_))) {
@@ -103,33 +100,23 @@ impl Assembler {
         }
         let Some(kind) = kind_of(&values) else { return Ok(Value::Any) };
         let first = self.words_between(kind.words());
-        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(first.plus(at))).collect();
         for (fit, value) in fits.into_iter().zip(values) {
-            let number = self.as_number(value, kind, line)?;
-            self.write_if(fit, vec![Write::Words(targets(), number)], None);
+            let number = self.as_number(value, kind);
+            self.write_if(fit, vec![Write::Words(targets(first, kind.words()), number)], None);
         }
-        let words = cells(first, kind.words());
+        let words = sources(first, kind.words());
         self.open_where(none, &words);
         Ok(Value::Number(kind, wrapped(kind, Number::Words(words))))
     }
 
     /// The first value where a condition holds, else the second.
-    pub(crate) fn chosen(
-        &mut self,
-        which: Logic,
-        first: Value,
-        second: Value,
-        line: u32,
-    ) -> Result<Value, Fault> {
+    pub(crate) fn chosen(&mut self, which: Logic, first: Value, second: Value) -> Value {
         let (first, second) = typed(self.settled(first), self.settled(second));
         let mut crosses = None;
         if let (Value::Bit(one), Value::Bit(two)) = (&first, &second) {
             let which = self.keep_bit(which);
             let yes = Logic::All(vec![which.clone(), one.clone()]);
-            return Ok(Value::Bit(Logic::Any(vec![
-                yes,
-                Logic::All(vec![which.not(), two.clone()]),
-            ])));
+            return Value::Bit(Logic::Any(vec![yes, Logic::All(vec![which.not(), two.clone()])]));
         }
         let kind = match (&first, &second) {
             (Value::Number(one, _), Value::Number(two, _)) => {
@@ -140,20 +127,17 @@ impl Assembler {
             | (Value::Constant(value), Value::Number(kind, _)) => holding(*kind, *value),
             (Value::Number(kind, _), _) | (_, Value::Number(kind, _)) => *kind,
             (Value::Constant(one), Value::Constant(two)) => holding(holding(INT, *one), *two),
-            _ => return Ok(Value::Any),
+            _ => return Value::Any,
         };
         let which = self.keep_bit(which);
-        let (first, second) =
-            (self.as_number(first, kind, line)?, self.as_number(second, kind, line)?);
-        let cell = self.words_between(kind.words());
-        let targets = || (0..kind.words()).map(|at| WordTarget::Cell(cell.plus(at))).collect();
-        self.write(vec![Write::Words(targets(), second)]);
-        self.write_if(which, vec![Write::Words(targets(), first)], None);
-        let words = (0..kind.words()).map(|at| WordSource::Cell(cell.plus(at))).collect();
-        let number = Number::Words(words);
+        let (first, second) = (self.as_number(first, kind), self.as_number(second, kind));
+        let (cell, words) = (self.words_between(kind.words()), kind.words());
+        self.write(vec![Write::Words(targets(cell, words), second)]);
+        self.write_if(which, vec![Write::Words(targets(cell, words), first)], None);
+        let number = Number::Words(sources(cell, words));
         // Of one with a sign and one without, the same bits may be two numbers.
         let beyond = crosses.map(|kind| below_zero(kind, &number));
-        Ok(opened(Value::Number(kind, number), beyond))
+        opened(Value::Number(kind, number), beyond)
     }
 
     /// A value between two others. Where these are crossed, controllers take one or the other.
@@ -180,7 +164,7 @@ impl Assembler {
             self.charged_already(|own| own.combined(Operator::Greater, low.clone(), high, line))?;
         let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
         let other = self.differs("LIMIT takes the lower one of limits that are crossed");
-        self.chosen(Logic::All(vec![crossed, other]), low, found, line)
+        Ok(self.chosen(Logic::All(vec![crossed, other]), low, found))
     }
 
     /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes know what
@@ -220,7 +204,7 @@ impl Assembler {
     ) -> Result<Value, Fault> {
         let operator = if larger { Operator::GreaterOrEqual } else { Operator::LessOrEqual };
         match self.combined(operator, one.clone(), two.clone(), line)? {
-            Value::Bit(which) => self.chosen(which, one, two, line),
+            Value::Bit(which) => Ok(self.chosen(which, one, two)),
             _ => Ok(Value::Any),
         }
     }
@@ -251,15 +235,6 @@ impl Assembler {
         let any = Write::Havoc(Region::Range { first, count }, choice);
         self.write_if(condition, vec![any], None);
     }
-}
-
-fn compared(relation: Relation, left: Number, right: Number) -> Logic {
-    let format = NumberFormat::Unsigned;
-    Logic::Compare(Box::new(Compare { relation, format, left, right }))
-}
-
-fn cells(first: Cell, words: u32) -> Vec<WordSource> {
-    (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
 }
 
 /// The kind in which several values meet; `None` if one of them is none that is followed.

@@ -10,9 +10,9 @@
 
 use super::Assembler;
 use super::types::Kind;
-use super::value::constant;
+use super::value::{constant, signed};
 use scanbound_base::time::Picos;
-use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Relation, WordSource};
+use scanbound_ir::{BitSource, Logic, Number, Relation, WordSource};
 
 /// The unit of times.
 pub(crate) const UNIT: Picos = Picos(500_000_000);
@@ -41,7 +41,7 @@ impl Assembler {
             }
         }
         let both = |edge| Logic::All(vec![equals(left, edge), equals(right, edge)]);
-        let same = compared(Relation::Equal, left.clone(), right.clone());
+        let same = signed(Relation::Equal, left.clone(), right.clone());
         let between = is_between(left).map(|between| Logic::All(vec![same, between]));
         Some(Logic::Any(EDGES.map(both).into_iter().chain(between).collect()))
     }
@@ -68,11 +68,7 @@ pub(crate) fn may_be_edge(kind: Kind, number: &Number) -> bool {
 }
 
 fn equals(time: &Number, edge: i64) -> Logic {
-    compared(Relation::Equal, time.clone(), constant(edge, 2))
-}
-
-pub(crate) fn compared(relation: Relation, left: Number, right: Number) -> Logic {
-    Logic::Compare(Box::new(Compare { relation, format: NumberFormat::Signed, left, right }))
+    signed(Relation::Equal, time.clone(), constant(edge, 2))
 }
 
 /// The value of a constant time.

@@ -1,25 +1,24 @@
 //! TON, TOF and TP.
 
 use super::memory::{all, any, set};
-use super::time_range::{TICK, UNIT, compared, is_between, is_edge};
-use super::value::constant;
+use super::time_range::{TICK, UNIT, is_between, is_edge};
+use super::value::{constant, signed, sources, targets};
 use super::{Assembler, OpenEnd};
 use scanbound_front::builder::always;
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, Relation, Step, WordSource, WordTarget,
-    Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, Relation, Step, WordSource, Write,
 };
 
 /// A number of two words that lies here.
 pub(crate) fn double(first: Cell) -> Number {
-    Number::Words(vec![WordSource::Cell(first), WordSource::Cell(first.plus(1))])
+    Number::Words(sources(first, 2))
 }
 
 /// Where a number of two words goes.
 pub(crate) fn put(first: Cell, number: Number) -> Write {
-    Write::Words(vec![WordTarget::Cell(first), WordTarget::Cell(first.plus(1))], number)
+    Write::Words(targets(first, 2), number)
 }
 
 impl Assembler {
@@ -46,7 +45,7 @@ impl Assembler {
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
         // A time that is 0 may be one below a millisecond.
         let short = self.world_bit();
-        let zero = || compared(Relation::LessOrEqual, double(preset), constant(0, 2));
+        let zero = || signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         let q_before = self.keep_bit(Logic::cell(q));
         let was_on = self.keep_bit(Logic::cell(was));
         // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do not.
@@ -98,7 +97,7 @@ impl Assembler {
         let sign = BitTarget::WordBit(time.plus(1), 15);
         let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
         let found = self.write(vec![any_time, Write::Bit(sign, Logic::Const(false))]);
-        let earlier = compared(Relation::Less, double(time), double(before));
+        let earlier = signed(Relation::Less, double(time), double(before));
         let least = self.write_if(earlier, vec![put(time, double(before))], None);
         (time, [found, least])
     }
@@ -116,14 +115,14 @@ impl Assembler {
         let (time, _) = self.later_than(elapsed);
         // A preset at the edge of times may be any longer one.
         let is_longer = is_edge(&double(preset)).not();
-        let over = compared(Relation::GreaterOrEqual, double(time), double(preset));
+        let over = signed(Relation::GreaterOrEqual, double(time), double(preset));
         let over = self.keep_bit(all([over, is_longer]));
         let below = Number::Sub(Box::new(double(preset)), Box::new(constant(1, 2)));
         self.write_if(over.clone(), vec![put(time, below)], None);
         // Below a time between two milliseconds there are others between them.
         let between = is_between(&double(preset)).unwrap_or(Logic::Const(false));
         self.write_if(all([over, between]), vec![put(time, double(preset))], None);
-        let none = compared(Relation::LessOrEqual, double(preset), constant(0, 2));
+        let none = signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         self.write_if(none, vec![put(time, constant(0, 2))], None);
         // What a time that changes leaves of a run that is over, controllers differ.
         let stays = all([changes, anew.not()]);

@@ -1,7 +1,7 @@
 //! Values of expressions, as what the analysis follows.
 
 use super::types::Kind;
-use scanbound_ir::{Logic, Number, WordSource};
+use scanbound_ir::{Cell, Logic, Number, NumberFormat, Relation, WordSource, WordTarget};
 
 /// A value.
 #[derive(Debug, Clone)]
@@ -17,6 +17,32 @@ pub(crate) enum Value {
     Address(Number, Vec<usize>),
     /// Text, or what is not followed at all.
     Any,
+}
+
+/// Words that lie from a cell on.
+pub(crate) fn sources(first: Cell, words: u32) -> Vec<WordSource> {
+    (0..words).map(|at| WordSource::Cell(first.plus(at))).collect()
+}
+
+/// The words from a cell on, to be written.
+pub(crate) fn targets(first: Cell, words: u32) -> Vec<WordTarget> {
+    (0..words).map(|at| WordTarget::Cell(first.plus(at))).collect()
+}
+
+/// How one number compares to another, both with a sign.
+pub(crate) fn signed(relation: Relation, left: Number, right: Number) -> Logic {
+    Logic::compare(relation, NumberFormat::Signed, left, right)
+}
+
+/// How one number compares to another, both without a sign.
+pub(crate) fn unsigned(relation: Relation, left: Number, right: Number) -> Logic {
+    Logic::compare(relation, NumberFormat::Unsigned, left, right)
+}
+
+/// Whether one of two bits is true alone.
+pub(crate) fn differ(one: &Logic, two: &Logic) -> Logic {
+    let only = |a: &Logic, b: &Logic| Logic::All(vec![a.clone(), b.clone().not()]);
+    Logic::Any(vec![only(one, two), only(two, one)])
 }
 
 /// The words of a whole number.

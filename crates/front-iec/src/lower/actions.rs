@@ -1,10 +1,11 @@
 //! What the actions of charts do: what stands in blocks themselves, actions that are called, Boolean variables.
 
 use super::Lower;
+use super::bodies::BodyKey;
 use super::cells::add;
 use super::charts::Own;
 use super::spots::{Context, Found};
-use super::statements::{ENDS_CHART, JumpTargets, jump_key};
+use super::statements::{ENDS_CHART, JumpTargets};
 use crate::assembler::control::{Before, Output};
 use crate::assembler::memory::{all, set};
 use crate::assembler::turns;
@@ -12,7 +13,7 @@ use crate::assembler::value::Value;
 use crate::assembler::{Assembler, OpenEnd};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
-use scanbound_iec::chart::Target as BlockTarget;
+use scanbound_iec::Language;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::charts::ActionBody;
@@ -44,9 +45,9 @@ impl Lower<'_> {
             let (action, output) = (&own.chart.actions[number], &outputs[number]);
             lower.at(action.line, &action.name);
             match &action.body {
-                ActionBody::Inline(step, block, code) => {
-                    let block = &own.written.steps[*step].blocks[*block];
-                    lower.in_block(own.at, (&block.target, code), output.runs.clone());
+                ActionBody::Inline(language, code) => {
+                    let body = ((own.id, Some(number)), *language);
+                    lower.in_block(own.at, body, code, output.runs.clone());
                 }
                 ActionBody::Variable(place) => {
                     let found = lower.action_variable(own.at, place, output, action.line);
@@ -77,18 +78,18 @@ impl Lower<'_> {
     }
 
     /// Executes what stands in an action block itself.
-    fn in_block(&mut self, at: &Context, (target, code): (&BlockTarget, &Code), runs: Logic) {
-        let skip = self.jump(runs.not(), jump_key());
-        match (target, code) {
-            (BlockTarget::Inline(_, body), Code::Statements(statements)) => {
-                let around = self.enter(body);
+    fn in_block(&mut self, at: &Context, body: (BodyKey, Language), code: &Code, runs: Logic) {
+        let skip = self.jump(runs.not(), Assembler::jump_key());
+        match code {
+            Code::Statements(statements) => {
+                let around = self.enter(body.0, body.1);
                 let mut targets = JumpTargets { ends: Some(Vec::new()), ..JumpTargets::default() };
                 self.statements(at, statements, &mut targets);
                 targets.ends.into_iter().flatten().for_each(|jump| self.land(jump));
                 self.leave(around);
             }
-            (_, Code::Unread(fault)) => self.fault(fault.clone()),
-            _ => {}
+            Code::Unread(fault) => self.fault(fault.clone()),
+            Code::Chart(_) => {}
         }
         self.land(skip);
         self.landing();
@@ -257,7 +258,7 @@ impl Lower<'_> {
         for action in &chart.actions {
             action.times.iter().flatten().for_each(|time| self.of_expr(at, time, found));
             match &action.body {
-                ActionBody::Inline(_, _, Code::Statements(all)) => {
+                ActionBody::Inline(_, Code::Statements(all)) => {
                     self.of_statements(at, all, found);
                 }
                 ActionBody::Inline(..) => found.anything = true,

@@ -69,7 +69,7 @@ impl Lower<'_> {
                 self.has_one_name(at, entry, call, line)?;
                 let inner = Context { instance, frame: None };
                 let variables = tree.unit(*unit).variables.clone();
-                let inputs = self.begin_arguments(at, &call.enable, &arguments(call))?;
+                let inputs = self.begin_arguments(at, &call.enable, call.values())?;
                 self.hand_over(at, &callee, call, line)?;
                 let enabled = self.begin_body(inputs);
                 self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
@@ -145,7 +145,7 @@ impl Lower<'_> {
         let frame = self.frame(instance, method)?;
         let callee = Callee::Method(frame.clone(), method);
         self.has_one_name(at, (instance, entry), call, line)?;
-        let inputs = self.begin_arguments(at, &call.enable, &arguments(call))?;
+        let inputs = self.begin_arguments(at, &call.enable, call.values())?;
         self.hand_over(at, &callee, call, line)?;
         let enabled = self.begin_body(inputs);
         let inner = Context { instance, frame: Some(frame) };
@@ -218,10 +218,8 @@ impl Lower<'_> {
         if !Self::is_referred(place) {
             return Ok(None);
         }
-        for (_, passed) in &call.passed {
-            if let Passed::ByValue(one) | Passed::InOut(one) = passed {
-                self.stays(at, place, one, line)?;
-            }
+        for one in call.values() {
+            self.stays(at, place, one, line)?;
         }
         self.each_target(at, place, line, &mut |own, place| {
             let target = match &call.target {
@@ -257,7 +255,7 @@ impl Lower<'_> {
         };
         let enable = self.end_enabled(at, enabled, &call.enable, line)?;
         self.open_results(at, enable.as_ref(), call, line)?;
-        self.result_if(enable, result, line)
+        Ok(self.result_if(enable, result))
     }
 
     fn result(&mut self, spot: &Spot) -> Value {
@@ -412,9 +410,7 @@ impl Lower<'_> {
 
     /// Calls a routine of an instance.
     pub(super) fn call(&mut self, instance: usize, entry: Entry) {
-        let row = "CAL";
-        let key = Assembler::key(&[row, "CAL"], "call");
-        self.call_as(key, instance, entry);
+        self.call_as(Assembler::key(&["CAL"], "call"), instance, entry);
     }
 
     pub(super) fn call_as(&mut self, key: scanbound_ir::TimingKey, instance: usize, entry: Entry) {
@@ -446,12 +442,7 @@ impl Lower<'_> {
         call: &Call,
         line: u32,
     ) -> Result<(), Fault> {
-        let values = |passed: &Passed| match passed {
-            Passed::ByValue(one) | Passed::InOut(one) => Some(one.clone()),
-            _ => None,
-        };
-        let calls_any =
-            call.passed.iter().filter_map(|(_, one)| values(one)).any(|one| self.calls_own(&one));
+        let calls_any = call.values().any(|one| self.calls_own(one));
         let (mut one_way, mut both) = (Vec::new(), Vec::new());
         for (parameter, passed) in &call.passed {
             let Some(target) = self.parameter(callee, *parameter) else { continue };
@@ -471,7 +462,7 @@ impl Lower<'_> {
                         continue;
                     }
                     let value = self.open_value(at, one)?;
-                    let ty = self.simple_or_none(&target);
+                    let ty = self.simple(&target);
                     found.push((target, shown(one, value, &ty), is_both, one));
                 }
                 continue;
@@ -484,7 +475,7 @@ impl Lower<'_> {
             let values = self
                 .operands(at, &exprs, line, &mut |own, which| own.open_value(at, exprs[which]))?;
             for ((target, one), value) in group.into_iter().zip(values) {
-                let ty = self.simple_or_none(&target);
+                let ty = self.simple(&target);
                 found.push((target, shown(one, value, &ty), is_both, one));
             }
         }
@@ -507,10 +498,6 @@ impl Lower<'_> {
             self.add_always(key, writes);
         }
         Ok(())
-    }
-
-    fn simple_or_none(&self, spot: &Spot) -> Ty {
-        self.simple(spot)
     }
 
     /// The structure or array that an expression is, if it is one.
@@ -621,8 +608,10 @@ impl Lower<'_> {
             self.begins_without_call(id, line)?;
             let is_bit = matches!(self.simple(&spot), Ty::Bit);
             let value = match &one.initial {
-                None if self.is_reference(spot.ty) => Value::Constant(0),
-                Some(initial) if self.is_reference(spot.ty) => self.open_value(at, initial)?,
+                None if self.tree.types.is_reference(spot.ty) => Value::Constant(0),
+                Some(initial) if self.tree.types.is_reference(spot.ty) => {
+                    self.open_value(at, initial)?
+                }
                 Some(initial) => match (&initial.kind, initial.whole()) {
                     (_, Some(known)) => Value::Constant(known),
                     (ExprKind::Bool(on), _) if is_bit => Value::Bit(Logic::Const(*on)),
@@ -654,8 +643,8 @@ impl Lower<'_> {
 
     /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each call.
     fn begins_plain(&self, spot: &Spot, given: bool, line: u32) -> Result<(), Fault> {
-        let holds = !self.is_reference(spot.ty)
-            && self.has_reference(spot.ty)
+        let holds = !self.tree.types.is_reference(spot.ty)
+            && self.tree.has_reference(spot.ty)
             && (given || self.instances_of(spot.ty) > 0);
         if !self.begins_with_method(spot.ty) && !holds {
             return Ok(());
@@ -711,14 +700,4 @@ fn is_worked_out(initial: &Expr) -> bool {
         | ExprKind::Fault(_) => true,
         _ => false,
     }
-}
-
-/// What a call works out or passes.
-fn arguments(call: &Call) -> Vec<&Expr> {
-    let all = call.passed.iter();
-    all.filter_map(|(_, passed)| match passed {
-        Passed::ByValue(one) | Passed::InOut(one) => Some(one),
-        Passed::Output(..) | Passed::Dropped => None,
-    })
-    .collect()
 }

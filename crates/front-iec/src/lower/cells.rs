@@ -71,3 +71,13 @@ pub(super) fn add(found: &mut Cells, regions: Vec<Region>) {
         }
     }
 }
+
+/// Whether a region has all cells of another one.
+pub(super) fn encloses(region: Region, other: Region) -> bool {
+    match other {
+        Region::Range { first, count } => {
+            count == 0 || region.contains(first) && region.contains(first.plus(count - 1))
+        }
+        Region::Area(_) | Region::Everything => region == other,
+    }
+}

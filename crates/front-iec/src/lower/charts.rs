@@ -2,7 +2,7 @@
 
 use super::Lower;
 use super::spots::Context;
-use super::statements::{JumpTargets, jump_key};
+use super::statements::JumpTargets;
 use crate::assembler::Assembler;
 use crate::assembler::control::Whole;
 use crate::assembler::memory::{Memory, all, any, layout, memory, set};
@@ -13,7 +13,6 @@ use crate::assembler::{invariant, turns};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
-use scanbound_iec::Body;
 use scanbound_iec::chart::{Chart as Written, Qualifier};
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
@@ -26,40 +25,21 @@ use std::rc::Rc;
 /// A chart that is lowered.
 pub(super) struct Own<'c> {
     pub(super) at: &'c Context,
+    /// The routine that it is.
+    pub(super) id: RoutineId,
     pub(super) chart: &'c Chart,
     pub(super) written: &'c Written,
     pub(super) memory: Rc<Memory>,
 }
 
 impl<'t> Lower<'t> {
-    /// The body of a routine as it is written.
-    pub(super) fn written_body(&self, id: RoutineId) -> Option<&'t Body> {
-        let (tree, project) = (self.tree, self.project);
-        let routine = tree.routine(id);
-        let (unit, pou) = (tree.unit(routine.unit), &project.pous[routine.unit.index()]);
-        let at = |all: &[RoutineId]| all.iter().position(|&one| one == id);
-        Some(match routine.kind {
-            RoutineKind::Body => &pou.body,
-            RoutineKind::Action => &pou.actions[at(&unit.actions)?].body,
-            RoutineKind::Method => &pou.methods[at(&unit.methods)?].body,
-        })
-    }
-
-    /// The chart that a routine is, as it is written.
-    pub(super) fn written_chart(&self, id: RoutineId) -> Option<&'t Written> {
-        match self.written_body(id)? {
-            Body::Chart(chart) => Some(chart),
-            _ => None,
-        }
-    }
-
     /// What the chart of a routine of an instance remembers.
     pub(super) fn chart_memory(&mut self, instance: usize, id: RoutineId) -> Option<Rc<Memory>> {
         if let Some(known) = self.charts.memories.get(&(instance, id)) {
             return Some(known.clone());
         }
         let Code::Chart(own) = &self.tree.routine(id).code else { return None };
-        let chart = self.written_chart(id)?;
+        let chart = &own.written;
         let tag = self.chart_tag(instance, id, chart)?;
         let memory = Rc::new(memory(chart, &tag)?);
         self.charts.memories.insert((instance, id), memory.clone());
@@ -142,11 +122,11 @@ impl<'t> Lower<'t> {
 
     /// Lowers the chart that a routine is.
     pub(super) fn chart(&mut self, at: &Context, id: RoutineId, chart: &Chart) {
-        let Some(written) = self.written_chart(id) else { return };
+        let written = &chart.written;
         let Some(memory) = self.chart_memory(at.instance, id) else {
             return self.fault(no_room(written.line));
         };
-        let own = Own { at, chart, written, memory };
+        let own = Own { at, id, chart, written, memory };
         let flag = |lower: &mut Self, id| {
             let spot = lower.variable(at, id).ok()?;
             spot.tag.cell()
@@ -372,7 +352,7 @@ impl<'t> Lower<'t> {
                 continue;
             }
             let number = self.value(at, time);
-            let number = number.and_then(|value| self.as_number(value, Kind::Time, action.line));
+            let number = number.map(|value| self.as_number(value, Kind::Time));
             found.push(match number {
                 Ok(number) => self.is_no_time(number),
                 Err(fault) => {
@@ -386,7 +366,7 @@ impl<'t> Lower<'t> {
 
     /// Executes a statement where a condition holds; it is counted with what it belongs to.
     pub(super) fn executed(&mut self, at: &Context, one: &Statement, fires: Logic) {
-        let skip = self.jump(fires.not(), jump_key());
+        let skip = self.jump(fires.not(), Assembler::jump_key());
         let around = self.leave_out();
         self.statements(at, std::slice::from_ref(one), &mut JumpTargets::default());
         self.leave(around);

@@ -1,6 +1,7 @@
 //! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
 
 use super::Lower;
+use super::bodies::BodyKey;
 use crate::assembler::counted::Counted;
 use crate::assembler::tally::Current;
 use scanbound_iec::Language;
@@ -10,9 +11,13 @@ use scanbound_iec_tree::tree::{ExprKind, Root, Statement, StatementKind, Target}
 impl Lower<'_> {
     /// What is lowered from here on is this routine; gives what to go back to.
     pub(super) fn enter_routine(&mut self, id: RoutineId) -> Option<Current> {
-        let known = self.counted_body(id);
-        let keeps = self.tree.routine(id).language != Language::St;
-        self.assembler().enter_body(known, keeps)
+        self.enter((id, None), self.tree.routine(id).language)
+    }
+
+    /// The same of a body.
+    pub(super) fn enter(&mut self, body: BodyKey, language: Language) -> Option<Current> {
+        let known = self.bodies.get(&body).copied();
+        self.assembler().enter_body(known, language != Language::St)
     }
 
     /// A statement begins; `end_statement` ends it.

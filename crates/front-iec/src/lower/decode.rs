@@ -16,7 +16,9 @@ use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Section};
-use scanbound_iec_tree::declarations::{Owner, Routine, RoutineKind, Stated};
+use scanbound_iec_tree::declarations::{
+    Code, Owner, Routine, RoutineId, RoutineKind, Stated, UnitId,
+};
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
 use scanbound_ir::{MissingRoutine, Program, Region, SourceFile, Step, Write, flow};
@@ -31,7 +33,8 @@ pub(crate) struct SourceTraits {
     pub(crate) actions_first: bool,
 }
 
-/// What a project means.
+/// What a project means. `with_unused`: whether function blocks with charts are looked at, too, that no program has an
+/// instance of.
 ///
 /// # Errors
 /// All faults.
@@ -39,6 +42,7 @@ pub(crate) fn decode(
     project: &Project,
     dialect: &str,
     traits: SourceTraits,
+    with_unused: bool,
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     let faults = resolve::faults(project);
@@ -55,6 +59,7 @@ pub(crate) fn decode(
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
+        with_unused,
         charts: super::ChartOptions {
             actions_first: traits.actions_first,
             competing: Competing::new(project, asked.facts, traits.actions_first, 0),
@@ -120,6 +125,9 @@ impl<'t> Lower<'t> {
                 }
             }
             let last = if number == 0 { Step::End } else { Step::Return };
+            if self.options.with_unused {
+                self.unused_charts();
+            }
             self.assembler().builder.add(None, Vec::new(), last);
             if number == 0 {
                 main.end = self.builder.next();
@@ -166,6 +174,25 @@ impl<'t> Lower<'t> {
             let placed = task.programs.iter().flatten().map(|&at| self.program_instance(at));
             let own = placed.filter_map(Result::ok).collect();
             self.routines.tasks.push(own);
+        }
+    }
+
+    /// Calls an instance of each function block with charts.
+    fn unused_charts(&mut self) {
+        let tree = self.tree;
+        for (at, unit) in tree.units.iter().enumerate() {
+            let id = UnitId::at(at);
+            if unit.kind != PouKind::FunctionBlock || self.charts_of(id).is_empty() {
+                continue;
+            }
+            let Ok(instance) = self.unit_instance(&unit.name, id) else { continue };
+            self.call(instance, Entry::Body);
+            let is_chart =
+                |action: &&RoutineId| matches!(tree.routine(**action).code, Code::Chart(_));
+            unit.actions
+                .iter()
+                .filter(is_chart)
+                .for_each(|&one| self.call(instance, Entry::Routine(one)));
         }
     }
 
@@ -382,7 +409,7 @@ impl<'t> Lower<'t> {
         if let Entry::Routine(id) = entry {
             variables.extend(&self.tree.routine(id).variables);
         }
-        if variables.iter().any(|&id| self.has_reference(self.tree.variable(id).ty)) {
+        if variables.iter().any(|&id| self.tree.has_reference(self.tree.variable(id).ty)) {
             let told = format!(
                 "{} is handed or holds references: what it does through them is not known",
                 stated.name

@@ -5,10 +5,10 @@ use super::address::bits;
 use super::cells::{Cells, Effects, add};
 use super::spots::{Context, Spot};
 use super::{Entry, Lower};
+use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
 use scanbound_iec_tree::tree::{
-    Applied, Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, StatementKind, Step,
-    Target, each_statement,
+    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, Step, StepFlag, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaId, Cell, Region};
@@ -214,119 +214,19 @@ impl Lower<'_> {
     }
 
     pub(super) fn of_statements(&mut self, at: &Context, all: &[Statement], found: &mut Effects) {
-        let mut own: Vec<&Statement> = Vec::new();
-        each_statement(all, &mut |one| own.push(one));
-        for one in own {
-            match &one.kind {
-                StatementKind::Assign(target, value) => {
-                    self.of_expr(at, value, found);
-                    self.written(at, target, found);
-                }
-                StatementKind::Keep(_, value) => self.of_expr(at, value, found),
-                StatementKind::Copy(target, from) => {
-                    self.looked_at(at, from, found);
-                    self.written(at, target, found);
-                }
-                StatementKind::Latch(target, _, condition) => {
-                    self.of_expr(at, condition, found);
-                    self.written(at, target, found);
-                }
-                StatementKind::Call(call) => self.of_call(at, call, found),
-                StatementKind::Standard(applied) => self.of_applied(at, applied, found),
-                StatementKind::CallIf(condition, _)
-                | StatementKind::While(condition, _)
-                | StatementKind::Repeat(_, condition)
-                | StatementKind::Return(condition)
-                | StatementKind::Jump(condition, _) => self.of_expr(at, condition, found),
-                StatementKind::If(arms, _) => {
-                    arms.iter().for_each(|(condition, _)| self.of_expr(at, condition, found));
-                }
-                StatementKind::Case(of, arms, _) => {
-                    self.of_expr(at, of, found);
-                    for selector in arms.iter().flat_map(|(selectors, _)| selectors) {
-                        self.of_expr(at, &selector.low, found);
-                        selector.high.iter().for_each(|high| self.of_expr(at, high, found));
-                    }
-                }
-                StatementKind::For(own) => {
-                    self.of_expr(at, &own.from, found);
-                    self.of_expr(at, &own.to, found);
-                    self.written(at, &own.variable, found);
-                }
-                StatementKind::After(both) => self.of_call(at, &both.0, found),
-                StatementKind::Foreign(stated) => {
-                    let places = stated.writes.iter().flatten();
-                    places.for_each(|place| self.written(at, place, found));
-                }
-                StatementKind::Exit
-                | StatementKind::Continue
-                | StatementKind::Label(_)
-                | StatementKind::Either(..)
-                | StatementKind::Nothing
-                | StatementKind::Fault(_) => {}
-            }
-        }
+        accesses::of_statements(all, &mut Walk { lower: self, at, found });
     }
 
     pub(super) fn of_expr(&mut self, at: &Context, one: &Expr, found: &mut Effects) {
-        match &one.kind {
-            ExprKind::Read(place) => self.looked_at(at, place, found),
-            ExprKind::Step(flag) => {
-                for instance in self.instances_at(at, &flag.owner, found) {
-                    found.reads.insert(self.chart_cell(instance, flag.chart));
-                }
-            }
-            ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
-                self.of_expr(at, inner, found);
-            }
-            ExprKind::Binary(_, left, right) => {
-                self.of_expr(at, left, found);
-                self.of_expr(at, right, found);
-            }
-            ExprKind::Address(place) => {
-                self.led_to(at, place, found);
-                for spot in self.spots(at, place, found) {
-                    self.target(&spot);
-                }
-            }
-            ExprKind::Call(call) => self.of_call(at, call, found),
-            ExprKind::After(both) => {
-                self.of_call(at, &both.0, found);
-                self.of_expr(at, &both.1, found);
-            }
-            ExprKind::Standard(applied) => self.of_applied(at, applied, found),
-            ExprKind::List(all) => all.iter().for_each(|one| self.of_expr(at, one, found)),
-            ExprKind::Either(Some(both)) => {
-                self.of_expr(at, &both.0, found);
-                self.of_expr(at, &both.1, found);
-            }
-            _ => {}
-        }
-    }
-
-    fn of_applied(&mut self, at: &Context, of: &Applied, found: &mut Effects) {
-        of.inputs.iter().for_each(|one| self.of_expr(at, one, found));
-        of.outputs.iter().for_each(|place| self.written(at, place, found));
-        of.enable.condition.iter().for_each(|one| self.of_expr(at, one, found));
-        of.enable.result.iter().for_each(|(place, _)| self.written(at, place, found));
+        accesses::of_expr(one, &mut Walk { lower: self, at, found });
     }
 
     pub(super) fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {
-        for (_, passed) in &call.passed {
-            match passed {
-                Passed::ByValue(one) => self.of_expr(at, one, found),
-                Passed::InOut(one) => {
-                    self.of_expr(at, one, found);
-                    if let ExprKind::Read(place) = &one.unconverted().kind {
-                        self.written(at, place, found);
-                    }
-                }
-                Passed::Output(place, _) => self.written(at, place, found),
-                Passed::Dropped => {}
-            }
-        }
-        call.enable.condition.iter().for_each(|one| self.of_expr(at, one, found));
-        call.enable.result.iter().for_each(|(place, _)| self.written(at, place, found));
+        accesses::of_call(call, &mut Walk { lower: self, at, found });
+    }
+
+    /// What that does which a call calls.
+    fn of_target(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         let tree = self.tree;
         let own = match &call.target {
             Target::Function(unit) => match self.function_instance(*unit) {
@@ -595,20 +495,13 @@ impl Lower<'_> {
     /// Whether a method is executed when instances in a type begin.
     pub(super) fn begins_with_method(&self, ty: scanbound_iec_tree::types::TypeId) -> bool {
         let tree = self.tree;
-        match tree.types.get(ty) {
-            Typed::Array(_, of) => self.begins_with_method(*of),
-            Typed::Struct(id) => {
-                tree.types.parts(*id).iter().any(|(_, of)| self.begins_with_method(*of))
-            }
+        let begins = |of: &Typed| match of {
             Typed::Block(unit) => {
                 tree.lineage(*unit).into_iter().any(|one| tree.unit(one).begins_with_method)
-                    || tree
-                        .members(*unit)
-                        .into_iter()
-                        .any(|one| self.begins_with_method(tree.variable(one).ty))
             }
             _ => false,
-        }
+        };
+        tree.holds(ty, &begins)
     }
 }
 
@@ -629,5 +522,39 @@ fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
         let index = u32::try_from(from).unwrap_or(u32::MAX / 2);
         let first = Cell { area: AreaId(BITS + number + side), index };
         found.insert((first, u32::try_from(count).unwrap_or(u32::MAX / 2)));
+    }
+}
+
+/// A walk through code of a context.
+struct Walk<'w, 't> {
+    lower: &'w mut Lower<'t>,
+    at: &'w Context,
+    found: &'w mut Effects,
+}
+
+impl Accesses for Walk<'_, '_> {
+    fn reads(&mut self, place: &Place) {
+        self.lower.looked_at(self.at, place, self.found);
+    }
+
+    fn writes(&mut self, place: &Place) {
+        self.lower.written(self.at, place, self.found);
+    }
+
+    fn takes_address(&mut self, place: &Place) {
+        self.lower.led_to(self.at, place, self.found);
+        for spot in self.lower.spots(self.at, place, self.found) {
+            self.lower.target(&spot);
+        }
+    }
+
+    fn asks(&mut self, flag: &StepFlag) {
+        for instance in self.lower.instances_at(self.at, &flag.owner, self.found) {
+            self.found.reads.insert(self.lower.chart_cell(instance, flag.chart));
+        }
+    }
+
+    fn calls(&mut self, call: &Call) {
+        self.lower.of_target(self.at, call, self.found);
     }
 }

@@ -1,14 +1,16 @@
 //! Calls of instances that stand in arrays, by numbers that are worked out.
 
 use super::Lower;
+use super::references::is_number;
 use super::spots::Context;
-use crate::assembler::value::{Value, constant};
+use crate::assembler::value::Value;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Step as PathStep};
 use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation};
+use scanbound_ir::{Number, WordSource};
+use std::ops::RangeInclusive;
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
@@ -79,6 +81,27 @@ impl Lower<'_> {
         place
     }
 
+    /// The number of the element that a path means where it is worked out, as words, with what [`Lower::worked_out_element`]
+    /// says of it.
+    fn number_of_element(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<Option<(usize, Expr, RangeInclusive<i64>, Vec<WordSource>)>, Fault> {
+        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
+            return Ok(None);
+        };
+        if high - low >= MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &index)?;
+        let number = self.as_number(value, DINT);
+        let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
+        Ok(Some((step, index, low..=high, words)))
+    }
+
     /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
     pub(super) fn one_of(
         &mut self,
@@ -87,18 +110,10 @@ impl Lower<'_> {
         line: u32,
         act: &mut dyn FnMut(&mut Self, Place) -> Result<(), Fault>,
     ) -> Result<bool, Fault> {
-        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
-            return Ok(false);
-        };
-        if high - low >= MOST_INSTANCES {
-            return Err(unknown_number(line));
-        }
-        let value = self.value(at, &index)?;
-        let number = self.as_number(value, DINT, line)?;
-        let words = self.copied(number, 2);
-        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
-        for number in low..=high {
-            let skip = self.unless(&words, number);
+        let found = self.number_of_element(at, place, line)?;
+        let Some((step, index, numbers, words)) = found else { return Ok(false) };
+        for number in numbers {
+            let skip = self.jump(is_number(&words, number, 2).not(), None);
             let done = act(self, Self::with_index(place, step, number, &index));
             self.land(skip);
             self.landing();
@@ -115,43 +130,18 @@ impl Lower<'_> {
         line: u32,
         act: &mut dyn FnMut(&mut Self, Place) -> Result<Value, Fault>,
     ) -> Result<Option<Value>, Fault> {
-        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
-            return Ok(None);
-        };
-        if high - low >= MOST_INSTANCES {
-            return Err(unknown_number(line));
-        }
-        let value = self.value(at, &index)?;
-        let number = self.as_number(value, DINT, line)?;
-        let words = self.copied(number, 2);
-        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
+        let found = self.number_of_element(at, place, line)?;
+        let Some((step, index, numbers, words)) = found else { return Ok(None) };
         let (mut known, mut ends) = (None, Vec::new());
-        for number in low..=high {
-            let skip = (number < high).then(|| self.unless(&words, number));
+        let last = *numbers.end();
+        for number in numbers {
+            let skip = (number < last).then(|| self.jump(is_number(&words, number, 2).not(), None));
             let value = act(self, Self::with_index(place, step, number, &index))?;
-            known = Some(match known {
-                None => self.stored(value, true),
-                Some(known) => self.merged(known, value),
-            });
-            let Some(skip) = skip else { continue };
-            ends.push(self.jump(Logic::Const(true), None));
-            self.land(skip);
-            self.landing();
+            known = Some(self.gathered(known, value));
+            self.past(skip, &mut ends);
         }
-        ends.into_iter().for_each(|end| self.land(end));
-        self.landing();
+        self.all_land(ends);
         Ok(Some(known.unwrap_or(Value::Any)))
-    }
-
-    /// A jump over what is for one number alone.
-    fn unless(&mut self, words: &[scanbound_ir::WordSource], number: i64) -> usize {
-        let own = Compare {
-            relation: Relation::Equal,
-            format: NumberFormat::Signed,
-            left: Number::Words(words.to_vec()),
-            right: constant(number, 2),
-        };
-        self.jump(Logic::Compare(Box::new(own)).not(), None)
     }
 }
 

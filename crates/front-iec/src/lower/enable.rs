@@ -35,13 +35,13 @@ impl Lower<'_> {
 
     /// Begins to work out the arguments of a function or a method. Where EN is false, some controllers do, and leave the body
     /// out; that matters where an argument calls something.
-    pub(super) fn begin_arguments(
+    pub(super) fn begin_arguments<'e>(
         &mut self,
         at: &Context,
         enable: &Enable,
-        arguments: &[&Expr],
+        mut arguments: impl Iterator<Item = &'e Expr>,
     ) -> Result<Option<Enabled>, Fault> {
-        if arguments.iter().any(|one| self.calls_own(one)) {
+        if arguments.any(|one| self.calls_own(one)) {
             return self.begin_inputs(at, enable);
         }
         let condition = self.condition(at, enable)?;
@@ -50,8 +50,7 @@ impl Lower<'_> {
 
     /// Begins a call: what follows is skipped where EN is false.
     pub(super) fn begin_enabled(&mut self, condition: Logic) -> Enabled {
-        let key = Some(Assembler::key(&["JMP"], "jump"));
-        let skip = self.jump(condition.clone().not(), key);
+        let skip = self.jump(condition.clone().not(), Assembler::jump_key());
         Enabled { condition, skip, is_body: true }
     }
 

@@ -37,7 +37,7 @@ impl Lower<'_> {
             Typed::Block(unit) => {
                 let members = tree.members(*unit).into_iter();
                 let charts = self.charts_of(*unit).into_iter();
-                let charts = charts.filter_map(|id| layout(self.written_chart(id)?).size());
+                let charts = charts.filter_map(|(_, chart)| layout(&chart.written).size());
                 let remembered = charts.map(|[bits, words]| u64::from(bits) + u64::from(words));
                 let parts = all(Box::new(members.map(|one| tree.variable(one).ty)));
                 remembered.fold(parts, u64::saturating_add)
@@ -97,16 +97,9 @@ impl Lower<'_> {
 
     /// Whether a type holds instances with charts, which remember more than their variables.
     pub(super) fn has_charts(&self, ty: TypeId) -> bool {
-        let tree = self.tree;
-        match tree.types.get(ty) {
-            Typed::Array(_, of) => self.has_charts(*of),
-            Typed::Struct(id) => tree.types.parts(*id).iter().any(|(_, of)| self.has_charts(*of)),
-            Typed::Block(unit) => {
-                !self.charts_of(*unit).is_empty()
-                    || tree.members(*unit).iter().any(|&one| self.has_charts(tree.variable(one).ty))
-            }
-            _ => false,
-        }
+        let has =
+            |of: &Typed| matches!(of, Typed::Block(unit) if !self.charts_of(*unit).is_empty());
+        self.tree.holds(ty, &has)
     }
 
     /// How much an operand moves as a whole.

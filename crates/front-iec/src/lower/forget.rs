@@ -6,6 +6,7 @@ use crate::assembler::memory::set;
 use crate::assembler::value::constant;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::charts::Chart;
 use scanbound_iec_tree::declarations::{Code, RoutineId, UnitId};
 use scanbound_iec_tree::tree::Step;
 use scanbound_iec_tree::types::Type as Typed;
@@ -14,15 +15,19 @@ use scanbound_ir::{AreaKind, Logic, Region, WordTarget, Write};
 /// Larger arrays of charts are not begun anew.
 const MOST: i64 = 4096;
 
-impl Lower<'_> {
+impl<'t> Lower<'t> {
     /// The routines of a unit, and of those that it extends, that are charts.
-    pub(super) fn charts_of(&self, unit: UnitId) -> Vec<RoutineId> {
+    pub(super) fn charts_of(&self, unit: UnitId) -> Vec<(RoutineId, &'t Chart)> {
         let tree = self.tree;
         let units: Vec<_> = tree.lineage(unit).into_iter().map(|one| tree.unit(one)).collect();
         let actions = units.iter().flat_map(|unit| &unit.actions);
         let methods = units.iter().flat_map(|unit| &unit.methods);
         let all = units.iter().map(|unit| &unit.body).chain(actions).chain(methods).copied();
-        all.filter(|&id| matches!(tree.routine(id).code, Code::Chart(_))).collect()
+        let chart = |id: RoutineId| match &tree.routine(id).code {
+            Code::Chart(chart) => Some((id, &**chart)),
+            _ => None,
+        };
+        all.filter_map(chart).collect()
     }
 
     /// Lets the charts in a variable remember nothing, as before their first scan.
@@ -69,7 +74,7 @@ impl Lower<'_> {
     fn forget_own(&mut self, spot: &Spot, unit: UnitId) {
         let instance = self.instance(spot, unit);
         self.charts.begun_anew.insert(instance);
-        for id in self.charts_of(unit) {
+        for (id, _) in self.charts_of(unit) {
             let Some(memory) = self.chart_memory(instance, id) else { continue };
             let mut writes = Vec::new();
             for region in memory.tag.regions() {

@@ -10,14 +10,14 @@ use crate::assembler::loops::{MOST, Turns, whole_range};
 use crate::assembler::mixed::{below_zero, mixed};
 use crate::assembler::numbers::read;
 use crate::assembler::types::{DINT, Kind, Ty};
-use crate::assembler::value::{Value, constant};
+use crate::assembler::value::{Value, constant, signed};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{
     Expr, ExprKind, ForLoop, Place, Statement, StatementKind, each_statement,
 };
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, WordSource, WordTarget, Write};
+use scanbound_ir::{Logic, Number, Relation, WordSource, WordTarget, Write};
 
 /// With which value a loop begins.
 enum First {
@@ -36,10 +36,6 @@ struct Counting {
     by: i64,
     /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all values.
     only_there: bool,
-}
-
-fn jump_key() -> Option<scanbound_ir::TimingKey> {
-    Some(Assembler::key(&["JMP"], "jump"))
 }
 
 fn endless<T>(line: u32, what: &str) -> Result<T, Fault> {
@@ -152,12 +148,8 @@ impl Lower<'_> {
         self.write(vec![either]);
         let mut goes_back = vec![Logic::cell(kept)];
         if turns.least == 0 {
-            goes_back.push(Logic::Compare(Box::new(Compare {
-                relation: Relation::Greater,
-                format: NumberFormat::Signed,
-                left: Number::Words(vec![turns.count]),
-                right: constant(0, 1),
-            })));
+            let count = Number::Words(vec![turns.count]);
+            goes_back.push(signed(Relation::Greater, count, constant(0, 1)));
         }
         let Value::Number(kind, now) = read(cell, &self.simple(&spot)) else { return Ok(()) };
         let by = constant(by, kind.words());
@@ -179,7 +171,7 @@ impl Lower<'_> {
         let (turns, is_stated) = self.turns_while(at, (condition, true), body, 0, line)?;
         let begin = self.begin_loop(&turns, None);
         let goes_on = self.bit(at, condition)?;
-        let leave = self.jump(goes_on.not(), jump_key());
+        let leave = self.jump(goes_on.not(), Assembler::jump_key());
         let out = self.around(at, body, targets);
         self.at(line, "END_WHILE");
         self.end_loop(begin, "JMP", Vec::new());
@@ -210,7 +202,7 @@ impl Lower<'_> {
         let mut out = self.around(at, body, targets);
         self.at(line, "END_REPEAT");
         let ends = self.bit(at, until)?;
-        out.push(self.jump(ends, jump_key()));
+        out.push(self.jump(ends, Assembler::jump_key()));
         self.close_loop(begin, "JMP");
         if is_stated {
             self.ends_here(Logic::Const(true));
@@ -289,7 +281,7 @@ impl Lower<'_> {
             let last = self.value(at, end)?;
             let last = match last {
                 Value::Number(Kind::Whole { bits: ..32, .. }, _) => {
-                    Value::Number(DINT, self.as_number(last, DINT, line)?)
+                    Value::Number(DINT, self.as_number(last, DINT))
                 }
                 last => last,
             };
@@ -356,7 +348,7 @@ impl Lower<'_> {
             {
                 return endless(line, "the ends of the loop have more than 31 bits");
             }
-            found.push(self.loop_end(value, far, crosses, line)?);
+            found.push(self.loop_end(value, far, crosses));
         }
         let name = match &to.kind {
             ExprKind::Read(place) => match self.find(at, place, line) {
@@ -488,13 +480,7 @@ impl Lower<'_> {
 
 impl Assembler {
     /// An end of a loop as a number.
-    fn loop_end(
-        &mut self,
-        value: Value,
-        far: i64,
-        crosses: bool,
-        line: u32,
-    ) -> Result<Number, Fault> {
+    fn loop_end(&mut self, value: Value, far: i64, crosses: bool) -> Number {
         // A short one is kept as it is: what is known of its one word says more than what is known of two.
         let is_short =
             matches!(value, Value::Number(Kind::Whole { bits: ..=16, .. }, _)) && !crosses;
@@ -504,7 +490,7 @@ impl Assembler {
             }
             value => value,
         };
-        let mut number = self.as_number(value, DINT, line)?;
+        let mut number = self.as_number(value, DINT);
         if crosses {
             // Some controllers take it as a very large one.
             number = Number::Words(self.copied(number, 2));
@@ -513,10 +499,10 @@ impl Assembler {
         if far != 0 {
             number = Number::Add(Box::new(number), Box::new(constant(far, 2)));
         }
-        Ok(match is_short {
+        match is_short {
             true => number,
             false => Number::Words(self.copied(number, 2)),
-        })
+        }
     }
 
     /// How often a number goes from one end to the other by steps.

@@ -3,6 +3,7 @@
 mod actions;
 mod address;
 mod aliases;
+mod bodies;
 mod calls;
 mod cells;
 mod charts;
@@ -28,11 +29,12 @@ pub(crate) use decode::{SourceTraits, decode};
 
 use crate::assembler::competing::Competing;
 use crate::assembler::memory::Memory as ChartMemory;
-use crate::assembler::tally::{self, Tally};
 use crate::assembler::types::Extent;
 use crate::assembler::value::Value;
 use crate::assembler::{Assembler, VARIABLES};
+use bodies::Bodies;
 use cells::Effects;
+
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::Project;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
@@ -61,6 +63,8 @@ struct Options {
     stated_turns: BTreeMap<String, (i64, i64)>,
     /// Whether a loop of which nothing is known is taken to go round any number of times.
     is_incomplete: bool,
+    /// Whether function blocks with charts are lowered, too, that no program has an instance of.
+    with_unused: bool,
     charts: ChartOptions,
 }
 
@@ -105,6 +109,8 @@ struct Lower<'t> {
     effects: BTreeMap<(usize, Entry), Effects>,
     kept: Kept,
     charts: Charts,
+    /// The numbers of bodies whose statements are counted.
+    bodies: Bodies,
 }
 
 /// Where variables lie.
@@ -173,9 +179,9 @@ impl<'t> Lower<'t> {
             program.areas.push(area(name, AreaKind::Bit, role));
             program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));
         }
-        let tally = Tally::of(project, &mut program.statements);
+        let bodies = bodies::bodies(tree, &mut program.statements);
         Lower {
-            assembler: Assembler::new(program, tally),
+            assembler: Assembler::new(program),
             tree,
             project,
             options,
@@ -186,11 +192,7 @@ impl<'t> Lower<'t> {
             effects: BTreeMap::new(),
             kept: Kept::default(),
             charts: Charts::default(),
+            bodies,
         }
-    }
-
-    /// The number of a routine's body among those that are counted.
-    fn counted_body(&self, id: RoutineId) -> Option<usize> {
-        self.tally.bodies.get(&tally::key(self.written_body(id)?)).copied()
     }
 }

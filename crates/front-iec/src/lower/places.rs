@@ -176,7 +176,7 @@ impl<'t> Lower<'t> {
     }
 
     /// An instance of a unit that is a variable of its own.
-    fn unit_instance(&mut self, name: &str, unit: UnitId) -> Result<usize, Fault> {
+    pub(super) fn unit_instance(&mut self, name: &str, unit: UnitId) -> Result<usize, Fault> {
         let line = self.tree.unit(unit).line;
         let ty = self.tree.types.find(&Typed::Block(unit));
         let ty = ty.ok_or_else(|| too_large(line, name))?;
@@ -438,7 +438,7 @@ impl<'t> Lower<'t> {
         for ((value, (low, high)), step) in
             values.into_iter().zip(dimensions).zip(step.iter().rev())
         {
-            let value = self.as_number(value, DINT, line)?;
+            let value = self.as_number(value, DINT);
             let words = self.words(value, 2);
             self.not_followed_where(is_outside(&Number::Words(words.clone()), *low, *high));
             terms.push((words, size.map(|size| size * step)));

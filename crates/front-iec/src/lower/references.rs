@@ -3,6 +3,7 @@
 //! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is done through
 //! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
 
+use super::cells::encloses;
 use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use crate::assembler::value::{Value, constant};
@@ -12,7 +13,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Region, Relation, WordSource};
+use scanbound_ir::{Logic, Number, NumberFormat, Region, Relation, WordSource};
 
 /// More variables than this, one reference is not taken to mean.
 const MOST: usize = 64;
@@ -34,13 +35,10 @@ fn not_followed(line: u32, what: String) -> Fault {
 }
 
 /// Whether words are a number.
-fn is_number(words: &[WordSource], number: i64, size: u32) -> Logic {
-    Logic::Compare(Box::new(Compare {
-        relation: Relation::Equal,
-        format: if size == 1 { NumberFormat::Unsigned } else { NumberFormat::Signed },
-        left: Number::Words(words.to_vec()),
-        right: constant(number, size),
-    }))
+pub(super) fn is_number(words: &[WordSource], number: i64, size: u32) -> Logic {
+    let format = if size == 1 { NumberFormat::Unsigned } else { NumberFormat::Signed };
+    let words = Number::Words(words.to_vec());
+    Logic::compare(Relation::Equal, format, words, constant(number, size))
 }
 
 /// Where a path goes through a reference first.
@@ -49,28 +47,6 @@ fn through(place: &Place) -> Option<usize> {
 }
 
 impl<'t> Lower<'t> {
-    /// Whether a type is that of references, pointers or interfaces.
-    pub(super) fn is_reference(&self, ty: TypeId) -> bool {
-        matches!(self.tree.types.get(ty), Typed::Reference(..) | Typed::Interface(_))
-    }
-
-    /// Whether a type holds references.
-    pub(super) fn has_reference(&self, ty: TypeId) -> bool {
-        let tree = self.tree;
-        match tree.types.get(ty) {
-            Typed::Reference(..) | Typed::Interface(_) => true,
-            Typed::Array(_, of) => self.has_reference(*of),
-            Typed::Struct(id) => {
-                tree.types.parts(*id).iter().any(|(_, ty)| self.has_reference(*ty))
-            }
-            Typed::Block(unit) => {
-                let members = tree.members(*unit).into_iter();
-                { members }.any(|one| self.has_reference(tree.variable(one).ty))
-            }
-            _ => false,
-        }
-    }
-
     /// Whether a reference of a type can mean a variable.
     fn can_mean(&self, reference: TypeId, spot: &Spot) -> bool {
         let tree = self.tree;
@@ -218,12 +194,9 @@ impl<'t> Lower<'t> {
 
     /// Whether what a variable of a type begins with may say what references mean.
     fn matters(&self, ty: TypeId) -> bool {
-        match self.tree.types.get(ty) {
-            Typed::Reference(..) | Typed::Interface(_) | Typed::Block(_) => true,
-            Typed::Array(_, of) => self.matters(*of),
-            Typed::Struct(id) => self.tree.types.parts(*id).iter().any(|(_, ty)| self.matters(*ty)),
-            _ => false,
-        }
+        let is =
+            |of: &Typed| matches!(of, Typed::Reference(..) | Typed::Interface(_) | Typed::Block(_));
+        self.tree.holds(ty, &is)
     }
 
     /// The word that goes into a reference.
@@ -285,7 +258,7 @@ impl<'t> Lower<'t> {
                     return Err(what());
                 }
                 let value = self.value(at, index)?;
-                let number = self.as_number(value, DINT, line)?;
+                let number = self.as_number(value, DINT);
                 let words = self.copied(number, 2);
                 let (mut known, mut ends) = (None, Vec::new());
                 for number in low..=high {
@@ -341,20 +314,20 @@ impl<'t> Lower<'t> {
     }
 
     /// Ends what is for one number alone.
-    fn past(&mut self, skip: Option<usize>, ends: &mut Vec<usize>) {
+    pub(super) fn past(&mut self, skip: Option<usize>, ends: &mut Vec<usize>) {
         let Some(skip) = skip else { return };
         ends.push(self.jump(Logic::Const(true), None));
         self.land(skip);
         self.landing();
     }
 
-    fn all_land(&mut self, ends: Vec<usize>) {
+    pub(super) fn all_land(&mut self, ends: Vec<usize>) {
         ends.into_iter().for_each(|end| self.land(end));
         self.landing();
     }
 
     /// A value of one way, with that of the ways before.
-    fn gathered(&mut self, known: Option<Value>, value: Value) -> Value {
+    pub(super) fn gathered(&mut self, known: Option<Value>, value: Value) -> Value {
         match known {
             None => self.stored(value, true),
             Some(known) => self.merged(known, value),
@@ -490,15 +463,5 @@ impl<'t> Lower<'t> {
             }
         }
         Ok(())
-    }
-}
-
-/// Whether a region contains all cells of another one.
-fn encloses(region: Region, other: Region) -> bool {
-    match other {
-        Region::Range { first, count } => {
-            count == 0 || region.contains(first) && region.contains(first.plus(count - 1))
-        }
-        Region::Area(_) | Region::Everything => region == other,
     }
 }

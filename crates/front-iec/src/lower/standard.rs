@@ -8,48 +8,18 @@ use crate::assembler::numbers::row;
 use crate::assembler::open::{beyond, complement, opened, parted};
 use crate::assembler::results::crosses;
 use crate::assembler::types::{DINT, Extent, Kind, Ty};
-use crate::assembler::value::{Value, constant, wrapped};
+use crate::assembler::value::{Value, constant, signed, unsigned, wrapped};
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::standard::{Function, Shift, Simple};
 use scanbound_iec_tree::tree::{Applied, Expr};
-use scanbound_ir::{Compare, Logic, Number, NumberFormat, Relation, Step};
+use scanbound_ir::{Logic, Number, Relation, Step};
 
 /// A type that a conversion names.
 fn ty(of: Simple) -> Ty {
     match of {
         Simple::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
         Simple::Text => Ty::Whole,
-    }
-}
-
-/// The name that prices a function.
-fn name(function: &Function) -> &str {
-    match function {
-        Function::Operator { operator, of_times } => match (operator, of_times) {
-            (Operator::Add, true) => "ADD_TIME",
-            (Operator::Subtract, true) => "SUB_TIME",
-            (Operator::Multiply, true) => "MULTIME",
-            (Operator::Divide, true) => "DIVTIME",
-            (operator, _) => row(*operator, None),
-        },
-        Function::Move => "MOVE",
-        Function::Not => "NOT",
-        Function::Sel => "SEL",
-        Function::Mux => "MUX",
-        Function::Extreme { larger: true } => "MAX",
-        Function::Extreme { larger: false } => "MIN",
-        Function::Limit => "LIMIT",
-        Function::Abs => "ABS",
-        Function::Shift(shift) => match (shift.rotates, shift.left) {
-            (false, true) => "SHL",
-            (false, false) => "SHR",
-            (true, true) => "ROL",
-            (true, false) => "ROR",
-        },
-        Function::Convert { name, .. } | Function::Decimal { name, .. } => name,
-        Function::Measured(_) => "FUNCTION",
-        Function::Unfollowed(name) => name,
     }
 }
 
@@ -64,14 +34,13 @@ impl Lower<'_> {
         if !of.enable.is_given() {
             return self.seen_bits(at, of, line);
         }
-        let inputs: Vec<&Expr> = of.inputs.iter().collect();
-        let enabled = self.begin_arguments(at, &of.enable, &inputs)?;
+        let enabled = self.begin_arguments(at, &of.enable, of.inputs.iter())?;
         let result = self.seen_bits(at, of, line)?;
         let result = self.frozen(result);
         let enable = self.end_enabled(at, enabled, &of.enable, line)?;
         let targets: Vec<_> = of.outputs.iter().collect();
         self.open_outputs(at, enable.as_ref(), &targets, line)?;
-        self.result_if(enable, result, line)
+        Ok(self.result_if(enable, result))
     }
 
     /// What a function works out, or anything where that shows how many bits are kept of its inputs.
@@ -107,10 +76,8 @@ impl Lower<'_> {
             self.assign(at, target, None, Value::Any, line)?;
         }
         let Some(order) = &of.order else {
-            let why = format!(
-                "not all inputs of {} are connected: the result may be any value",
-                name(&of.function)
-            );
+            let why =
+                format!("not all inputs of {} are connected: the result may be any value", of.name);
             let at = self.builder.add(None, Vec::new(), Step::Nothing);
             self.program().approximate(at, why);
             return Ok(Value::Any);
@@ -135,7 +102,7 @@ impl Lower<'_> {
         mut values: Vec<Value>,
         line: u32,
     ) -> Result<Value, Fault> {
-        let upper = name(&of.function).to_owned();
+        let upper = of.name.as_str();
         let first = of.inputs.first();
         let seen = |value: Option<Value>, to: &Ty| match first {
             Some(input) => value.map(|value| shown(input, value, to)),
@@ -148,12 +115,10 @@ impl Lower<'_> {
         }
         match (&of.function, values.len()) {
             (Function::Decimal { reads, to, .. }, _) => {
-                self.cost(&[&upper, "CONVERT"], "conversion");
+                self.cost(&[upper, "CONVERT"], "conversion");
                 let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), *reads);
                 match to {
-                    Some(to) => {
-                        self.charged_already(|own| own.conversion(Some(value), &ty(*to), line))
-                    }
+                    Some(to) => Ok(self.charged_already(|own| own.conversion(value, &ty(*to)))),
                     // Without a type, compilers differ in how many digits there are.
                     None => Ok(Value::Any),
                 }
@@ -165,8 +130,8 @@ impl Lower<'_> {
                     None => matches!(values.first(), Some(Value::Any)),
                 };
                 match of_text || to.is_text() {
-                    true => self.cost(&[&upper, "FUNCTION"], "special"),
-                    false => self.cost(&[&upper, "CONVERT"], "conversion"),
+                    true => self.cost(&[upper, "FUNCTION"], "special"),
+                    false => self.cost(&[upper, "CONVERT"], "conversion"),
                 }
                 let of_time = match from {
                     Some(from) => from.is_time(),
@@ -176,9 +141,10 @@ impl Lower<'_> {
                     return Ok(self.of_any_unit(&ty(*to)));
                 }
                 let value = seen(values.into_iter().next(), &ty(*to));
+                let value = value.ok_or_else(|| Fault::new(line, "a conversion has one input"))?;
                 let named = |one: Simple| (one.is_bits(), ty(one));
                 let (from, to) = (from.map(named), named(*to));
-                self.charged_already(|own| own.named_conversion(value, from, to, line))
+                Ok(self.charged_already(|own| own.named_conversion(value, from, to)))
             }
             (Function::Operator { operator, .. }, 2..) => self.folded(*operator, values, line),
             (Function::Operator { .. }, _) => Ok(Value::Any),
@@ -203,17 +169,17 @@ impl Lower<'_> {
                     Value::Bit(logic) => logic,
                     _ => self.any_bit("a choice that is not followed"),
                 };
-                self.chosen(which, two, one, line)
+                Ok(self.chosen(which, two, one))
             }
             (Function::Extreme { .. } | Function::Limit, 3..) if crosses(&values) => {
-                self.crossed(&upper, &values, line)
+                self.crossed(upper, &values, line)
             }
             (Function::Extreme { larger }, 2..) => {
                 let larger = *larger;
                 let mut rest = values.into_iter();
                 let mut best = rest.next().unwrap_or(Value::Any);
                 for next in rest {
-                    self.cost(&[&upper], "compare");
+                    self.cost(&[upper], "compare");
                     best = self.better(best, next, larger, line)?;
                 }
                 Ok(best)
@@ -225,9 +191,9 @@ impl Lower<'_> {
             }
             (Function::Abs, 1) => self.absolute(values.remove(0), line),
             (Function::Shift(Shift { .. }), 2) => {
-                self.cost(&[&upper, "FUNCTION"], "special");
+                self.cost(&[upper, "FUNCTION"], "special");
                 let (places, moved) = (values.remove(1), values.remove(0));
-                let found = self.moved(&upper, moved, places);
+                let found = self.moved(upper, moved, places);
                 if matches!(found, Value::Any) {
                     let at = self.builder.next() - 1;
                     let why = format!("the result of {upper} may be any value");
@@ -244,9 +210,9 @@ impl Lower<'_> {
                 Ok(Value::Constant(*value))
             }
             (Function::Unfollowed(_) | Function::Abs | Function::Shift(_) | Function::Mux, _) => {
-                self.cost(&[&upper, "FUNCTION"], "special");
+                self.cost(&[upper, "FUNCTION"], "special");
                 let extent = of.inputs.first().map_or(Extent::One, |one| self.extent(one));
-                self.any_result(&upper, values.first(), extent, line)
+                self.any_result(upper, values.first(), extent, line)
             }
             (
                 Function::Move
@@ -295,12 +261,8 @@ impl Assembler {
         let words = self.words(number, kind.words());
         let number = Number::Words(words);
         let zero = || constant(0, kind.words());
-        let negative = Logic::Compare(Box::new(Compare {
-            relation: Relation::Less,
-            format: if kind.is_signed() { NumberFormat::Signed } else { NumberFormat::Unsigned },
-            left: number.clone(),
-            right: zero(),
-        }));
+        let below = if kind.is_signed() { signed } else { unsigned };
+        let negative = below(Relation::Less, number.clone(), zero());
         let flipped = match kind {
             Kind::Time => self.time_worked_out(Operator::Subtract, zero(), number.clone()),
             _ => wrapped(kind, Number::Sub(Box::new(zero()), Box::new(number.clone()))),
@@ -308,8 +270,7 @@ impl Assembler {
         // The least number has no positive one of its type.
         let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
         let beyond = beyond.filter(|_| kind.is_signed());
-        let found =
-            self.chosen(negative, Value::Number(kind, flipped), Value::Number(kind, number), line)?;
-        Ok(opened(found, beyond))
+        let [flipped, number] = [flipped, number].map(|one| Value::Number(kind, one));
+        Ok(opened(self.chosen(negative, flipped, number), beyond))
     }
 }

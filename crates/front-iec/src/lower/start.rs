@@ -1,6 +1,7 @@
 //! What is known of the state after power-up, and what keeps its values when the power fails.
 
 use super::Lower;
+use super::cells::encloses;
 use super::first_values::{First, FirstValue};
 use super::spots::{Instance, Spot};
 use scanbound_iec::PouKind;
@@ -118,7 +119,7 @@ impl Lower<'_> {
             return true;
         }
         let kept = merged(self.retained_regions());
-        own.iter().all(|own| kept.iter().any(|kept| holds(*kept, *own)))
+        own.iter().all(|own| kept.iter().any(|kept| encloses(*kept, *own)))
     }
 
     /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of instances.
@@ -151,18 +152,6 @@ impl Lower<'_> {
         let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
         let own = own.filter(|own| regions.iter().any(|one| flow::overlap(**own, *one)));
         known.latched.extend(own.copied().collect::<Vec<_>>());
-    }
-}
-
-/// Whether a region has all cells of another one.
-fn holds(kept: Region, own: Region) -> bool {
-    match (kept, own) {
-        (Region::Range { first, count }, Region::Range { first: inner, count: many }) => {
-            first.area == inner.area
-                && first.index <= inner.index
-                && inner.index + many <= first.index + count
-        }
-        _ => false,
     }
 }
 

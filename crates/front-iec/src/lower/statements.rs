@@ -6,7 +6,6 @@ use super::spots::{Context, Found, Instance};
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
 use crate::assembler::memory::set;
-use crate::assembler::types::Kind;
 use crate::assembler::value::Value;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
@@ -33,10 +32,6 @@ pub(super) struct JumpTargets {
     pub(super) ends: Option<Vec<usize>>,
     /// In an action: the bit that says that RETURN ended it.
     pub(super) returned: Option<Cell>,
-}
-
-pub(super) fn jump_key() -> Option<scanbound_ir::TimingKey> {
-    Some(Assembler::key(&["JMP"], "jump"))
 }
 
 impl Lower<'_> {
@@ -86,8 +81,8 @@ impl Lower<'_> {
             }
             Code::Chart(chart) => self.chart(&context, found, chart),
             Code::Unread(fault) => {
-                let fault = fault.clone();
-                self.fault(fault);
+                let message = format!("{} ({})", fault.message, routine.language.name());
+                self.fault(Fault { message, ..fault.clone() });
             }
         }
         self.leave(around);
@@ -167,7 +162,8 @@ impl Lower<'_> {
             }
             StatementKind::Assign(target, value) => {
                 let value = value.unconverted();
-                if self.moves_element(at, target, value) && self.is_reference(target.ty) {
+                if self.moves_element(at, target, value) && self.tree.types.is_reference(target.ty)
+                {
                     let what = format!(
                         "which variable {} means may change while the value is worked out",
                         target.text
@@ -201,7 +197,7 @@ impl Lower<'_> {
             StatementKind::Standard(applied) => self.applied(at, applied, line).map(|_| ()),
             StatementKind::CallIf(condition, inner) => {
                 let enable = self.bit(at, condition)?;
-                let skip = self.jump(enable.not(), jump_key());
+                let skip = self.jump(enable.not(), Assembler::jump_key());
                 let done = self.statement(at, inner, targets);
                 self.land(skip);
                 self.landing();
@@ -224,7 +220,7 @@ impl Lower<'_> {
             }
             StatementKind::Repeat(body, until) => self.repeated(at, body, until, line, targets),
             StatementKind::Exit | StatementKind::Continue => {
-                let jump = self.jump(Logic::Const(true), jump_key());
+                let jump = self.jump(Logic::Const(true), Assembler::jump_key());
                 let side = usize::from(matches!(one.kind, StatementKind::Exit));
                 match targets.loops.last_mut() {
                     Some(inner) => inner[side].push(jump),
@@ -252,7 +248,7 @@ impl Lower<'_> {
             }
             StatementKind::Jump(condition, label) => {
                 let fires = self.bit(at, condition)?;
-                let jump = self.jump(fires, jump_key());
+                let jump = self.jump(fires, Assembler::jump_key());
                 targets.labels.entry(*label).or_default().push(jump);
                 Ok(())
             }
@@ -371,13 +367,13 @@ impl Lower<'_> {
         let mut ends = Vec::new();
         for (number, (condition, body)) in arms.iter().enumerate() {
             let holds = self.bit(at, condition)?;
-            let skip = self.jump(holds.not(), jump_key());
+            let skip = self.jump(holds.not(), Assembler::jump_key());
             let before = self.kept.values.clone();
             self.statements(at, body, targets);
             // What is kept on one way only holds what it held, or nothing, on the other.
             self.kept.values.extend(before);
             if number + 1 < arms.len() || !otherwise.is_empty() {
-                ends.push(self.jump(Logic::Const(true), jump_key()));
+                ends.push(self.jump(Logic::Const(true), Assembler::jump_key()));
             }
             self.land(skip);
             self.landing();
@@ -401,18 +397,18 @@ impl Lower<'_> {
             Value::Number(kind, _) => *kind,
             _ => DINT,
         };
-        let number = self.as_number(value, kind, line)?;
+        let number = self.as_number(value, kind);
         let words = self.copied(number, kind.words());
         let mut ends = Vec::new();
         for (selectors, body) in arms {
             let mut fits = Vec::new();
             for selector in selectors {
                 let own = || Value::Number(kind, Number::Words(words.clone()));
-                fits.push(self.fits(at, &own, selector, kind, line)?);
+                fits.push(self.fits(at, &own, selector, line)?);
             }
-            let skip = self.jump(Logic::Any(fits).not(), jump_key());
+            let skip = self.jump(Logic::Any(fits).not(), Assembler::jump_key());
             self.statements(at, body, targets);
-            ends.push(self.jump(Logic::Const(true), jump_key()));
+            ends.push(self.jump(Logic::Const(true), Assembler::jump_key()));
             self.land(skip);
             self.landing();
         }
@@ -426,7 +422,6 @@ impl Lower<'_> {
         at: &Context,
         own: &dyn Fn() -> Value,
         selector: &Selector,
-        _: Kind,
         line: u32,
     ) -> Result<Logic, Fault> {
         let low = self.value(at, &selector.low)?;

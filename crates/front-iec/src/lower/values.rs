@@ -7,7 +7,7 @@ use crate::assembler::Assembler;
 use crate::assembler::numbers::{ROUNDED, read, row};
 use crate::assembler::open::{complement, opened, parted};
 use crate::assembler::types::{Extent, Kind, Ty, holding};
-use crate::assembler::value::{Value, constant, is_real, real, within};
+use crate::assembler::value::{Value, constant, is_real, real, targets, within};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
@@ -17,7 +17,7 @@ use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root};
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_iec_tree::types::time_in_units;
 use scanbound_ir::meaning::{Count, Meaning, Operation, OperationInput as Input, Shape, Target};
-use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Number, Region, WordSource, Write};
+use scanbound_ir::{BitSource, BitTarget, Logic, Number, Region, WordSource, Write};
 
 /// What works out some values, from right to left where that is asked for.
 type Work<'w, 't> = dyn FnMut(&mut Lower<'t>, bool) -> Result<Vec<Value>, Fault> + 'w;
@@ -268,7 +268,7 @@ impl<'t> Lower<'t> {
             ExprKind::Convert(inner) => {
                 let value = self.open_value(at, inner)?;
                 match self.tree.types.kind(one.ty) {
-                    Some(kind) => Value::Number(kind, self.as_number(value, kind, line)?),
+                    Some(kind) => Value::Number(kind, self.as_number(value, kind)),
                     None => value,
                 }
             }
@@ -289,7 +289,7 @@ impl<'t> Lower<'t> {
                 let one = self.value(at, &both.0)?;
                 let other = self.value(at, &both.1)?;
                 let which = self.differs("a way that forks is not looked at again");
-                self.chosen(which, one, other, line)?
+                self.chosen(which, one, other)
             }
             ExprKind::Fault(fault) => return Err((**fault).clone()),
         })
@@ -331,7 +331,7 @@ impl<'t> Lower<'t> {
     /// What lies at a spot.
     pub(super) fn read_spot(&mut self, spot: &Spot) -> Value {
         let Some(cell) = spot.tag.cell() else { return Value::Any };
-        if self.is_reference(spot.ty) {
+        if self.tree.types.is_reference(spot.ty) {
             let words = vec![WordSource::Cell(cell)];
             return Value::Address(Number::Words(words), self.candidates(spot.ty));
         }
@@ -352,7 +352,7 @@ impl<'t> Lower<'t> {
 
     /// The value of an element whose number is worked out.
     pub(super) fn element(&mut self, element: &Element) -> Value {
-        if self.is_reference(element.spot.ty) {
+        if self.tree.types.is_reference(element.spot.ty) {
             let Some(address) = element.address(false) else { return Value::Any };
             let run = Input::Run(address, Shape::Cells, Count::Exactly(1));
             let number = self.worked_out(1, Some((Operation::Copy, vec![run], 1)));
@@ -451,7 +451,7 @@ impl<'t> Lower<'t> {
             let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
             self.jump(Logic::All(vec![settles, skips]), None)
         } else {
-            self.jump(settles, Some(Assembler::key(&["JMP"], "jump")))
+            self.jump(settles, Assembler::jump_key())
         };
         let two = self.value(at, right)?;
         let both = self.combined(operator, Value::Bit(Logic::cell(cell)), two, line)?;
@@ -668,7 +668,7 @@ impl<'t> Lower<'t> {
             Found::Element(element) => return self.element_writes(&element, value, line),
             Found::Spot(spot) => spot,
         };
-        if let (true, Some(cell)) = (self.is_reference(spot.ty), spot.tag.cell()) {
+        if let (true, Some(cell)) = (self.tree.types.is_reference(spot.ty), spot.tag.cell()) {
             let number = self.reference_word(spot.ty, value, line)?;
             return Ok(vec![Write::Words(targets(cell, 1), number)]);
         }
@@ -677,7 +677,7 @@ impl<'t> Lower<'t> {
                 vec![Write::Bit(BitTarget::Cell(cell), self.as_bit(value, line)?)]
             }
             (Ty::Number(kind), Some(cell)) => {
-                let number = self.as_number(value, kind, line)?;
+                let number = self.as_number(value, kind);
                 vec![Write::Words(targets(cell, kind.words()), number)]
             }
             (_, Some(_)) => Vec::new(),
@@ -710,8 +710,8 @@ impl<'t> Lower<'t> {
         let outputs = vec![Target::Run(address, Shape::Cells)];
         let input = match simple {
             Ty::Bit => Input::Truth(self.as_bit(value, line)?),
-            Ty::Number(kind) => Input::Number(self.as_number(value, kind, line)?),
-            _ if self.is_reference(element.spot.ty) => {
+            Ty::Number(kind) => Input::Number(self.as_number(value, kind)),
+            _ if self.tree.types.is_reference(element.spot.ty) => {
                 Input::Number(self.reference_word(element.spot.ty, value, line)?)
             }
             _ => return Ok(Vec::new()),
@@ -753,9 +753,4 @@ impl Assembler {
         let negated = self.arithmetic(Operator::Subtract, kind, zero, number)?;
         Ok(opened(negated, beyond))
     }
-}
-
-/// The words from a cell on.
-pub(super) fn targets(first: Cell, words: u32) -> Vec<scanbound_ir::WordTarget> {
-    (0..words).map(|at| scanbound_ir::WordTarget::Cell(first.plus(at))).collect()
 }

@@ -275,11 +275,6 @@ impl Resolver<'_> {
         Ok(place)
     }
 
-    /// Whether a type is that of references, pointers or interfaces.
-    pub(super) fn is_reference(&self, ty: TypeId) -> bool {
-        matches!(self.tree.types.get(ty), Type::Reference(..) | Type::Interface(_))
-    }
-
     /// A reference as it is.
     pub(super) fn reference_place(
         &mut self,
@@ -404,7 +399,7 @@ impl Resolver<'_> {
         value: TypeId,
         line: u32,
     ) -> Result<(), Fault> {
-        if target == value || !self.holds_block(target) {
+        if target == value || !self.tree.holds(target, &|of| matches!(of, Type::Block(_))) {
             return Ok(());
         }
         let message = format!(
@@ -412,18 +407,6 @@ impl Resolver<'_> {
         );
         let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
-    }
-
-    /// Whether a variable of a type is an instance of a block, or holds some.
-    fn holds_block(&self, ty: TypeId) -> bool {
-        match self.tree.types.get(ty) {
-            Type::Block(_) => true,
-            Type::Array(_, of) => self.holds_block(*of),
-            Type::Struct(id) => {
-                self.tree.types.parts(*id).iter().any(|(_, ty)| self.holds_block(*ty))
-            }
-            _ => false,
-        }
     }
 
     /// Refuses a call that leaves out what is handed over in and out.
@@ -515,6 +498,7 @@ impl Resolver<'_> {
         let Some(found) = found else { return Ok(None) };
         let applied = Applied {
             function: Function::Measured(found),
+            name: upper,
             inputs: Vec::new(),
             order: Some(Vec::new()),
             outputs: Vec::new(),
@@ -580,7 +564,8 @@ impl Resolver<'_> {
             None => Vec::new(),
         };
         let ty = function.result(&mut self.tree.types, &types);
-        let applied = Applied { function, inputs: values, order, outputs, enable };
+        let name = name.to_ascii_uppercase();
+        let applied = Applied { function, name, inputs: values, order, outputs, enable };
         Ok(Expr { kind: ExprKind::Standard(Box::new(applied)), ty, line })
     }
 

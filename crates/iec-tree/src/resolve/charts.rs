@@ -11,7 +11,7 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::{self, Kind, Part, Path};
 use scanbound_iec::chart::{self as written, COMPUTED, Target};
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{Body, Pou, same};
+use scanbound_iec::{Body, Language, Pou, same};
 
 /// In which orders controllers execute the actions of a chart.
 #[must_use]
@@ -48,6 +48,7 @@ impl Resolver<'_> {
         let names = chart.actions();
         let actions = names.iter().map(|name| self.action(scope, pou, chart, name)).collect();
         Chart {
+            written: chart.clone(),
             steps,
             conditions,
             actions,
@@ -88,29 +89,22 @@ impl Resolver<'_> {
         chart: &written::Chart,
         name: &str,
     ) -> ActionBody {
-        let all = chart.steps.iter().enumerate();
-        let mut all = all.flat_map(|(step, one)| {
-            one.blocks.iter().enumerate().map(move |(at, block)| (step, at, block))
-        });
-        let found = all.find(|(.., block)| same(&block.target.name(), name));
-        let Some((step, number, block)) = found else {
-            return ActionBody::Inline(0, 0, Code::Statements(Vec::new()));
+        let mut all = chart.steps.iter().flat_map(|step| &step.blocks);
+        let Some(block) = all.find(|block| same(&block.target.name(), name)) else {
+            return ActionBody::Inline(Language::St, Code::Statements(Vec::new()));
         };
         let line = block.line;
         let path = match &block.target {
             Target::Path(path) => path,
+            Target::Inline(_, body) if matches!(**body, Body::Chart(_)) => {
+                let told = "a chart within an action block is not followed";
+                return ActionBody::Inline(Language::Sfc, Code::Unread(Fault::new(line, told)));
+            }
             Target::Inline(_, body) => {
-                let code = match &**body {
-                    own @ (Body::Code(..) | Body::Drawn(..)) => {
-                        Code::Statements(self.body(scope, own, line))
-                    }
-                    Body::Unread(_, fault) => Code::Unread(fault.clone()),
-                    Body::Chart(_) => {
-                        let told = "a chart within an action block is not followed";
-                        Code::Unread(Fault::new(line, told))
-                    }
-                };
-                return ActionBody::Inline(step, number, code);
+                return ActionBody::Inline(
+                    body.language(),
+                    self.code(scope, scope.unit, body, line),
+                );
             }
         };
         let is_action = |name: &str| pou.actions.iter().any(|one| same(&one.name, name));

@@ -103,8 +103,12 @@ impl Resolver<'_> {
         line: u32,
     ) -> Expr {
         match value {
-            Value::Written(value) if self.is_reference(ty) => self.address(scope, value, line),
-            Value::Known(value) if self.is_reference(ty) && !self.is_reference(value.ty) => {
+            Value::Written(value) if self.tree.types.is_reference(ty) => {
+                self.address(scope, value, line)
+            }
+            Value::Known(value)
+                if self.tree.types.is_reference(ty) && !self.tree.types.is_reference(value.ty) =>
+            {
                 let told = "what a drawing gives a reference is not followed";
                 self.faulty(Fault::new(line, told).code(Code::NotModelled), line)
             }
@@ -123,7 +127,7 @@ impl Resolver<'_> {
         let place = match taker {
             Taker::Written(value) => {
                 let Some((path, negated)) = taken(value) else { return Ok(None) };
-                let place = match self.is_reference(ty) {
+                let place = match self.tree.types.is_reference(ty) {
                     true => self.reference_place(scope, path, line)?,
                     false => self.target(scope, path, line)?,
                 };

@@ -2,8 +2,9 @@
 
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::tree::Tree;
+use scanbound_iec::ast::{Part, Path};
 use scanbound_iec::{PouKind, Project};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// By names in capitals.
 pub(super) type ByName<T> = BTreeMap<String, T>;
@@ -21,6 +22,8 @@ pub(super) struct Index {
     globals: ByName<Vec<VarId>>,
     /// By the list's name and the variable's.
     listed: BTreeMap<(String, String), VarId>,
+    /// The same of lists that only their files name.
+    of_files: BTreeSet<(String, String)>,
     /// For each unit, its variables and those that it inherits.
     members: Vec<ByName<VarId>>,
     /// The variables of methods.
@@ -126,6 +129,19 @@ impl Index {
     pub(super) fn add_global(&mut self, list: &str, name: &str, id: VarId) {
         self.globals.entry(key(name)).or_default().push(id);
         self.listed.entry((key(list), key(name))).or_insert(id);
+    }
+
+    /// Notes the name that the file of a list gives to the list of a global variable, if no other has the variable's name.
+    pub(super) fn add_of_file(&mut self, list: &str, name: &str) {
+        if self.globals(name).len() == 1 {
+            self.of_files.insert((key(list), key(name)));
+        }
+    }
+
+    /// The global variable that a path names behind its list, which only the list's file names.
+    pub(super) fn of_file<'p>(&self, path: &'p Path) -> Option<&'p str> {
+        let Part::Name(name) = path.rest.first()? else { return None };
+        self.of_files.contains(&(key(&path.first), key(name))).then_some(name)
     }
 
     pub(super) fn unit(&self, name: &str) -> Option<UnitId> {

@@ -211,14 +211,15 @@ impl Resolver<'_> {
                 deeper(inner, scope).map(|(literal, negated)| (literal, !negated))
             }
             Expr::Variable(path) => {
-                let name = path.as_name()?;
+                let of_file = self.index.of_file(path).filter(|_| path.rest.len() == 1);
+                let name = path.as_name().or(of_file)?;
                 let is_it =
                     |one: &&Declared| one.section != Section::External && same(&one.name, name);
                 let own = scope.iter().enumerate().find_map(|(at, all)| {
                     let own: &'e [Declared] = all;
                     Some((at, own.iter().find(is_it)?))
                 });
-                if let Some((at, own)) = own {
+                if let Some((at, own)) = own.filter(|_| of_file.is_none()) {
                     let initial = own.initial.as_ref().filter(|_| own.constant)?;
                     return deeper(initial, &scope[at..]);
                 }

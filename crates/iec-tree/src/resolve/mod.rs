@@ -191,17 +191,7 @@ impl<'p> Resolver<'p> {
 
     fn result(&mut self, pou: &Pou, owner: Owner, around: &[&[Declared]]) -> Option<VarId> {
         let of = pou.result.as_ref()?;
-        let result = Declared {
-            name: pou.result_name().to_owned(),
-            section: Section::Local,
-            of: of.clone(),
-            initial: None,
-            at: None,
-            constant: false,
-            retain: false,
-            is_internal: false,
-            line: pou.line,
-        };
+        let result = Declared::new(pou.result_name(), Section::Local, of.clone(), pou.line);
         Some(self.variable(&result, owner, around))
     }
 
@@ -251,6 +241,9 @@ impl<'p> Resolver<'p> {
             }
             let name = name.clone();
             self.tree.globals.push(crate::declarations::GlobalList { name, variables: own });
+        }
+        for (list, all) in project.lists.iter().filter(|(list, _)| !project.has_name(list)) {
+            all.iter().for_each(|name| self.index.add_of_file(list, name));
         }
         self.index.inherit(&self.tree);
     }
@@ -305,13 +298,13 @@ impl<'p> Resolver<'p> {
 
     /// What a declaration gives a variable of a type, or a part of one.
     fn initial(&mut self, scope: Scope, one: &ast::Expr, of: TypeId, line: u32) -> Expr {
-        if self.is_reference(of) {
+        if self.tree.types.is_reference(of) {
             return self.address(scope, one, line);
         }
         let ast::Expr::List(listing, given) = one else {
             return self.expression(scope, one, line);
         };
-        if *listing == ast::Listing::Unread && self.holds_reference(of) {
+        if *listing == ast::Listing::Unread && self.tree.has_reference(of) {
             let told = "what references mean at first is not followed where it cannot be read";
             let help = "assign them in the program";
             let fault = Fault::new(line, told).code(FaultCode::NotModelled).help(help);
@@ -347,21 +340,6 @@ impl<'p> Resolver<'p> {
         }
     }
 
-    fn holds_reference(&self, ty: TypeId) -> bool {
-        match self.tree.types.get(ty) {
-            Type::Reference(..) | Type::Interface(_) => true,
-            Type::Array(_, of) => self.holds_reference(*of),
-            Type::Struct(id) => {
-                self.tree.types.parts(*id).iter().any(|(_, ty)| self.holds_reference(*ty))
-            }
-            Type::Block(unit) => {
-                let members = self.tree.members(*unit).into_iter();
-                { members }.any(|one| self.holds_reference(self.tree.variable(one).ty))
-            }
-            _ => false,
-        }
-    }
-
     fn bodies(&mut self) {
         self.is_code = true;
         let project = self.project;
@@ -371,31 +349,29 @@ impl<'p> Resolver<'p> {
             let Unit { body, actions, methods, .. } = self.tree.unit(unit).clone();
             // Conditions read what actions for their blocks declare.
             for (id, one) in actions.into_iter().zip(&pou.actions) {
-                self.code(scope, id, &one.body);
+                self.code_of(scope, id, &one.body);
             }
-            self.code(scope, body, &pou.body);
+            self.code_of(scope, body, &pou.body);
             for (id, one) in methods.into_iter().zip(&pou.methods) {
                 let scope = Scope { method: Some(id), ..scope };
-                self.code(scope, id, &one.body);
+                self.code_of(scope, id, &one.body);
             }
         }
     }
 
-    fn code(&mut self, scope: Scope, id: RoutineId, body: &Body) {
-        let line = self.tree.routine(id).line;
-        let code = match body {
-            Body::Code(..) | Body::Drawn(..) => Code::Statements(self.body(scope, body, line)),
-            Body::Chart(chart) => {
-                let unit = self.tree.routine(id).unit;
+    fn code_of(&mut self, scope: Scope, id: RoutineId, body: &Body) {
+        let Routine { unit, line, .. } = self.tree.routines[id.index()];
+        self.tree.routines[id.index()].code = self.code(scope, Some(unit), body, line);
+    }
+
+    fn code(&mut self, scope: Scope, unit: Option<UnitId>, body: &Body, line: u32) -> Code {
+        match (body, unit) {
+            (Body::Chart(chart), Some(unit)) => {
                 Code::Chart(Box::new(self.chart(scope, unit, chart)))
             }
-            Body::Unread(language, fault) => {
-                let mut fault = fault.clone();
-                fault.message = format!("{} ({})", fault.message, language.name());
-                Code::Unread(fault)
-            }
-        };
-        self.tree.routines[id.index()].code = code;
+            (Body::Unread(_, fault), _) => Code::Unread(fault.clone()),
+            _ => Code::Statements(self.body(scope, body, line)),
+        }
     }
 
     fn connections(&mut self) {

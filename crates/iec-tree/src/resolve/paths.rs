@@ -9,6 +9,7 @@ use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Section, same, show};
+use std::borrow::Cow;
 
 /// What a path means.
 pub(super) enum Found {
@@ -58,6 +59,7 @@ impl Resolver<'_> {
         (path, to_end): (&Path, bool),
         line: u32,
     ) -> Result<Found, Fault> {
+        let path = &*self.without_list(scope, path);
         let rest = &path.rest[..];
         if is_this(&path.first) {
             let Some(unit) = scope.unit else { return Err(unknown_name(line, &path.first)) };
@@ -122,6 +124,28 @@ impl Resolver<'_> {
             return self.follow(scope, start, rest, (path, to_end), line);
         }
         Err(self.not_declared(scope, path, line))
+    }
+
+    /// A path without the name of a list that only the list's file names, unless something else is meant then.
+    fn without_list<'p>(&self, scope: Scope, path: &'p Path) -> Cow<'p, Path> {
+        let is_hidden = |name: &&str| {
+            self.own_variable(scope, name).is_some() || {
+                let index = &self.index;
+                let has = |unit| {
+                    index.action(unit, name).is_some()
+                        || index.method(unit, name).is_some()
+                        || index.has_property(unit, name)
+                };
+                scope.unit.is_some_and(has)
+            }
+        };
+        match self.index.of_file(path).filter(|name| !is_hidden(name)) {
+            Some(first) => {
+                let (first, rest) = (first.to_owned(), path.rest[1..].to_vec());
+                Cow::Owned(Path { first, rest })
+            }
+            None => Cow::Borrowed(path),
+        }
     }
 
     /// Where a value goes.
@@ -266,6 +290,7 @@ impl Resolver<'_> {
 
     /// Whether a variable here hides the constant that a name would mean elsewhere.
     fn hides(&self, scope: Scope, path: &Path) -> bool {
+        let path = self.without_list(scope, path);
         let name = &path.first;
         self.own_variable(scope, name).is_some()
             || scope.unit.is_some_and(|unit| self.index.has_property(unit, name))

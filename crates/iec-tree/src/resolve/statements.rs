@@ -195,7 +195,7 @@ impl Resolver<'_> {
             }
             Kind::Refer(target, value) => {
                 let target = self.reference_place(scope, target, line)?;
-                if !self.is_reference(target.ty) {
+                if !self.tree.types.is_reference(target.ty) {
                     let told = format!("{} is no reference", target.text);
                     return Err(Fault::new(line, told).code(Code::Operand));
                 }

@@ -2,14 +2,11 @@
 
 pub mod apart;
 pub mod coactive;
-pub mod control;
 pub mod draft;
-pub mod evaluate;
 pub mod expansion;
 pub mod explicit;
 pub mod names;
 pub mod plain;
-pub mod run;
 pub mod structure;
 pub mod text;
 pub mod told;

@@ -352,22 +352,12 @@ fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
         return unary(cursor);
     }
     let line = cursor.line();
-    let inner = if begins(cursor) {
-        let mut inner = List::within(list, None);
-        cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
-        list.kept = inner.kept;
-        list.merged.clone_from(&inner.merged);
-        list.statements.extend(inner.statements.clone());
-        inner
-    } else {
-        let first = unary(cursor)?;
-        let mut inner = List::within(list, Some(first));
-        cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
-        list.kept = inner.kept;
-        list.merged.clone_from(&inner.merged);
-        list.statements.extend(inner.statements.clone());
-        inner
-    };
+    let first = if begins(cursor) { None } else { Some(unary(cursor)?) };
+    let mut inner = List::within(list, first);
+    cursor.deeper(|cursor| read(cursor, &mut inner, &[]))?;
+    list.kept = inner.kept;
+    list.merged.clone_from(&inner.merged);
+    list.statements.extend(inner.statements.clone());
     cursor.sign(")")?;
     inner.result(line)
 }
@@ -381,30 +371,10 @@ fn condition(list: &mut List, modifier: &str, line: u32) -> Result<Expr, Fault> 
 }
 
 fn operator(word: &str) -> Option<(Operator, bool)> {
-    let plain = |word: &str| {
-        Some(match word {
-            "AND" | "&" => Operator::And,
-            "OR" => Operator::Or,
-            "XOR" => Operator::Xor,
-            "ADD" => Operator::Add,
-            "SUB" => Operator::Subtract,
-            "MUL" => Operator::Multiply,
-            "DIV" => Operator::Divide,
-            "MOD" => Operator::Modulo,
-            "GT" => Operator::Greater,
-            "GE" => Operator::GreaterOrEqual,
-            "EQ" => Operator::Equal,
-            "NE" => Operator::NotEqual,
-            "LE" => Operator::LessOrEqual,
-            "LT" => Operator::Less,
-            _ => return None,
-        })
-    };
-    let negated = ["ANDN", "ORN", "XORN"].iter().any(|own| same(own, word));
-    if negated {
-        plain(&word[..word.len() - 1]).map(|own| (own, true))
-    } else {
-        plain(word).map(|own| (own, false))
+    let plain = |word: &str| Operator::named(word).filter(|own| *own != Operator::Power);
+    match word {
+        "ANDN" | "ORN" | "XORN" => plain(&word[..word.len() - 1]).map(|own| (own, true)),
+        word => plain(word).map(|own| (own, false)),
     }
 }
 

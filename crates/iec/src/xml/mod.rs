@@ -12,13 +12,10 @@ mod execute;
 mod interface;
 mod kept;
 mod limits;
-mod named;
 mod node;
 mod project;
 mod reading;
 pub mod write;
-
-pub use named::named;
 
 use super::Project;
 use super::comment::Comments;

@@ -69,13 +69,6 @@ impl Text {
         u32::try_from(self.starts.partition_point(|&start| start <= at)).unwrap_or(u32::MAX)
     }
 
-    /// The lines that an element takes.
-    pub(super) fn lines(&self, node: Node<'_, '_>) -> std::ops::RangeInclusive<u32> {
-        let end = node.range().end.saturating_sub(1);
-        let last = self.starts.partition_point(|&start| start <= end);
-        self.line(node)..=u32::try_from(last).unwrap_or(u32::MAX)
-    }
-
     /// A fault at an element.
     pub(super) fn fault(&self, node: Node<'_, '_>, message: impl Into<String>) -> Fault {
         let shown = match node.attribute("localId") {

@@ -2,7 +2,7 @@
 
 use super::super::given::{Given, Side, Taker};
 use super::super::paths::Found;
-use super::state::{Drawer, Key, Output, Use, resolved};
+use super::state::{Drawer, Key, Output, Use, at_element, resolved};
 use super::worth::Worth;
 use crate::blocks::StandardBlock;
 use crate::show;
@@ -70,7 +70,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                     drawing::Given::Nothing => continue,
                     drawing::Given::Written(written) => {
                         let written = written.as_ref().map_err(Fault::clone)?;
-                        self.written(written, one.line)
+                        self.written(written, one)
                     }
                     drawing::Given::Wired(from) => self.used(one, from)?,
                 };
@@ -125,7 +125,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 let scope = self.sheet.scope;
                 let kind = self.resolver.call_if(scope, condition, target, &given, one.line);
                 let text = format!("{}();", scanbound_iec::show::path(target));
-                self.add(one.line, resolved(kind), text);
+                self.add(one.line, resolved(kind.map_err(|fault| at_element(one, fault))), text);
             }
             None => self.function(id, one, block, (enable, given))?,
         }
@@ -180,7 +180,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         let inputs = inputs.iter().map(|value| show::expr(&self.resolver.tree, value));
         let shown = format!("{of}({})", inputs.collect::<Vec<_>>().join(", "));
         let called = self.resolver.called(scope, &path, &all, one.line);
-        let called = called.unwrap_or_else(|fault| self.resolver.faulty(fault, one.line));
+        let called =
+            called.unwrap_or_else(|fault| self.resolver.faulty(at_element(one, fault), one.line));
         match self.result_taker((id, first_output(block))) {
             Taker::Kept(temporary) => {
                 self.keep(one.line, temporary, called, Some(shown));
@@ -399,7 +400,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             (Some(given_back), _) => given_back.clone(),
             (None, Some(Ok(instance))) => {
                 let read = ast::Expr::Variable(instance.clone().with(named));
-                self.written(&read, one.line)
+                self.written(&read, one)
             }
             (None, Some(Err(fault))) => {
                 let expr = self.resolver.faulty(fault.clone(), one.line);

@@ -27,7 +27,7 @@ use scanbound_iec::Section;
 use scanbound_iec::ast;
 use scanbound_iec::drawing::{Drawing, Element, ElementId, ElementKind, Goal};
 use scanbound_iec::fault::Fault;
-use state::{Drawer, Hidden, Progress, Sheet, resolved};
+use state::{Drawer, Hidden, Progress, Sheet, at_element, resolved};
 
 impl Resolver<'_> {
     /// All that a drawing does, in order; where tools keep different orders and these differ, in either.
@@ -194,7 +194,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             Some(set) => self.resolver.latch(scope, target, set, &value.value(), one.line),
             None => self.resolver.assign(scope, target, &value.value(), one.line),
         };
-        self.add_if(one.line, is_taken, resolved(kind), &scanbound_iec::show::path(target));
+        let kind = resolved(kind.map_err(|fault| at_element(one, fault)));
+        self.add_if(one.line, is_taken, kind, &scanbound_iec::show::path(target));
         Ok(())
     }
 }

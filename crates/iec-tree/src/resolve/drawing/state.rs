@@ -64,6 +64,7 @@ pub(super) struct Executed {
 }
 
 /// What of a drawing has been executed.
+#[derive(Default)]
 pub(super) struct Progress<'d> {
     pub(super) all: Vec<Executed>,
     /// Blocks, coils and outputs that have been executed.
@@ -118,25 +119,6 @@ pub(super) struct Drawer<'r, 'p, 'd> {
     pub(super) depth: usize,
 }
 
-impl Progress<'_> {
-    pub(super) fn new() -> Self {
-        Progress {
-            all: Vec::new(),
-            done: BTreeSet::new(),
-            owner: ElementId(0),
-            acting: None,
-            kept: BTreeMap::new(),
-            edges: BTreeMap::new(),
-            stored: BTreeMap::new(),
-            times: BTreeMap::new(),
-            enables: BTreeMap::new(),
-            given_back: BTreeMap::new(),
-            eithers: 0,
-            joins_all: false,
-        }
-    }
-}
-
 impl<'d> Sheet<'d> {
     pub(super) fn new(drawing: &'d Drawing, scope: Scope) -> Result<Sheet<'d>, Fault> {
         let moves = |one: &&Element| {
@@ -170,7 +152,7 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
             hidden,
             loops,
             is_generated,
-            progress: Progress::new(),
+            progress: Progress::default(),
             term: Term { is_written_once: true, ..Term::default() },
             open: BTreeSet::new(),
             depth: 0,
@@ -276,4 +258,12 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
 /// What a statement does, or what is wrong with it.
 pub(super) fn resolved(kind: Result<StatementKind, Fault>) -> StatementKind {
     kind.unwrap_or_else(|fault| StatementKind::Fault(Box::new(fault)))
+}
+
+/// A fault with the element that asks for a name which is not there.
+pub(super) fn at_element(one: &Element, fault: Fault) -> Fault {
+    match fault.code {
+        Code::UnknownName => fault.within(&one.called()),
+        _ => fault,
+    }
 }

@@ -1,10 +1,10 @@
 //! What the statements of a drawing read and write, and whether two orders may do different things.
 
 use super::super::resolver::Resolver;
+use crate::accesses::{Accesses, of_expr, of_statements};
 use crate::declarations::{AddressId, TempId, VarId};
 use crate::tree::{
-    Call, Enable, Expr, ExprKind, Passed, Place, Root, Selector, Statement, StatementKind, Step,
-    Target, Tree,
+    Call, Expr, Place, Root, Statement, StatementKind, Step, StepFlag, Target, Tree,
 };
 use crate::types::{Kind, Type};
 use scanbound_iec::Section;
@@ -80,9 +80,11 @@ impl Walk<'_> {
         let one = self.tree.variable(id);
         one.is_internal && matches!(self.tree.types.get(one.ty), Type::Standard(_))
     }
+}
 
+impl Accesses for Walk<'_> {
     fn reads(&mut self, place: &Place) {
-        self.indices(place);
+        place.indices().for_each(|index| of_expr(index, self));
         self.found.reads.extend(self.cells(place));
         match place.root {
             Root::Temporary(id) => _ = self.found.held.insert(Held::Temporary(id)),
@@ -97,61 +99,18 @@ impl Walk<'_> {
         self.found.writes.extend(self.cells(place));
     }
 
-    fn indices(&mut self, place: &Place) {
-        place.indices().for_each(|index| self.expression(index));
+    fn takes_address(&mut self, place: &Place) {
+        self.reads(place);
     }
 
-    fn expression(&mut self, one: &Expr) {
-        match &one.kind {
-            ExprKind::Read(place) | ExprKind::Address(place) => self.reads(place),
-            ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
-                self.expression(inner);
-            }
-            ExprKind::Binary(_, left, right) => {
-                self.expression(left);
-                self.expression(right);
-            }
-            ExprKind::Call(call) => self.call(call),
-            ExprKind::Standard(applied) => {
-                applied.inputs.iter().for_each(|one| self.expression(one));
-                applied.outputs.iter().for_each(|place| self.writes(place));
-                self.enable(&applied.enable);
-            }
-            ExprKind::List(all) => all.iter().for_each(|one| self.expression(one)),
-            // The steps of the own chart stay while its actions are executed.
-            ExprKind::Step(flag) if flag.owner.root != Root::This => self.reads(&flag.owner),
-            ExprKind::After(both) => {
-                self.call(&both.0);
-                self.expression(&both.1);
-            }
-            ExprKind::Either(Some(both)) => {
-                self.expression(&both.0);
-                self.expression(&both.1);
-            }
-            _ => {}
+    fn asks(&mut self, flag: &StepFlag) {
+        // The steps of the own chart stay while its actions are executed.
+        if flag.owner.root != Root::This {
+            self.reads(&flag.owner);
         }
     }
 
-    fn enable(&mut self, enable: &Enable) {
-        enable.condition.iter().for_each(|one| self.expression(one));
-        enable.result.iter().for_each(|(place, _)| self.writes(place));
-    }
-
-    fn call(&mut self, call: &Call) {
-        self.enable(&call.enable);
-        for (_, passed) in &call.passed {
-            match passed {
-                Passed::ByValue(value) => self.expression(value),
-                Passed::InOut(value) => {
-                    self.expression(value);
-                    if let ExprKind::Read(place) = &value.unconverted().kind {
-                        self.writes(place);
-                    }
-                }
-                Passed::Output(place, _) => self.writes(place),
-                Passed::Dropped => {}
-            }
-        }
+    fn calls(&mut self, call: &Call) {
         match &call.target {
             Target::Standard(place, _) => return self.writes(place),
             // Code of the own instance may write all that the instance has.
@@ -166,73 +125,22 @@ impl Walk<'_> {
         self.found.writes.insert(Cell::Shared);
     }
 
-    fn statement(&mut self, one: &Statement) {
-        match &one.kind {
-            StatementKind::Assign(target, value) => {
-                self.expression(value);
-                self.writes(target);
-            }
-            StatementKind::Latch(target, _, condition) => {
-                self.expression(condition);
-                self.writes(target);
-            }
-            StatementKind::Copy(target, from) => {
-                self.reads(from);
-                self.writes(target);
-            }
-            StatementKind::Keep(_, value) => self.expression(value),
-            StatementKind::Call(call) => self.call(call),
-            StatementKind::Standard(applied) => {
-                applied.inputs.iter().for_each(|one| self.expression(one));
-                applied.outputs.iter().for_each(|place| self.writes(place));
-                self.enable(&applied.enable);
-            }
-            StatementKind::CallIf(condition, inner) => {
-                self.expression(condition);
-                self.statement(inner);
-            }
-            StatementKind::If(arms, otherwise) => {
-                for (condition, body) in arms {
-                    self.expression(condition);
-                    self.statements(body);
-                }
-                self.statements(otherwise);
-            }
-            StatementKind::Case(of, arms, otherwise) => {
-                self.expression(of);
-                for (selectors, body) in arms {
-                    for Selector { low, high } in selectors {
-                        self.expression(low);
-                        high.iter().for_each(|high| self.expression(high));
-                    }
-                    self.statements(body);
-                }
-                self.statements(otherwise);
-                self.found.writes.insert(Cell::All);
-            }
-            StatementKind::Either(_, one, other) => {
-                self.statements(one);
-                self.statements(other);
-            }
-            StatementKind::After(both) => {
-                self.call(&both.0);
-                self.statement(&both.1);
-            }
-            StatementKind::Nothing | StatementKind::Fault(_) => {}
-            StatementKind::For(_)
-            | StatementKind::Foreign(_)
-            | StatementKind::While(..)
-            | StatementKind::Repeat(..)
-            | StatementKind::Exit
-            | StatementKind::Continue
-            | StatementKind::Return(_)
-            | StatementKind::Jump(..)
-            | StatementKind::Label(_) => _ = self.found.writes.insert(Cell::All),
+    fn begins(&mut self, one: &Statement) {
+        if matches!(
+            one.kind,
+            StatementKind::Case(..)
+                | StatementKind::For(_)
+                | StatementKind::Foreign(_)
+                | StatementKind::While(..)
+                | StatementKind::Repeat(..)
+                | StatementKind::Exit
+                | StatementKind::Continue
+                | StatementKind::Return(_)
+                | StatementKind::Jump(..)
+                | StatementKind::Label(_)
+        ) {
+            self.found.writes.insert(Cell::All);
         }
-    }
-
-    fn statements(&mut self, all: &[Statement]) {
-        all.iter().for_each(|one| self.statement(one));
     }
 }
 
@@ -249,14 +157,14 @@ impl Resolver<'_> {
     /// What statements touch.
     pub(super) fn touched(&self, all: &[Statement]) -> Touched {
         let mut walk = Walk { tree: &self.tree, found: Touched::default() };
-        walk.statements(all);
+        of_statements(all, &mut walk);
         walk.found
     }
 
     /// What an expression touches.
     pub(super) fn touched_by(&self, one: &Expr) -> Touched {
         let mut walk = Walk { tree: &self.tree, found: Touched::default() };
-        walk.expression(one);
+        of_expr(one, &mut walk);
         walk.found
     }
 

@@ -1,6 +1,6 @@
 //! What an output of a drawing's element is worth where it is asked for.
 
-use super::state::{Drawer, Output, Term, Use, resolved};
+use super::state::{Drawer, Output, Term, Use, at_element, resolved};
 use super::touched::{Held, Touched};
 use super::worth::{DEPTH, Kept, Shape, Worth};
 use crate::blocks::{Pin, StandardBlock};
@@ -40,20 +40,25 @@ impl<'d> Drawer<'_, '_, 'd> {
     }
 
     /// What is written at an element.
-    pub(super) fn written(&mut self, of: &ast::Expr, line: u32) -> Worth {
+    pub(super) fn written(&mut self, of: &ast::Expr, one: &Element) -> Worth {
         let shape = match of {
             ast::Expr::Literal(Literal::Bool(value)) => Shape::Truth(*value),
             ast::Expr::Literal(_) => Shape::Constant,
             ast::Expr::Variable(_) => Shape::Variable,
             _ => Shape::Formula,
         };
-        let expr = self.resolver.expression(self.sheet.scope, of, line);
-        Worth { expr, shape, written: Some(Rc::new(of.clone())) }
+        let mut expr = self.resolver.expression(self.sheet.scope, of, one.line);
+        let mut written = Some(Rc::new(of.clone()));
+        if let ExprKind::Fault(fault) = &mut expr.kind {
+            **fault = at_element(one, (**fault).clone());
+            written = None;
+        }
+        Worth { expr, shape, written }
     }
 
     fn operand(&mut self, one: &Element) -> Result<Worth, Fault> {
         let operand = one.operand.as_ref().map_err(Fault::clone)?;
-        Ok(self.written(operand, one.line))
+        Ok(self.written(operand, one))
     }
 
     fn binary(&mut self, operator: Operator, one: Worth, other: Worth) -> Worth {

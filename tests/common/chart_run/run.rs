@@ -1,18 +1,17 @@
 //! Runs a chart by itself, scan by scan, by the standard's rules of evolution.
 //!
-//! In each scan: (1) all transitions whose steps are active and whose conditions are true are found, on the step flags and
-//! values as they are; of those that compete for a step only the first clears; (2) all that clear do so at once: their
-//! steps in front are deactivated, then those behind activated, so that a step that is both stays active, and its time
-//! runs on; (3) the control of every action is worked out; (4) actions are carried out in the order in which the chart
-//! first names them, or in another one that is asked for, Boolean variables taking their state. In the first scan the initial steps are active and nothing
-//! clears.
+//! In each scan: (1) all transitions whose steps are active and whose conditions are true are found, on the step flags
+//! and values as they are; of those that compete for a step only the first clears; (2) all that clear do so at once:
+//! their steps in front are deactivated, then those behind activated, so that a step that is both stays active, and its
+//! time runs on; (3) the control of every action is worked out; (4) actions are carried out in the order in which the
+//! chart first names them, or in another one that is asked for, Boolean variables taking their state. In the first scan
+//! the initial steps are active and nothing clears.
 
-use super::Chart;
 use super::control::{Control, Input, Output};
 use super::evaluate::{Memory, Value};
-use crate::Body;
-use crate::{Pou, same};
-use scanbound_base::facts::ActionOrder;
+use scanbound::base::facts::ActionOrder;
+use scanbound::iec::chart::Chart;
+use scanbound::iec::{Body, Pou, same};
 
 /// What implementations do differently.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +52,6 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// A chart of a unit, before its first scan.
-    #[must_use]
     pub fn new(chart: &'a Chart, pou: &'a Pou, options: Options) -> Run<'a> {
         let actions = chart.actions();
         Run {
@@ -71,18 +69,17 @@ impl<'a> Run<'a> {
     }
 
     /// Which steps are active.
-    #[must_use]
     pub fn active(&self) -> &[bool] {
         &self.active
     }
 
     /// What the next scans depend on, except inputs, values and the times of steps.
-    #[must_use]
     pub fn state(&self) -> (Vec<bool>, Vec<Control>) {
         (self.active.clone(), self.controls.clone())
     }
 
-    /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long ago.
+    /// Takes this moment for the beginning of time; what is longer ago than the horizon is taken to be just so long
+    /// ago.
     pub fn begin_time_at(&mut self, now: i64, horizon: i64) {
         let all = self.since.iter_mut().chain(&mut self.macros);
         all.for_each(|since| *since = (*since - now).max(-horizon));
@@ -90,7 +87,6 @@ impl<'a> Run<'a> {
     }
 
     /// The names of the actions, as [`Run::scan`] tells of them.
-    #[must_use]
     pub fn actions(&self) -> &[String] {
         &self.actions
     }
@@ -166,7 +162,7 @@ impl<'a> Run<'a> {
         self.flags(now);
         let mut outputs = Vec::new();
         for (action, control) in self.actions.iter().zip(&mut self.controls) {
-            let input = |feed: super::Feed| -> Result<Input, String> {
+            let input = |feed: scanbound::iec::chart::Feed| -> Result<Input, String> {
                 let time = match &feed.time {
                     None => 0,
                     Some(time) => match self.memory.value(time)? {
@@ -208,65 +204,5 @@ impl<'a> Run<'a> {
             }),
         }
         all
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::parse::file;
-
-    fn unit(text: &str) -> Pou {
-        file("a.st", text).expect("a unit").pous.remove(0)
-    }
-
-    #[test]
-    fn the_first_of_those_that_compete_clears_and_a_step_that_is_left_and_entered_stays() {
-        let pou = unit(
-            "PROGRAM p VAR go, x, y : BOOL; END_VAR
-             INITIAL_STEP a: x(N); END_STEP STEP b: y(P); END_STEP STEP c: END_STEP
-             TRANSITION FROM a TO b := go; END_TRANSITION
-             TRANSITION FROM a TO c := go; END_TRANSITION
-             TRANSITION FROM b TO b := b.T >= T#30ms AND go; END_TRANSITION
-             END_PROGRAM",
-        );
-        let Body::Chart(chart) = &pou.body else { panic!("a chart") };
-        let mut run = Run::new(chart, &pou, Options::default());
-        run.memory.set("go", Value::Bool(true));
-        let mut told = Vec::new();
-        for scan in 0..6 {
-            run.scan(scan * 10_000_000).expect("a scan");
-            told.push((run.active().to_vec(), run.memory.is("x"), run.memory.is("y")));
-        }
-        let b = [false, true, false];
-        assert_eq!(told[0], ([true, false, false].to_vec(), true, false));
-        assert_eq!(told[1], (b.to_vec(), false, true), "P once");
-        assert!(
-            told[2..].iter().all(|one| *one == (b.to_vec(), false, false)),
-            "no edge of a step that stays"
-        );
-        assert_eq!(run.memory.get("b.t"), Some(Value::Time(40_000_000)));
-    }
-
-    #[test]
-    fn parallels_wait_for_each_other() {
-        let pou = unit(
-            "PROGRAM p VAR n : INT; one, two : BOOL; END_VAR
-             INITIAL_STEP s: END_STEP STEP a: count(N); END_STEP STEP b: END_STEP STEP e: END_STEP
-             TRANSITION FROM s TO (a, b) := TRUE; END_TRANSITION
-             TRANSITION FROM (a, b) TO e := one AND two; END_TRANSITION
-             ACTION count: n := n + 1; END_ACTION
-             END_PROGRAM",
-        );
-        let Body::Chart(chart) = &pou.body else { panic!("a chart") };
-        let mut run = Run::new(chart, &pou, Options::default());
-        run.memory.set("n", Value::Int(0));
-        for scan in 0..4 {
-            run.memory.set("one", Value::Bool(true));
-            run.memory.set("two", Value::Bool(scan == 3));
-            run.scan(scan).expect("a scan");
-        }
-        assert_eq!(run.active(), [false, false, false, true]);
-        assert_eq!(run.memory.get("n"), Some(Value::Int(3)), "twice, and the final scan");
     }
 }

@@ -1,7 +1,7 @@
 //! Expressions and statements carried out on named values: as far as charts that are run by themselves need it.
 
-use crate::ast::{Expr, Kind, Literal, Operator, Part, Path, Statement};
-use crate::show;
+use scanbound::iec::ast::{Expr, Kind, Literal, Operator, Part, Path, Statement};
+use scanbound::iec::show;
 use std::collections::BTreeMap;
 
 /// A value.
@@ -24,13 +24,11 @@ const STEPS: u32 = 100_000;
 
 impl Memory {
     /// What stands under a name.
-    #[must_use]
     pub fn get(&self, name: &str) -> Option<Value> {
         self.0.get(&name.to_ascii_lowercase()).copied()
     }
 
     /// Whether the value of this name is true.
-    #[must_use]
     pub fn is(&self, name: &str) -> bool {
         self.get(name) == Some(Value::Bool(true))
     }
@@ -214,27 +212,5 @@ fn binary(operator: Operator, left: Value, right: Value) -> Result<Value, String
         O::And => Ok(Value::Int(left & right)),
         O::Xor => Ok(Value::Int(left ^ right)),
         O::Power | O::AndThen | O::OrElse => Err("powers are not carried out here".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::parse::{expression, statements};
-
-    #[test]
-    fn bodies_do_what_they_say() {
-        let mut memory = Memory::default();
-        memory.set("On", Value::Bool(true));
-        let text = "FOR i := 1 TO 4 DO s := s + i; END_FOR\nIF on AND s = 10 THEN a[s] := T#2s; ELSE a[0] := T#1s; END_IF";
-        memory.run(&statements(text, 1).expect("statements")).expect("carried out");
-        assert_eq!(
-            (memory.get("S"), memory.get("a[10]")),
-            (Some(Value::Int(10)), Some(Value::Time(2_000_000_000)))
-        );
-        let later = expression("a[10] >= T#1s AND NOT (s > 10)", 1).expect("an expression");
-        assert_eq!(memory.truth(&later), Ok(true));
-        let endless = statements("FOR i := 1 TO 4 DO i := 1; END_FOR", 1).expect("statements");
-        assert!(memory.run(&endless).is_err());
     }
 }
