@@ -22,7 +22,7 @@ const MAX_INSTRUCTIONS: u64 = 400_000;
 /// below the watchdog's, a closer bound proves nothing more.
 const LARGEST_MARGIN: u64 = 11;
 
-/// The program and settings for which runs are examined.
+/// The program and settings of an analysis of the watchdog and the constant scan.
 pub(super) struct ScanControlAnalysis<'a> {
     pub program: &'a Program,
     pub prices: &'a Prices,

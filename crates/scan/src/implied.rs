@@ -272,7 +272,7 @@ impl Implications {
             open.pop();
             if spans.is_open(word) {
                 let found = self.span(circuit, words, spans, word);
-                spans.into_violations(word, found);
+                spans.store(word, found);
             }
         }
     }

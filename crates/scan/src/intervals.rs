@@ -19,7 +19,7 @@ impl Intervals {
     }
 
     /// Stores the interval of a word.
-    pub fn into_violations(&mut self, word: Word, span: WordInterval) {
+    pub fn store(&mut self, word: Word, span: WordInterval) {
         let place = word.0 as usize;
         if self.0.len() <= place {
             self.0.resize(place + 1, None);

@@ -170,7 +170,7 @@ impl<'a> Bounds<'a> {
             upper: Picos(self.upper),
             lower: Picos(lower),
             best,
-            feasible: feasible,
+            feasible,
             calls: self.calls,
             engine: self.engine,
             trace: self.trace.unwrap_or_default(),

@@ -33,7 +33,7 @@ impl Checker<'_, '_> {
                 }
                 _ => {
                     let message = format!("several files define the label P{label}");
-                    let help = "define a label that several files use in only one file";
+                    let help = "if several files use this label, define it in only one of them";
                     self.fault_at(item, Code::DoubleLabel, message, help);
                 }
             }

@@ -20,7 +20,7 @@ pub struct Value {
     ring: WordInterval,
     /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
-    /// The number of values in `list`; 0 if there are too many to list. `list` holds them in ascending unsigned order.
+    /// The number of values in `few`; 0 if there are too many to list. `few` holds them in ascending unsigned order.
     count: u8,
     few: [u16; MAX_EXACT],
 }

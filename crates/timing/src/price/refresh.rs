@@ -86,9 +86,9 @@ pub struct Refresh {
 struct PointRows<'a> {
     name: &'static str,
     table: &'a Table,
-    /// Whether the points may be distributed over several bases in any way. This is so for a stated number of points on
-    /// unstated bases. Points that the program names are counted by addresses in blocks of sixteen. A module occupies
-    /// whole blocks, so each block is on one base.
+    /// Whether the points may be distributed over several base units in any way. This is so if their number is stated
+    /// and the base units are not. If the points are counted by the addresses that the program names, they are in
+    /// blocks of sixteen. A module occupies whole blocks, so each block is on one base unit.
     splits: bool,
     /// The number of points that the CPU can address.
     most: Option<u32>,
