@@ -111,7 +111,7 @@ impl Lowering<'_> {
             parts: at + 1..at + 1,
         };
         let timekeeping = &mut self.out.program.timekeeping;
-        timekeeping.scratch.insert(const { area("present_before at ") });
+        timekeeping.scratch.insert(const { area("stood at ") });
         timekeeping.instructions.insert(at, keeps);
     }
 
@@ -252,7 +252,7 @@ impl Lowering<'_> {
 
     /// The hidden word that holds the timer's present value as it was before this instruction.
     pub(super) fn previous_present(&self, value: Cell) -> Cell {
-        Cell { area: const { area("present_before at ") }, index: value.index }
+        Cell { area: const { area("stood at ") }, index: value.index }
     }
 
     fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {
