@@ -20,6 +20,7 @@ mod formats;
 #[cfg(unix)]
 mod hostlink;
 mod html;
+mod iec_calls;
 mod iec_conversions;
 mod iec_drawn;
 mod iec_exact;

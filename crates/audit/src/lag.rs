@@ -221,7 +221,7 @@ fn walk(
 /// if it is not known where it comes from.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
-        Some(ChoiceKind::External | ChoiceKind::ScanTicks { .. }) => None,
+        Some(ChoiceKind::External | ChoiceKind::ExtraTime | ChoiceKind::ScanTicks { .. }) => None,
         None | Some(_) => Some(Region::Everything),
     }
 }

@@ -396,7 +396,9 @@ pub(super) fn standing(
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::UnsignedIterations(_),
         ) => Treatment::Free,
-        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. }) => Treatment::Zero,
+        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => {
+            Treatment::Zero
+        }
         None => Treatment::Unknown,
     };
     match &model.variables[variable.0 as usize].origin {

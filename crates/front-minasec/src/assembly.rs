@@ -18,9 +18,9 @@ const FORM: &str = "write LD, LDI, AND, ANDI, OR, ORI, ST or STI and a device, s
 const DEVICES: &str =
     "the devices are X00-X07, Y00-Y07, M00-M07, M10-M13, T0, T1, C0 and its clear C0CLR";
 
-/// Whether a file begins like MINASEC-U assembly: all instructions are valid, or most are and there is a store, which
-/// no other dialect has. A list without a store could also be in another dialect, so then all its devices must be valid
-/// too.
+/// Whether a file begins like MINASEC-U assembly: all instructions are valid, or most are and there is a store and a
+/// valid device, which only instruction lists of IEC 61131-3 have, too, but with other devices. A list without a store
+/// could also be in another dialect, so then all its devices must be valid.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -44,7 +44,10 @@ pub(super) fn sniff(beginning: &str) -> bool {
             break;
         }
     }
-    if stores > 0 { known * 2 >= seen } else { seen > 0 && known == seen && named == seen }
+    match stores > 0 {
+        true => known * 2 >= seen && named > 0,
+        false => seen > 0 && known == seen && named == seen,
+    }
 }
 
 /// Reads a program.

@@ -376,30 +376,40 @@ impl Expr {
     }
 }
 
-/// Shows statements and all that stand within them.
+/// Calls `see` with statements and all that they contain.
 pub fn each_statement<'s>(all: &'s [Statement], see: &mut dyn FnMut(&'s Statement)) {
     for one in all {
         see(one);
-        match &one.kind {
+        one.bodies().into_iter().for_each(|body| each_statement(body, see));
+    }
+}
+
+/// Whether a CONTINUE is among the statements of a loop, and none of an inner loop's.
+#[must_use]
+pub fn continues(all: &[Statement]) -> bool {
+    all.iter().any(|one| match &one.kind {
+        StatementKind::Continue => true,
+        StatementKind::For(_) | StatementKind::While(..) | StatementKind::Repeat(..) => false,
+        _ => one.bodies().into_iter().any(continues),
+    })
+}
+
+impl Statement {
+    /// The statements that it contains.
+    fn bodies(&self) -> Vec<&[Statement]> {
+        match &self.kind {
             StatementKind::If(arms, otherwise) => {
-                arms.iter().for_each(|(_, body)| each_statement(body, see));
-                each_statement(otherwise, see);
+                arms.iter().map(|(_, body)| &body[..]).chain([&otherwise[..]]).collect()
             }
             StatementKind::Case(_, arms, otherwise) => {
-                arms.iter().for_each(|(_, body)| each_statement(body, see));
-                each_statement(otherwise, see);
+                arms.iter().map(|(_, body)| &body[..]).chain([&otherwise[..]]).collect()
             }
-            StatementKind::For(own) => each_statement(&own.body, see),
-            StatementKind::While(_, body) | StatementKind::Repeat(body, _) => {
-                each_statement(body, see);
-            }
-            StatementKind::Either(_, one, other) => {
-                each_statement(one, see);
-                each_statement(other, see);
-            }
-            StatementKind::CallIf(_, inner) => each_statement(std::slice::from_ref(inner), see),
-            StatementKind::After(both) => each_statement(std::slice::from_ref(&both.1), see),
-            _ => {}
+            StatementKind::For(own) => vec![&own.body],
+            StatementKind::While(_, body) | StatementKind::Repeat(body, _) => vec![body],
+            StatementKind::Either(_, one, other) => vec![one, other],
+            StatementKind::CallIf(_, inner) => vec![std::slice::from_ref(inner)],
+            StatementKind::After(both) => vec![std::slice::from_ref(&both.1)],
+            _ => Vec::new(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 pub use crate::code::{
     Applied, Call, Enable, Expr, ExprKind, ForLoop, Parameter, Passed, Place, Root, Selector,
-    Statement, StatementKind, Step, StepFlag, Target, each_statement,
+    Statement, StatementKind, Step, StepFlag, Target, continues, each_statement,
 };
 use crate::declarations::{Address, GlobalList, Routine, Temporary, Unit, Variable};
 use crate::ids::{AddressId, RoutineId, UnitId, VarId};

@@ -40,6 +40,9 @@ pub enum ChoiceKind {
     /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
     /// analysis lets it have any value at each read.)
     StableExternal(Cell),
+    /// A bit that is on where a controller may execute instructions that have no effect but their time. The analysis
+    /// lets it have any value; a real run uses 0, because other controllers do not execute them.
+    ExtraTime,
     /// The present value of a timer or counter: the set value if its contact is on; else the external value if that is
     /// below the set value; else 0.
     PresentValue {
@@ -364,6 +367,7 @@ impl ChoiceKind {
         let meaning = match self {
             ChoiceKind::External
             | ChoiceKind::StableExternal(_)
+            | ChoiceKind::ExtraTime
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. } => return,
             ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => {

@@ -351,3 +351,18 @@ fn a_property_behind_and_then_is_read_only_where_its_left_side_does_not_decide()
         assert_eq!(upper(&plain, "b.c = 0 AND a"), 0, "{getter}");
     }
 }
+
+#[test]
+fn a_word_that_is_compared_for_a_bit_starts_with_what_every_scan_leaves_in_it() {
+    for body in [
+        "n := n + 6; b := n > 10; IF b THEN Op4(); END_IF; n := 0;",
+        "n := n + 6; i := SEL(n > 10, 0, 1); IF i = 1 THEN Op4(); END_IF; n := 0;",
+        "b := SEL(n > 5, FALSE, TRUE); IF b THEN Op4(); END_IF; n := 0;",
+        "r := r + 6.0; b := r > 10.0; IF b THEN Op4(); END_IF; r := 1.5;",
+        "\nLD n\nADD 6\nST n\nGT 10\nJMPCN e\nCAL Op4()\ne:\nLD 0\nST n\n",
+    ] {
+        let text = program("VAR n, i : INT; b : BOOL; r : REAL; END_VAR", body);
+        assert_eq!(bounds(&text, "--trust all"), (0, 0, true), "{text}");
+        assert_eq!(bounds(&text, "--trust none").1, 4, "{text}");
+    }
+}

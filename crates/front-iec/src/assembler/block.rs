@@ -7,12 +7,18 @@ use super::open::opened;
 use super::types::INT;
 use super::value::{Value, constant, signed, unsigned};
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
-use scanbound_ir::{Cell, Logic, Number, Relation, Step, WordSource, WordTarget, Write};
+use scanbound_ir::{Cell, Logic, Number, Relation, Step, TimingKey, WordSource, WordTarget, Write};
 
 /// What some controllers do.
 const COUNTS_WORDS: &str = "counters count words without a sign";
 
 impl Assembler {
+    /// What prices a standard block.
+    pub(crate) fn block_key(block: StandardBlock) -> TimingKey {
+        let class = if block.is_counter() { "counter" } else { "timer" };
+        Assembler::key(&[block.name()], class)
+    }
+
     /// Carries out an instance of a standard block, whose inputs have their values.
     pub(crate) fn standard_block(
         &mut self,
@@ -50,11 +56,7 @@ impl Assembler {
             Some(q) => Logic::cell(q),
             None => cell(Pin::Q1).map_or(Logic::Const(true), Logic::cell),
         };
-        self.builder.add(
-            Some(Assembler::key(&[block.name()], "timer")),
-            effects,
-            Step::Act { fires },
-        );
+        self.builder.add(Some(Assembler::block_key(block)), effects, Step::Act { fires });
     }
 
     fn counter(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
@@ -106,14 +108,14 @@ impl Assembler {
                 self.write_if(counts, vec![write(up())], None);
                 self.write_if(reset, vec![write(constant(0, 1))], None);
                 self.write(vec![set(was, bit(Pin::Cu))]);
-                self.finish(block.name(), cell(Pin::Q), full(), None);
+                self.finish(block, cell(Pin::Q), full(), None);
             }
             StandardBlock::Ctd => {
                 let counts = all([rises(Pin::Cd, was), load.clone().not(), above]);
                 self.write_if(counts, vec![write(down())], None);
                 self.write_if(load, vec![write(word(preset))], None);
                 self.write(vec![set(was, bit(Pin::Cd))]);
-                self.finish(block.name(), cell(Pin::Q), empty(), None);
+                self.finish(block, cell(Pin::Q), empty(), None);
             }
             _ => {
                 let Some(was_down) = cell(Pin::WasDown) else { return };
@@ -128,7 +130,7 @@ impl Assembler {
                 self.write_if(reset, vec![write(constant(0, 1))], None);
                 self.write(vec![set(was, bit(Pin::Cu)), set(was_down, bit(Pin::Cd))]);
                 self.finish(
-                    block.name(),
+                    block,
                     cell(Pin::Qu),
                     full(),
                     cell(Pin::Qd).map(|cell| (cell, empty())),
@@ -150,7 +152,7 @@ impl Assembler {
 
     fn finish(
         &mut self,
-        kind: &'static str,
+        block: StandardBlock,
         q: Option<Cell>,
         value: Logic,
         other: Option<(Cell, Logic)>,
@@ -160,7 +162,7 @@ impl Assembler {
         writes.extend(other.map(|(cell, value)| set(cell, value)));
         let effects = writes.into_iter().map(scanbound_front::builder::always).collect();
         self.builder.add(
-            Some(Assembler::key(&[kind], "counter")),
+            Some(Assembler::block_key(block)),
             effects,
             Step::Act { fires: Logic::cell(q) },
         );

@@ -316,6 +316,13 @@ impl Assembler {
         kept
     }
 
+    /// A bit that is on where a controller may do what has no effect but its time.
+    pub(crate) fn extra_time(&mut self) -> Logic {
+        let choice = self.builder.choice();
+        self.program().kinds.insert(choice, scanbound_ir::ChoiceKind::ExtraTime);
+        self.keep_bit(Logic::Bit(scanbound_ir::BitSource::Free(choice)))
+    }
+
     /// A bit of how much time has passed, which a run from power-up does not count.
     pub(crate) fn uncounted_bit(&mut self) -> Logic {
         let choice = self.builder.external_choice();

@@ -73,7 +73,7 @@ impl Assembler {
             }
         };
         let effects = vec![always(set(q, value)), always(set(was, input.clone()))];
-        let key = Some(Assembler::key(&[block.name()], "timer"));
+        let key = Some(Assembler::block_key(block));
         self.builder.add(key, effects, Step::Act { fires: Logic::cell(q) });
         self.elapsed(
             block,

@@ -1,14 +1,15 @@
 //! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
+use super::calls::Callee;
 use super::cells::{Effects, add};
 use super::spots::{Context, Instance};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
-use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, Section};
 use scanbound_iec_tree::declarations::VarId;
-use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Parameter, Passed, Place};
+use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Parameter, Passed, Place, Step};
 
 impl Lower<'_> {
     /// Refuses a call that hands over a variable which what is called also reaches by another name.
@@ -33,19 +34,12 @@ impl Lower<'_> {
                 return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
             }
         }
-        let mut handed: Vec<&Place> = Vec::new();
-        let mut taken: Vec<&Place> = Vec::new();
-        for (_, passed) in &call.passed {
-            match passed {
-                Passed::InOut(one) => {
-                    if let ExprKind::Read(place) = &one.unconverted().kind {
-                        handed.push(place);
-                    }
-                }
-                Passed::Output(place, _) => taken.push(place),
-                _ => {}
-            }
-        }
+        let handed: Vec<&Place> = handed_over(call).collect();
+        let taken = call.passed.iter().filter_map(|(_, passed)| match passed {
+            Passed::Output(place, _) => Some(place),
+            _ => None,
+        });
+        let taken: Vec<&Place> = taken.collect();
         if handed.is_empty() && taken.iter().all(|place| place.indices().next().is_none()) {
             return Ok(());
         }
@@ -88,6 +82,69 @@ impl Lower<'_> {
         Ok(())
     }
 
+    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are written, or
+    /// that in which they are declared.
+    pub(super) fn passes_in_any_order(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let mut taken: Vec<Effects> = Vec::new();
+        let mut places: Vec<&Place> = Vec::new();
+        let results = call.enable.result.iter().map(|(place, _)| place);
+        let outputs = self.outputs(call).into_iter().chain(results);
+        for (place, is_output) in
+            handed_over(call).map(|place| (place, false)).chain(outputs.map(|place| (place, true)))
+        {
+            let mut own = Effects::default();
+            self.written(at, place, &mut own);
+            let meets = |(one, other): (&Effects, &&Place)| {
+                is_output && !are_other_bits(place, other) && own.changes(one)
+            };
+            if taken.iter().zip(&places).any(meets) {
+                let told = format!(
+                    "{} is given two values by one call: controllers differ in which of them it keeps",
+                    place.text
+                );
+                let help =
+                    "give the outputs variables of their own, and assign these behind the call";
+                return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+            }
+            taken.push(own);
+            places.push(place);
+        }
+        let keeps = match callee {
+            Callee::Unit(_, unit) => self.tree.unit(*unit).kind != PouKind::Function,
+            Callee::Standard(..) => true,
+            Callee::Method(..) => false,
+        };
+        if !keeps {
+            return Ok(());
+        }
+        for (parameter, passed) in &call.passed {
+            let Some(spot) = self.parameter(callee, *parameter) else { continue };
+            let (Passed::ByValue(_) | Passed::InOut(_)) = passed else { continue };
+            let mut own = Effects::default();
+            add(&mut own.writes, spot.tag.regions());
+            for (other, passed) in &call.passed {
+                let (Passed::ByValue(one) | Passed::InOut(one)) = passed else { continue };
+                let mut read = Effects::default();
+                self.of_expr(at, one, &mut read);
+                if other != parameter && own.changes(&read) {
+                    let told = format!(
+                        "{} is passed by a call that also reads it: controllers differ in which value is read",
+                        spot.name
+                    );
+                    let help = "assign what is read to a variable of its own before the call";
+                    return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
     /// the last call handed over is meant.
     pub(super) fn member_names_handed(
@@ -122,5 +179,24 @@ impl Lower<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// What a call hands over in and out.
+fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
+    call.passed.iter().filter_map(|(_, passed)| match passed {
+        Passed::InOut(one) => match &one.unconverted().kind {
+            ExprKind::Read(place) => Some(place),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
+/// Whether two places are different bits, of one variable or of several.
+fn are_other_bits(one: &Place, other: &Place) -> bool {
+    match (one.steps.last(), other.steps.last()) {
+        (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,
+        _ => false,
     }
 }

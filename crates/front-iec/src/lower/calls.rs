@@ -18,7 +18,7 @@ use scanbound_iec_tree::tree::{
     Call, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
-use scanbound_ir::{Logic, Number, Step};
+use scanbound_ir::{Logic, Number, Step, TimingKey};
 
 /// Whose parameters are passed, and where they lie.
 #[derive(Clone)]
@@ -69,10 +69,10 @@ impl Lower<'_> {
                 self.has_one_name(at, entry, call, line)?;
                 let inner = Context { instance, frame: None };
                 let variables = tree.unit(*unit).variables.clone();
-                let inputs = self.begin_arguments(at, &call.enable, call.values())?;
+                let inputs = self.begin_arguments(at, &callee, call, line)?;
                 self.hand_over(at, &callee, call, line)?;
-                let enabled = self.begin_body(inputs);
                 self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
+                let enabled = self.begin_body(inputs, called());
                 self.call(instance, Entry::Body);
                 self.take_back(at, &callee, call, line)?;
                 self.end_call(at, &callee, enabled, call, tree.unit(*unit).result, line)
@@ -145,12 +145,12 @@ impl Lower<'_> {
         let frame = self.frame(instance, method)?;
         let callee = Callee::Method(frame.clone(), method);
         self.has_one_name(at, (instance, entry), call, line)?;
-        let inputs = self.begin_arguments(at, &call.enable, call.values())?;
+        let inputs = self.begin_arguments(at, &callee, call, line)?;
         self.hand_over(at, &callee, call, line)?;
-        let enabled = self.begin_body(inputs);
         let inner = Context { instance, frame: Some(frame) };
         let variables = tree.routine(method).variables.clone();
         self.begin_anew(&inner, &callee, &variables, Some(call), line)?;
+        let enabled = self.begin_body(inputs, called());
         self.call(instance, entry);
         self.take_back(at, &callee, call, line)?;
         self.end_call(at, &callee, enabled, call, tree.routine(method).result, line)
@@ -253,8 +253,8 @@ impl Lower<'_> {
             },
             None => Value::Any,
         };
-        let enable = self.end_enabled(at, enabled, &call.enable, line)?;
-        self.open_results(at, enable.as_ref(), call, line)?;
+        let outputs = self.outputs(call);
+        let enable = self.end_enabled(at, enabled, &call.enable, (&outputs, None), line)?;
         Ok(self.result_if(enable, result))
     }
 
@@ -302,13 +302,13 @@ impl Lower<'_> {
                 let spot = self.instances[instance].spot.clone();
                 let callee = Callee::Unit(spot, *unit);
                 self.has_one_name(at, (instance, Entry::Body), call, line)?;
-                let inputs = self.begin_inputs(at, &call.enable)?;
+                let inputs = self.begin_arguments(at, &callee, call, line)?;
                 self.hand_over(at, &callee, call, line)?;
-                let enabled = self.begin_body(inputs);
+                let enabled = self.begin_body(inputs, called());
                 self.call(instance, Entry::Body);
                 self.take_back(at, &callee, call, line)?;
-                let enable = self.end_enabled(at, enabled, &call.enable, line)?;
-                self.open_results(at, enable.as_ref(), call, line)
+                let outputs = self.outputs(call);
+                self.end_enabled(at, enabled, &call.enable, (&outputs, None), line).map(|_| ())
             }
             Target::Standard(place, block) => {
                 if self.one_of(at, place, line, &mut |own, place| {
@@ -378,9 +378,9 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         let callee = Callee::Standard(spot.clone(), block);
-        let inputs = self.begin_inputs(at, &call.enable)?;
+        let inputs = self.begin_arguments(at, &callee, call, line)?;
         self.hand_over(at, &callee, call, line)?;
-        let enabled = self.begin_body(inputs);
+        let enabled = self.begin_body(inputs, Assembler::block_key(block));
         let cell = |pin: Pin| spot.tag.part_at(block.position(pin)?)?.cell();
         let is_given = |pin| call.passed.iter().any(|(own, _)| *own == Parameter::Pin(pin));
         if !is_given(Pin::Pt) {
@@ -388,8 +388,8 @@ impl Lower<'_> {
         }
         self.standard_block(block, &cell);
         self.take_back(at, &callee, call, line)?;
-        let enable = self.end_enabled(at, enabled, &call.enable, line)?;
-        self.open_results(at, enable.as_ref(), call, line)
+        let outputs = self.outputs(call);
+        self.end_enabled(at, enabled, &call.enable, (&outputs, None), line).map(|_| ())
     }
 
     /// The instance that a place is.
@@ -410,10 +410,10 @@ impl Lower<'_> {
 
     /// Calls a routine of an instance.
     pub(super) fn call(&mut self, instance: usize, entry: Entry) {
-        self.call_as(Assembler::key(&["CAL"], "call"), instance, entry);
+        self.call_as(called(), instance, entry);
     }
 
-    pub(super) fn call_as(&mut self, key: scanbound_ir::TimingKey, instance: usize, entry: Entry) {
+    pub(super) fn call_as(&mut self, key: TimingKey, instance: usize, entry: Entry) {
         let fires = Logic::Const(true);
         let step = Step::Call { fires, target: 0 };
         let at = self.assembler().builder.add(Some(key), Vec::new(), step);
@@ -442,6 +442,7 @@ impl Lower<'_> {
         call: &Call,
         line: u32,
     ) -> Result<(), Fault> {
+        self.passes_in_any_order(at, callee, call, line)?;
         let calls_any = call.values().any(|one| self.calls_own(one));
         let (mut one_way, mut both) = (Vec::new(), Vec::new());
         for (parameter, passed) in &call.passed {
@@ -700,4 +701,9 @@ fn is_worked_out(initial: &Expr) -> bool {
         | ExprKind::Fault(_) => true,
         _ => false,
     }
+}
+
+/// What prices a call.
+fn called() -> TimingKey {
+    Assembler::key(&["CAL"], "call")
 }

@@ -10,24 +10,53 @@ use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Step as PathStep};
 use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Number, WordSource};
-use std::ops::RangeInclusive;
 
 /// An array of so many instances is called by a number that is worked out.
 const MOST_INSTANCES: i64 = 64;
 
+/// An index of a path that is worked out.
+struct WorkedOut {
+    /// The step of the path, and which of its indices this is.
+    step: usize,
+    number: usize,
+    index: Expr,
+    low: i64,
+    high: i64,
+    /// The number of elements that the indices of this step can mean.
+    elements: i64,
+}
+
+impl WorkedOut {
+    /// The path with a number in place of the index.
+    fn known(&self, place: &Place, number: i64) -> Place {
+        let mut place = place.clone();
+        if let PathStep::Element(indices) = &mut place.steps[self.step] {
+            indices[self.number].kind = ExprKind::Named(number);
+        }
+        place
+    }
+}
+
 impl Lower<'_> {
-    /// The first array element of a path whose number is worked out: the path before it, its number, its bounds.
-    fn worked_out_element(&self, at: &Context, place: &Place) -> Option<(usize, Expr, i64, i64)> {
+    /// The first index of a path that is worked out.
+    fn worked_out_index(&self, at: &Context, place: &Place) -> Option<WorkedOut> {
         let mut ty = self.root_type(at, place)?;
-        for (number, step) in place.steps.iter().enumerate() {
+        for (step, one) in place.steps.iter().enumerate() {
             if let (PathStep::Element(indices), Typed::Array(dimensions, _)) =
-                (step, self.tree.types.get(ty))
-                && indices.iter().any(|one| one.whole().is_none())
+                (one, self.tree.types.get(ty))
             {
-                let ([index], [(low, high)]) = (&indices[..], &dimensions[..]) else { return None };
-                return Some((number, index.clone(), *low, *high));
+                let is_open = |(index, _): &(&Expr, _)| index.whole().is_none();
+                let open = indices.iter().zip(dimensions).filter(is_open);
+                let elements = open.fold(1i64, |all, (_, (low, high))| {
+                    all.saturating_mul(high.saturating_sub(*low).saturating_add(1))
+                });
+                if let Some(number) = indices.iter().position(|one| one.whole().is_none()) {
+                    let (low, high) = *dimensions.get(number)?;
+                    let index = indices[number].clone();
+                    return Some(WorkedOut { step, number, index, low, high, elements });
+                }
             }
-            ty = self.step_type(ty, step)?;
+            ty = self.step_type(ty, one)?;
         }
         None
     }
@@ -35,7 +64,7 @@ impl Lower<'_> {
     /// Whether a path means a bit of an array's element whose number is worked out.
     pub(super) fn is_bit_of_element(&self, at: &Context, place: &Place) -> bool {
         matches!(place.steps.last(), Some(PathStep::Bit(_)))
-            && self.worked_out_element(at, place).is_some()
+            && self.worked_out_index(at, place).is_some()
     }
 
     /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
@@ -74,34 +103,6 @@ impl Lower<'_> {
         }
     }
 
-    fn with_index(place: &Place, step: usize, number: i64, index: &Expr) -> Place {
-        let mut place = place.clone();
-        let kind = ExprKind::Named(number);
-        place.steps[step] = PathStep::Element(vec![Expr { kind, ..index.clone() }]);
-        place
-    }
-
-    /// The number of the element that a path means where it is worked out, as words, with what [`Lower::worked_out_element`]
-    /// says of it.
-    fn number_of_element(
-        &mut self,
-        at: &Context,
-        place: &Place,
-        line: u32,
-    ) -> Result<Option<(usize, Expr, RangeInclusive<i64>, Vec<WordSource>)>, Fault> {
-        let Some((step, index, low, high)) = self.worked_out_element(at, place) else {
-            return Ok(None);
-        };
-        if high - low >= MOST_INSTANCES {
-            return Err(unknown_number(line));
-        }
-        let value = self.value(at, &index)?;
-        let number = self.as_number(value, DINT);
-        let words = self.copied(number, 2);
-        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
-        Ok(Some((step, index, low..=high, words)))
-    }
-
     /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
     pub(super) fn one_of(
         &mut self,
@@ -110,11 +111,11 @@ impl Lower<'_> {
         line: u32,
         act: &mut dyn FnMut(&mut Self, Place) -> Result<(), Fault>,
     ) -> Result<bool, Fault> {
-        let found = self.number_of_element(at, place, line)?;
-        let Some((step, index, numbers, words)) = found else { return Ok(false) };
-        for number in numbers {
+        let Some(open) = self.worked_out_index(at, place) else { return Ok(false) };
+        let words = self.number_of(at, &open, line)?;
+        for number in open.low..=open.high {
             let skip = self.jump(is_number(&words, number, 2).not(), None);
-            let done = act(self, Self::with_index(place, step, number, &index));
+            let done = act(self, open.known(place, number));
             self.land(skip);
             self.landing();
             done?;
@@ -130,23 +131,40 @@ impl Lower<'_> {
         line: u32,
         act: &mut dyn FnMut(&mut Self, Place) -> Result<Value, Fault>,
     ) -> Result<Option<Value>, Fault> {
-        let found = self.number_of_element(at, place, line)?;
-        let Some((step, index, numbers, words)) = found else { return Ok(None) };
+        let Some(open) = self.worked_out_index(at, place) else { return Ok(None) };
+        let words = self.number_of(at, &open, line)?;
         let (mut known, mut ends) = (None, Vec::new());
-        let last = *numbers.end();
-        for number in numbers {
-            let skip = (number < last).then(|| self.jump(is_number(&words, number, 2).not(), None));
-            let value = act(self, Self::with_index(place, step, number, &index))?;
+        for number in open.low..=open.high {
+            let is_last = number == open.high;
+            let skip = (!is_last).then(|| self.jump(is_number(&words, number, 2).not(), None));
+            let value = act(self, open.known(place, number))?;
             known = Some(self.gathered(known, value));
             self.past(skip, &mut ends);
         }
         self.all_land(ends);
         Ok(Some(known.unwrap_or(Value::Any)))
     }
+
+    /// Works out an index of an array of instances.
+    fn number_of(
+        &mut self,
+        at: &Context,
+        open: &WorkedOut,
+        line: u32,
+    ) -> Result<Vec<WordSource>, Fault> {
+        if open.elements > MOST_INSTANCES {
+            return Err(unknown_number(line));
+        }
+        let value = self.value(at, &open.index)?;
+        let number = self.as_number(value, DINT);
+        let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), open.low, open.high));
+        Ok(words)
+    }
 }
 
 pub(super) fn unknown_number(line: u32) -> Fault {
-    let help = "use an array of up to 64 elements with one index, or write CASE";
+    let help = "use an array of up to 64 elements, or write CASE";
     Fault::new(line, "an element of unknown number is called, or a bit of it is named")
         .code(FaultCode::NotModelled)
         .help(help)

@@ -1,20 +1,100 @@
 //! Calls with EN and ENO: what is called is executed only where EN is true, and ENO says so.
 
 use super::Lower;
+use super::calls::Callee;
 use super::effects::is_same;
-use super::spots::Context;
+use super::spots::{Context, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::value::Value;
+use scanbound_base::code::Code;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::tree::{Call, Enable, Expr, Passed, Place};
-use scanbound_ir::Logic;
+use scanbound_iec_tree::charts::{ActionBody, Code as Body};
+use scanbound_iec_tree::declarations::VarId;
+use scanbound_iec_tree::tree::{
+    Call, Enable, Expr, Passed, Place, Root, Statement, StatementKind, Step as PathStep, Target,
+    Tree, each_statement,
+};
+use scanbound_ir::{BitTarget, Cell, Logic, Step, TimingKey, Write};
+use std::collections::{BTreeMap, BTreeSet};
+use std::slice::from_ref;
+
+/// Instances of which a call gives EN.
+#[derive(Default)]
+pub(super) struct EnabledInstances {
+    /// The variables that they are.
+    variables: BTreeSet<VarId>,
+    /// Whether one is called through a reference, so that it may be any.
+    through_reference: bool,
+    /// By where an instance lies, the bit that says that EN was false; none without room.
+    cells: BTreeMap<[Cell; 2], Option<Cell>>,
+}
+
+impl EnabledInstances {
+    pub(super) fn of(tree: &Tree) -> EnabledInstances {
+        let mut found = EnabledInstances::default();
+        tree.routines.iter().for_each(|one| found.of_code(&one.code));
+        found
+    }
+
+    fn of_code(&mut self, code: &Body) {
+        match code {
+            Body::Statements(all) => self.of_statements(all),
+            Body::Chart(chart) => {
+                for hooks in &chart.steps {
+                    let all = [&hooks.entry, &hooks.active, &hooks.exit];
+                    all.into_iter().flatten().for_each(|one| self.of_statements(from_ref(one)));
+                }
+                for action in &chart.actions {
+                    match &action.body {
+                        ActionBody::Inline(.., code) => self.of_code(code),
+                        ActionBody::Call(one) | ActionBody::Computed(one, _) => {
+                            self.of_statements(from_ref(one));
+                        }
+                        ActionBody::Variable(_) => {}
+                    }
+                }
+            }
+            Body::Unread(_) => {}
+        }
+    }
+
+    fn of_statements(&mut self, all: &[Statement]) {
+        each_statement(all, &mut |one| {
+            if let StatementKind::Call(call) = &one.kind
+                && let Target::Instance(place, _) | Target::Standard(place, _) = &call.target
+                && call.enable.condition.is_some()
+            {
+                match instance_variable(place) {
+                    Some(id) => _ = self.variables.insert(id),
+                    None => self.through_reference = true,
+                }
+            }
+        });
+    }
+}
+
+/// The variable that an instance is, unless a reference leads to it.
+fn instance_variable(place: &Place) -> Option<VarId> {
+    let members = place.steps.iter().rev();
+    for step in members {
+        match step {
+            PathStep::Member(id) => return Some(*id),
+            PathStep::Dereference => return None,
+            _ => {}
+        }
+    }
+    match place.root {
+        Root::Variable(id) => Some(id),
+        _ => None,
+    }
+}
 
 /// A call under a condition, while it is lowered.
 pub(super) struct Enabled {
     condition: Logic,
+    /// Whether arguments are worked out where EN is false, too.
+    works: Logic,
     skip: usize,
-    /// Whether what is called is skipped, too, and not its inputs alone.
-    is_body: bool,
 }
 
 impl Lower<'_> {
@@ -33,64 +113,132 @@ impl Lower<'_> {
         Ok(Some(self.keep_bit(condition)))
     }
 
-    /// Begins to work out the arguments of a function or a method. Where EN is false, some controllers do, and leave the body
-    /// out; that matters where an argument calls something.
-    pub(super) fn begin_arguments<'e>(
+    /// Begins a call with EN. Where EN is false, some controllers jump over all of it. Others work the arguments out, pass them,
+    /// and call what then asks for EN. That matters for what an instance holds and where an argument calls something, else
+    /// only for the time.
+    pub(super) fn begin_arguments(
         &mut self,
         at: &Context,
-        enable: &Enable,
-        mut arguments: impl Iterator<Item = &'e Expr>,
+        callee: &Callee,
+        call: &Call,
+        line: u32,
     ) -> Result<Option<Enabled>, Fault> {
-        if arguments.any(|one| self.calls_own(one)) {
-            return self.begin_inputs(at, enable);
-        }
+        let arguments: Vec<&Expr> = call.values().collect();
+        let condition = match (&call.target, callee) {
+            (Target::Instance(place, _) | Target::Standard(place, _), callee) => {
+                let (Callee::Unit(spot, _) | Callee::Standard(spot, _) | Callee::Method(spot, _)) =
+                    callee;
+                self.kept_condition(at, (place, spot), &call.enable)?
+            }
+            _ => self.condition(at, &call.enable)?,
+        };
+        let keeps = matches!(call.target, Target::Instance(..) | Target::Standard(..));
+        let keeps = keeps && !arguments.is_empty();
+        self.begin_inputs(at, (&call.enable, condition), &arguments, keeps, line)
+    }
+
+    /// What EN of an instance is. Where it is an input as others are, it keeps its value in a call that leaves it out.
+    fn kept_condition(
+        &mut self,
+        at: &Context,
+        (place, spot): (&Place, &Spot),
+        enable: &Enable,
+    ) -> Result<Option<Logic>, Fault> {
         let condition = self.condition(at, enable)?;
-        Ok(condition.map(|condition| self.begin_enabled(condition)))
+        let given = &self.memory.enabled;
+        let is_given = given.through_reference
+            || match instance_variable(place) {
+                Some(id) => given.variables.contains(&id),
+                None => !given.variables.is_empty(),
+            };
+        if enable.is_input || !is_given {
+            return Ok(condition);
+        }
+        let begin = spot.tag.begin();
+        let cell = match self.memory.enabled.cells.get(&begin) {
+            Some(&cell) => cell,
+            None => {
+                // It begins with TRUE.
+                let name = format!("{}: EN was false", spot.name);
+                let cell = self.hidden(&name, scanbound_ir::Type::Bit).and_then(|tag| tag.cell());
+                self.memory.enabled.cells.insert(begin, cell);
+                cell
+            }
+        };
+        let Some(cell) = cell else {
+            let why = "whether EN has kept its value";
+            return Ok(Some(condition.unwrap_or_else(|| self.any_bit(why))));
+        };
+        if let Some(given) = &condition {
+            let off = Write::Bit(BitTarget::Cell(cell), given.clone().not());
+            self.write(vec![off]);
+            return Ok(condition);
+        }
+        let keeps = self.differs("EN keeps its value where a call leaves it out");
+        Ok(Some(self.keep_bit(Logic::All(vec![keeps, Logic::cell(cell)]).not())))
     }
 
-    /// Begins a call: what follows is skipped where EN is false.
-    pub(super) fn begin_enabled(&mut self, condition: Logic) -> Enabled {
-        let skip = self.jump(condition.clone().not(), Assembler::jump_key());
-        Enabled { condition, skip, is_body: true }
-    }
-
-    /// Begins to hand inputs over to an instance. Where EN is false, some controllers do, and leave the body out.
+    /// Begins to work out arguments. `keeps` says whether what they are passed to outlasts the call.
     pub(super) fn begin_inputs(
         &mut self,
         at: &Context,
-        enable: &Enable,
+        (enable, condition): (&Enable, Option<Logic>),
+        arguments: &[&Expr],
+        keeps: bool,
+        line: u32,
     ) -> Result<Option<Enabled>, Fault> {
-        let Some(condition) = self.condition(at, enable)? else { return Ok(None) };
-        let why = "inputs may or may not be handed over where EN is false";
-        let leaves = vec![condition.clone().not(), self.any_bit(why)];
-        let skip = self.jump(Logic::All(leaves), None);
-        Ok(Some(Enabled { condition, skip, is_body: false }))
-    }
-
-    /// Begins the call itself behind its inputs.
-    pub(super) fn begin_body(&mut self, inputs: Option<Enabled>) -> Option<Enabled> {
-        let inputs = inputs?;
-        if inputs.is_body {
-            return Some(inputs);
+        let Some(condition) = condition else { return Ok(None) };
+        if let Some(one) = &enable.condition
+            && arguments.iter().any(|argument| self.order_matters(at, one, argument))
+        {
+            let told = "an argument and EN of one call change what the other one reads: which is worked out first is not followed";
+            let help = "assign what EN is given to a variable of its own before";
+            return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }
-        self.land(inputs.skip);
-        self.landing();
-        Some(self.begin_enabled(inputs.condition))
+        let works = match keeps || arguments.iter().any(|one| self.calls_own(one)) {
+            true => self.any_bit("inputs may or may not be handed over where EN is false"),
+            false => self.extra_time(),
+        };
+        let skip = self.jump(Logic::All(vec![condition.clone().not(), works.clone().not()]), None);
+        Ok(Some(Enabled { condition, works, skip }))
     }
 
-    /// Ends a call, and hands ENO out; the condition, if there was one.
+    /// Begins the call itself behind its inputs. Where EN is false and the inputs were passed, what is called takes its time.
+    pub(super) fn begin_body(
+        &mut self,
+        inputs: Option<Enabled>,
+        called: TimingKey,
+    ) -> Option<Enabled> {
+        let Enabled { condition, works, skip } = inputs?;
+        let called = TimingKey { use_larger_time: true, ..called };
+        let calls = self.jump(condition.clone(), None);
+        self.builder.add(Some(called), Vec::new(), Step::Nothing);
+        for jump in [calls, skip] {
+            self.land(jump);
+        }
+        self.landing();
+        let skip = self.jump(condition.clone().not(), Assembler::jump_key());
+        Some(Enabled { condition, works, skip })
+    }
+
+    /// Ends a call, and hands ENO out. What outputs are handed to may hold anything where EN is false: controllers differ.
+    /// `fails` says where what is called tells a fault. Gives the condition, if there was one.
     pub(super) fn end_enabled(
         &mut self,
         at: &Context,
         enabled: Option<Enabled>,
         enable: &Enable,
+        (outputs, fails): (&[&Place], Option<Logic>),
         line: u32,
     ) -> Result<Option<Logic>, Fault> {
-        let condition = enabled.map(|enabled| {
-            self.land(enabled.skip);
+        if let Some(Enabled { condition, works, skip }) = &enabled {
+            self.land(*skip);
             self.landing();
-            enabled.condition
-        });
+            if !outputs.is_empty() {
+                self.open_outputs(at, (condition, works), outputs, line)?;
+            }
+        }
+        let condition = enabled.map(|enabled| enabled.condition);
         if let Some((target, negated)) = &enable.result {
             // What is called may tell a fault by itself.
             let runs = condition.clone().unwrap_or(Logic::Const(true));
@@ -101,44 +249,52 @@ impl Lower<'_> {
                 }
                 false => runs,
             };
+            let told = match fails {
+                Some(fails) => Logic::All(vec![told, fails.not()]),
+                None => told,
+            };
             let told = if *negated { told.not() } else { told };
             self.assign(at, target, None, Value::Bit(told), line)?;
         }
         Ok(condition)
     }
 
-    pub(super) fn open_results(
-        &mut self,
-        at: &Context,
-        condition: Option<&Logic>,
-        call: &Call,
-        line: u32,
-    ) -> Result<(), Fault> {
+    /// What a call hands its outputs to.
+    pub(super) fn outputs<'c>(&self, call: &'c Call) -> Vec<&'c Place> {
         let eno = call.enable.result.as_ref().filter(|_| call.enable.is_output);
         let targets = call.passed.iter().filter_map(|(_, passed)| match passed {
-            // Where ENO is declared, it is among them, and has its value already.
+            // Where ENO is declared, it is among them, and has its value by itself.
             Passed::Output(place, _) => Some(place),
             _ => None,
         });
-        let targets: Vec<&Place> =
-            targets.filter(|place| eno.is_none_or(|(own, _)| !is_same(own, place))).collect();
-        self.open_outputs(at, condition, &targets, line)
+        targets.filter(|place| eno.is_none_or(|(own, _)| !is_same(own, place))).collect()
     }
 
-    /// What outputs are handed to may hold anything where EN is false: controllers differ.
-    pub(super) fn open_outputs(
+    fn open_outputs(
         &mut self,
         at: &Context,
-        condition: Option<&Logic>,
+        (condition, works): (&Logic, &Logic),
         targets: &[&Place],
         line: u32,
     ) -> Result<(), Fault> {
-        let Some(condition) = condition.filter(|_| !targets.is_empty()) else { return Ok(()) };
         let skip = self.jump(condition.clone(), None);
+        let from = self.builder.next();
         for target in targets {
             self.assign(at, target, None, Value::Any, line)?;
         }
-        self.land(skip);
+        let stored: Vec<TimingKey> = self.builder.program.instructions[from..]
+            .iter()
+            .filter_map(|one| one.timing.as_deref().cloned())
+            .collect();
+        self.charge_nothing(from);
+        let leaves = self.jump(works.clone().not(), None);
+        targets.iter().for_each(|_| self.cost(&["LD"], "contact"));
+        for key in stored {
+            self.builder.add(Some(key), Vec::new(), Step::Nothing);
+        }
+        for jump in [leaves, skip] {
+            self.land(jump);
+        }
         self.landing();
         Ok(())
     }

@@ -11,7 +11,7 @@ use scanbound_iec::PouKind;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::Owner;
 use scanbound_iec_tree::types::{Kind, Type as Typed, TypeId};
-use scanbound_ir::{BitSource, BitTarget, Cell, Logic, Step, Write};
+use scanbound_ir::{BitSource, BitTarget, Cell, ChoiceKind, Logic, Region, Step, Tag, Type, Write};
 use std::collections::BTreeSet;
 
 /// What differs by controller.
@@ -22,7 +22,7 @@ const HIGH_FIRST: &str = "which byte of a word at an address comes first: either
 /// Elements of larger arrays are not looked at one by one: that they share bits is refused.
 const MAX_SHARED: i64 = 100_000;
 
-/// Of more variables it is not told what they cannot hold.
+/// Of more elements that are found by an index it is not told what they cannot hold.
 const MAX_CONSTRAINED: usize = 4096;
 
 /// Where variables that share bits get their values as the scan begins.
@@ -107,23 +107,19 @@ impl Lower<'_> {
         Some(Image { at: self.assembler().builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 
-    /// Lets variables of 8 bits begin a scan with no more than these: their words have 16.
+    /// Lets variables of 8 bits begin a scan with no more than these, as far as they are read: their words have 16.
     pub(super) fn bound_bytes(&mut self, located: &[Located]) {
-        let tree = self.tree;
-        let mut found = BTreeSet::new();
-        for one in located {
-            self.bytes(&one.spot, true, &mut found);
-        }
+        let read = self.words_read();
+        let mut all: Vec<Spot> = located.iter().map(|one| one.spot.clone()).collect();
         for Instance { unit, spot } in self.instances.clone() {
-            for id in tree.members(unit) {
-                let part = self.member(&spot, unit, id);
-                part.iter().for_each(|part| self.bytes(part, false, &mut found));
+            for id in self.tree.members(unit) {
+                all.extend(self.member(&spot, unit, id));
             }
         }
-        for spot in self.memory.globals.values().chain(self.memory.addresses.values()) {
-            self.bytes(spot, false, &mut found);
-        }
-        for (cell, signed) in found.into_iter().take(MAX_CONSTRAINED) {
+        all.extend(self.memory.globals.values().chain(self.memory.addresses.values()).cloned());
+        let mut found = BTreeSet::new();
+        all.iter().for_each(|spot| self.bytes(spot, &read, &mut found));
+        for (cell, signed) in found {
             let bit = |bit| Logic::Bit(BitSource::WordBit(cell, bit));
             let low: Vec<Logic> = (8..16).map(|at| bit(at).not()).collect();
             let within = match signed {
@@ -287,9 +283,34 @@ impl Lower<'_> {
         (!pairs.is_empty() || (is_whole && several), differs || (is_whole && several))
     }
 
-    /// The words of 8 bits in a variable, and whether they have a sign; of arrays, if they are asked for.
-    fn bytes(&self, spot: &Spot, with_arrays: bool, found: &mut BTreeSet<(Cell, bool)>) {
-        if found.len() >= MAX_CONSTRAINED {
+    /// The words that instructions read; of those at computed addresses not more than are told what they cannot hold.
+    fn words_read(&mut self) -> BTreeSet<Cell> {
+        let program = self.program();
+        let (mut read, mut computed) = (BTreeSet::new(), BTreeSet::new());
+        for one in &program.instructions {
+            one.each_read(&mut |source| match source.region() {
+                Some(Region::Range { first, count }) => {
+                    read.extend((0..count).map(|at| first.plus(at)));
+                }
+                Some(Region::Area(_) | Region::Everything) | None => {}
+            });
+        }
+        for kind in program.kinds.values() {
+            let ChoiceKind::Exact(meaning) = kind else { continue };
+            meaning.each_read(&mut |region| {
+                if let Region::Range { first, count } = region {
+                    let left = MAX_CONSTRAINED.saturating_sub(computed.len());
+                    computed.extend((0..count).map(|at| first.plus(at)).take(left));
+                }
+            });
+        }
+        read.extend(computed);
+        read
+    }
+
+    /// The words of 8 bits among those that are read in a variable, and whether they have a sign.
+    fn bytes(&mut self, spot: &Spot, read: &BTreeSet<Cell>, found: &mut BTreeSet<(Cell, bool)>) {
+        if !is_read(&spot.tag, read) {
             return;
         }
         let tree = self.tree;
@@ -303,14 +324,21 @@ impl Lower<'_> {
             Typed::Struct(id) => {
                 for (at, (_, ty)) in tree.types.parts(*id).iter().enumerate() {
                     let Some(tag) = spot.tag.part_at(at) else { continue };
-                    self.bytes(&part(tag, *ty), with_arrays, found);
+                    self.bytes(&part(tag, *ty), read, found);
                 }
             }
-            Typed::Array(dimensions, of) if with_arrays => {
-                let [(low, high)] = dimensions[..] else { return };
-                for index in (low..=high).take(MAX_CONSTRAINED) {
-                    let Some(tag) = spot.tag.element(index) else { return };
-                    self.bytes(&part(tag, *of), true, found);
+            Typed::Array(dimensions, of) => {
+                let mut tags = vec![spot.tag.clone()];
+                for _ in dimensions {
+                    tags = tags.iter().flat_map(|tag| elements_read(tag, read)).collect();
+                }
+                tags.into_iter().for_each(|tag| self.bytes(&part(tag, *of), read, found));
+            }
+            Typed::Block(unit) => {
+                for id in tree.members(*unit) {
+                    if let Some(part) = self.member(spot, *unit, id) {
+                        self.bytes(&part, read, found);
+                    }
                 }
             }
             _ => {}
@@ -347,4 +375,26 @@ impl Lower<'_> {
         let (spot, size, end) = (one.spot.clone(), size(kind), taken.map(|(_, to)| to));
         found.push(Shared { area, spot, kind, first, size, end, number });
     }
+}
+
+/// Whether any word of it is read.
+fn is_read(tag: &Tag, read: &BTreeSet<Cell>) -> bool {
+    let words = tag.of.size().map_or(0, |size| size[1]);
+    let begin = tag.begin()[1];
+    read.range(begin..begin.plus(words)).next().is_some()
+}
+
+/// The elements of an array of which words are read.
+fn elements_read(tag: &Tag, read: &BTreeSet<Cell>) -> Vec<Tag> {
+    let Type::Array { first, count, of } = &tag.of else { return Vec::new() };
+    let words = of.size().map_or(0, |size| size[1]);
+    let begin = tag.begin()[1];
+    let end = begin.plus(words.saturating_mul(*count));
+    let (mut at, mut found) = (begin, Vec::new());
+    while let Some(cell) = read.range(at..end).next().filter(|_| words > 0) {
+        let place = (cell.index - begin.index) / words;
+        found.extend(tag.element(first + i64::from(place)));
+        at = begin.plus((place + 1) * words);
+    }
+    found
 }

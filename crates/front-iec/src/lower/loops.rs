@@ -1,6 +1,7 @@
 //! Loops, and how often they go round.
 
 use super::Lower;
+use super::cells::Effects;
 use super::decode::file_names;
 use super::effects::is_same;
 use super::spots::{Context, Found};
@@ -15,7 +16,7 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{
-    Expr, ExprKind, ForLoop, Place, Statement, StatementKind, each_statement,
+    Expr, ExprKind, ForLoop, Place, Statement, StatementKind, continues, each_statement,
 };
 use scanbound_ir::{Logic, Number, Relation, WordSource, WordTarget, Write};
 
@@ -431,10 +432,7 @@ impl Lower<'_> {
         joined(condition, if while_true { Operator::And } else { Operator::Or }, &mut parts);
         let mut skips = false;
         each_statement(body, &mut |one| {
-            skips |= matches!(
-                one.kind,
-                StatementKind::Continue | StatementKind::Jump(..) | StatementKind::Label(_)
-            );
+            skips |= matches!(one.kind, StatementKind::Jump(..) | StatementKind::Label(_));
         });
         let parts = parts.into_iter().filter(|_| !skips);
         let mut candidates: Vec<_> = parts.flat_map(|part| compared(part, while_true)).collect();
@@ -454,8 +452,10 @@ impl Lower<'_> {
             };
             if upwards != (by > 0)
                 || (only_there && (by.abs() != 1 || !self.is_wide(at, place, line)))
+                || continues(&body[..number])
                 || self.may_write(at, &rest, place)
                 || self.end_stays(at, end, body, line).is_err()
+                || self.moves_what_it_compares(at, condition, (place, end))
             {
                 continue;
             }
@@ -470,6 +470,20 @@ impl Lower<'_> {
         }
         let file = self.project.files.get(self.file).map_or("", String::as_str);
         Err(crate::assembler::loops::not_known(file, u8::from(!while_true), line))
+    }
+
+    /// Whether what a condition calls may write the variable or the end that it compares.
+    fn moves_what_it_compares(
+        &mut self,
+        at: &Context,
+        condition: &Expr,
+        (variable, end): (&Place, &Expr),
+    ) -> bool {
+        let (mut called, mut compared) = (Effects::default(), Effects::default());
+        self.of_expr(at, condition, &mut called);
+        self.looked_at(at, variable, &mut compared);
+        self.of_expr(at, end, &mut compared);
+        called.changes(&compared)
     }
 
     /// Whether a variable has so many values that no loop that is followed goes through all of them.
@@ -549,14 +563,18 @@ impl Assembler {
         let limit = self.holds(Operator::Greater, counted, Value::Constant(MOST), line)?;
         let apart = Value::Number(DINT, Number::Words(apart));
         let wraps = self.holds(Operator::Less, apart, Value::Constant(0), line)?;
-        let ever = if by > 0 {
-            self.holds(Operator::Greater, last, Value::Constant(range.1 - by), line)?
-        } else {
-            self.holds(Operator::Less, last, Value::Constant(range.0 - by), line)?
-        };
+        let (operator, most) =
+            if by > 0 { (Operator::Greater, range.1) } else { (Operator::Less, range.0) };
+        let ever = self.holds(operator, last, Value::Constant(most - by), line)?;
         let endless = Logic::Any(vec![limit, wraps, ever]);
         let beyond = Logic::All(vec![none.clone().not(), endless]);
         self.without_end(beyond);
+        if fewest > 0 {
+            // A turn that is made without a test may leave the type, and come back before the end.
+            let first = number(ends[0]);
+            let leaves = self.holds(operator, first, Value::Constant(most - by), line)?;
+            self.without_end(Logic::All(vec![none.clone(), leaves]));
+        }
         if let WordSource::Cell(cell) = words[0] {
             self.program().names.insert(cell, name.to_owned());
             let fewest = constant(fewest.into(), 1);
@@ -590,12 +608,9 @@ fn ends_in_first_turn(body: &[Statement]) -> bool {
         _ => false,
     };
     let Some(first) = body.iter().position(leaves) else { return false };
-    let mut skips = false;
+    let mut skips = continues(&body[..first]);
     each_statement(&body[..first], &mut |one| {
-        skips |= matches!(
-            one.kind,
-            StatementKind::Continue | StatementKind::Jump(..) | StatementKind::Label(_)
-        );
+        skips |= matches!(one.kind, StatementKind::Jump(..) | StatementKind::Label(_));
     });
     !skips
 }

@@ -34,6 +34,7 @@ use crate::assembler::value::Value;
 use crate::assembler::{Assembler, VARIABLES};
 use bodies::Bodies;
 use cells::Effects;
+use enable::EnabledInstances;
 
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::Project;
@@ -130,6 +131,7 @@ struct Memory {
     /// The variables of methods, by instance.
     frames: BTreeMap<(usize, RoutineId), Spot>,
     targets: Targets,
+    enabled: EnabledInstances,
 }
 
 /// What the body that is lowered keeps.
@@ -185,7 +187,11 @@ impl<'t> Lower<'t> {
             tree,
             project,
             options,
-            memory: Memory { layouts: vec![None; tree.types.count()], ..Memory::default() },
+            memory: Memory {
+                layouts: vec![None; tree.types.count()],
+                enabled: EnabledInstances::of(tree),
+                ..Memory::default()
+            },
             instances: Vec::new(),
             routines: Routines::default(),
             given_back: Vec::new(),

@@ -34,13 +34,65 @@ impl Lower<'_> {
         if !of.enable.is_given() {
             return self.seen_bits(at, of, line);
         }
-        let enabled = self.begin_arguments(at, &of.enable, of.inputs.iter())?;
+        let inputs: Vec<&Expr> = of.inputs.iter().collect();
+        let outputs: Vec<_> = of.outputs.iter().collect();
+        // What asks for EN by itself takes the time of the function at most.
+        if of.enable.condition.is_some() {
+            self.cost(&["JMP"], "jump");
+        }
+        let condition = self.condition(at, &of.enable)?;
+        let enabled = self.begin_inputs(at, (&of.enable, condition), &inputs, false, line)?;
         let result = self.seen_bits(at, of, line)?;
         let result = self.frozen(result);
-        let enable = self.end_enabled(at, enabled, &of.enable, line)?;
-        let targets: Vec<_> = of.outputs.iter().collect();
-        self.open_outputs(at, enable.as_ref(), &targets, line)?;
+        let fails = match of.enable.result {
+            Some(_) => self.may_fail(of, &result),
+            None => None,
+        };
+        let enable = self.end_enabled(at, enabled, &of.enable, (&outputs, fails), line)?;
         Ok(self.result_if(enable, result))
+    }
+
+    /// Where a function may say by ENO that it has failed: it divides by zero, or what it gives does not fit its type. Controllers
+    /// differ in which of these they say.
+    fn may_fail(&mut self, of: &Applied, result: &Value) -> Option<Logic> {
+        let fits = |from: &Option<Simple>, to: &Simple| match (from.map(ty), ty(*to)) {
+            (Some(from), to) if from == to => true,
+            (Some(Ty::Bit), Ty::Number(_)) => true,
+            (Some(Ty::Number(from)), Ty::Number(to)) => match (from, to) {
+                (Kind::Whole { bits, signed }, Kind::Whole { bits: to, signed: with_sign }) => {
+                    bits < to && (with_sign || !signed)
+                }
+                _ => false,
+            },
+            _ => false,
+        };
+        let where_too_large = match &of.function {
+            Function::Move
+            | Function::Not
+            | Function::Sel
+            | Function::Extreme { .. }
+            | Function::Measured(_) => return None,
+            Function::Convert { from, to, .. } if fits(from, to) => return None,
+            Function::Operator { operator, .. } => {
+                let divides =
+                    matches!(operator, Operator::Divide | Operator::Modulo | Operator::Power);
+                let divisor = of.inputs.last().and_then(Expr::whole);
+                let works = divides
+                    || matches!(operator, Operator::Add | Operator::Subtract | Operator::Multiply);
+                match result {
+                    _ if !works => return None,
+                    _ if divides && divisor.is_none_or(|divisor| divisor == 0) => None,
+                    Value::Open(_, _, beyond) => Some(beyond.clone()),
+                    Value::Number(Kind::Whole { .. }, _) | Value::Constant(_) => return None,
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        let cell = self.bit_between();
+        let any = self.unsettled(cell);
+        self.write(vec![any]);
+        Some(Logic::All([Some(Logic::cell(cell)), where_too_large].into_iter().flatten().collect()))
     }
 
     /// What a function works out, or anything where that shows how many bits are kept of its inputs.

@@ -422,6 +422,11 @@ impl<'t> Lower<'t> {
             self.charge_comparison(left, right);
         }
         let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
+        let twice = match (operator, &one) {
+            (Operator::Xor, Value::Bit(_)) => self.again(at, left)?,
+            (Operator::Modulo, _) => self.again(at, right)?,
+            _ => None,
+        };
         let wraps = may_have_wrapped(left, &one, &two) || may_have_wrapped(right, &two, &one);
         let found = self.combined(operator, one, two, line)?;
         Ok(match found {
@@ -429,8 +434,37 @@ impl<'t> Lower<'t> {
             Value::Bit(_) if both.iter().any(|one| is_rounded(one)) => {
                 Value::Bit(self.any_bit(ROUNDED))
             }
-            found => found,
+            found => self.any_where(found, twice),
         })
+    }
+
+    /// Works an operand out once more, if it calls something: compilers that write XOR of truth values with AND and OR do so, and
+    /// those that test the divisor of MOD. Where that makes a difference to more than the time, gives whether it was done.
+    fn again(&mut self, at: &Context, operand: &Expr) -> Result<Option<Logic>, Fault> {
+        if !self.calls_own(operand) {
+            return Ok(None);
+        }
+        let mut within = 0;
+        operand.each(&mut |one| {
+            let ExprKind::Binary(operator, ..) = &one.kind else { return };
+            within += usize::from(matches!(operator, Operator::Xor | Operator::Modulo));
+        });
+        if within > MAX_CALLS {
+            let told = "so many XOR or MOD of calls in one expression, of which some compilers work operands out twice";
+            let help = "assign what they give to variables of their own before";
+            return Err(Fault::new(operand.line, told).code(Code::NotModelled).help(help));
+        }
+        let effects = self.expression_effects(at, operand);
+        let changes = effects.anything || !effects.writes.is_empty();
+        let twice = match changes {
+            true => self.differs("XOR and MOD work an operand out twice"),
+            false => self.extra_time(),
+        };
+        let skip = self.jump(twice.clone().not(), None);
+        self.open_value(at, operand)?;
+        self.land(skip);
+        self.landing();
+        Ok(changes.then_some(twice))
     }
 
     /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and

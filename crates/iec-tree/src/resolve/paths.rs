@@ -8,7 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, Section, same, show};
+use scanbound_iec::{PouKind, Section, TypeRef, same, show};
 use std::borrow::Cow;
 
 /// What a path means.
@@ -196,7 +196,18 @@ impl Resolver<'_> {
     /// The variable of a method, or of the unit, by its name.
     pub(super) fn own_variable(&self, scope: Scope, name: &str) -> Option<VarId> {
         let local = scope.method.and_then(|method| self.index.local(method, name));
-        local.or_else(|| self.index.member(scope.unit?, name))
+        local
+            .or_else(|| self.index.member(scope.unit?, name))
+            .or_else(|| self.static_of_base(scope.unit?, name))
+    }
+
+    /// The variable of which a base has one for all instances (VAR_STAT). It is a global one with the name of the base before its
+    /// own.
+    fn static_of_base(&self, unit: UnitId, name: &str) -> Option<VarId> {
+        self.tree.unit(unit).base?;
+        let bases = self.tree.lineage(unit).into_iter().skip(1);
+        let named = |base: UnitId| format!("{}.{name}", self.tree.unit(base).name);
+        bases.map(named).find_map(|name| self.index.globals(&name).first().copied())
     }
 
     fn global(&self, scope: Scope, name: &str) -> Option<VarId> {
@@ -645,6 +656,23 @@ impl Resolver<'_> {
                 .code(Code::UnknownName)
                 .text(show::path(path))
                 .help(help);
+        }
+        let has_value = |of: &TypeRef| {
+            let TypeRef::Enumeration(values, _) = of else { return false };
+            path.rest.is_empty() && values.iter().any(|(name, _)| same(name, &path.first))
+        };
+        let types = self.project.types.iter();
+        let types: Vec<&str> =
+            types.filter(|one| has_value(&one.of)).map(|one| one.name.as_str()).collect();
+        if let [first, _, ..] = types[..] {
+            let told = format!(
+                "{} is a value of the enumerations {}: which one is meant is not said",
+                path.first,
+                types.join(" and ")
+            );
+            let help = format!("write {first}#{}, with the name of its type", path.first);
+            let fault = Fault::new(line, told).code(Code::DeclaredTwice);
+            return fault.text(show::path(path)).help(help);
         }
         unknown_name(line, &show::path(path))
     }

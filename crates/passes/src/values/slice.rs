@@ -22,10 +22,11 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
         found: FxHashSet::default(),
         open: Vec::new(),
         choices: FxHashSet::default(),
+        compared,
     };
     for instruction in &program.instructions {
-        if compared && let Some(fires) = instruction.step.fires() {
-            slice.compared(fires);
+        if let Some(fires) = instruction.step.fires() {
+            slice.logic(fires);
         }
         match &instruction.step {
             Step::ForBegin { count, .. } => slice.word(*count),
@@ -38,10 +39,15 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
             counted.words.iter().for_each(|word| slice.word(*word));
         }
         for effect in &instruction.effects {
-            if let Write::Havoc(_, choice) = &effect.write
-                && let Some(indexed) = program.indexed.get(choice)
-            {
-                indexed.indices.iter().for_each(|words| slice.words(words));
+            match &effect.write {
+                Write::Havoc(_, choice) => {
+                    if let Some(indexed) = program.indexed.get(choice) {
+                        indexed.indices.iter().for_each(|words| slice.words(words));
+                    }
+                    slice.bits(*choice);
+                }
+                Write::Bit(_, value) => slice.logic(value),
+                Write::Words(..) => {}
             }
         }
     }
@@ -149,6 +155,8 @@ struct Slice<'p> {
     found: FxHashSet<Cell>,
     open: Vec<Cell>,
     choices: FxHashSet<ChoiceId>,
+    /// Whether words that are compared are relevant.
+    compared: bool,
 }
 
 impl Slice<'_> {
@@ -165,18 +173,32 @@ impl Slice<'_> {
         }
     }
 
-    /// Collects the words that a Boolean expression compares.
-    fn compared(&mut self, logic: &Logic) {
+    /// Collects the words that a Boolean expression compares, if such words are relevant.
+    fn logic(&mut self, logic: &Logic) {
+        if !self.compared {
+            return;
+        }
         match logic {
             Logic::Compare(compare) => {
                 self.number(&compare.left);
                 self.number(&compare.right);
             }
-            Logic::Not(inner) => self.compared(inner),
+            Logic::Not(inner) => self.logic(inner),
             Logic::All(parts) | Logic::Any(parts) => {
-                parts.iter().for_each(|part| self.compared(part));
+                parts.iter().for_each(|part| self.logic(part));
             }
+            Logic::Bit(BitSource::Free(choice)) => self.choice(*choice),
             Logic::Condition | Logic::Const(_) | Logic::Bit(_) => {}
+        }
+    }
+
+    /// Collects the words that an operation compares whose results are bits, if such words are relevant.
+    fn bits(&mut self, choice: ChoiceId) {
+        if self.compared
+            && let Some(ChoiceKind::Exact(meaning)) = self.program.kinds.get(&choice)
+            && meaning.outputs.iter().any(|output| matches!(output, Target::Bits(_)))
+        {
+            self.choice(choice);
         }
     }
 
@@ -208,7 +230,8 @@ impl Slice<'_> {
                                 self.term(term);
                             }
                         }
-                        OperationInput::Bits(_) | OperationInput::Truth(_) => {}
+                        OperationInput::Truth(logic) => self.logic(logic),
+                        OperationInput::Bits(_) => {}
                     }
                 }
             }
