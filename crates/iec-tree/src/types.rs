@@ -55,19 +55,13 @@ pub enum Type {
     Faulty(u32),
 }
 
-/// A structure: its name, if it has one, and the names and types of its parts.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Struct {
-    /// The parts in their order.
-    pub parts: Vec<(String, TypeId)>,
-}
-
 /// The types of a project, each once.
 #[derive(Debug)]
 pub struct Types {
     all: Vec<Type>,
     known: BTreeMap<Type, TypeId>,
-    structs: Vec<Struct>,
+    /// The parts of each structure: their names and types.
+    structs: Vec<Vec<(String, TypeId)>>,
     faults: Vec<Fault>,
 }
 
@@ -136,19 +130,19 @@ impl Types {
 
     /// A structure whose parts are told later ([`Types::set_parts`]).
     pub fn new_struct(&mut self) -> StructId {
-        self.structs.push(Struct { parts: Vec::new() });
+        self.structs.push(Vec::new());
         StructId(u32::try_from(self.structs.len() - 1).unwrap_or(u32::MAX))
     }
 
     /// Tells the parts of a structure.
     pub fn set_parts(&mut self, id: StructId, parts: Vec<(String, TypeId)>) {
-        self.structs[id.0 as usize].parts = parts;
+        self.structs[id.0 as usize] = parts;
     }
 
     /// The parts of a structure.
     #[must_use]
     pub fn parts(&self, id: StructId) -> &[(String, TypeId)] {
-        &self.structs[id.0 as usize].parts
+        &self.structs[id.0 as usize]
     }
 
     /// What is no type, and why.

@@ -50,8 +50,7 @@ impl Lower<'_> {
                 place.indices().filter(|index| index.whole().is_none()).collect();
             let mut moved = false;
             for index in indices {
-                let mut looked = Effects::default();
-                self.of_expr(at, index, &mut looked);
+                let looked = self.found(|own, found| own.of_expr(at, index, found));
                 let mut changed = Effects::default();
                 for other in handed.iter().chain(&taken) {
                     self.written(at, other, &mut changed);
@@ -67,8 +66,7 @@ impl Lower<'_> {
         }
         let mut before = Effects::default();
         for place in handed {
-            let mut own = Effects::default();
-            self.written(at, place, &mut own);
+            let own = self.found(|own, found| own.written(at, place, found));
             if own.meets(&before) || own.meets(&within) {
                 let message = format!(
                     "{} is handed over in and out, and what is called may reach it by another name",

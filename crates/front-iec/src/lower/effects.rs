@@ -74,10 +74,16 @@ impl Lower<'_> {
 
     /// What an expression reads and writes of what outlasts its calls.
     pub(super) fn expression_effects(&mut self, at: &Context, one: &Expr) -> Effects {
-        let mut found = Effects::default();
-        self.of_expr(at, one, &mut found);
+        let found = self.found(|own, found| own.of_expr(at, one, found));
         let own = self.begins_anew(at);
         found.lasting(&own)
+    }
+
+    /// The effects that something finds.
+    pub(super) fn found(&mut self, find: impl FnOnce(&mut Self, &mut Effects)) -> Effects {
+        let mut found = Effects::default();
+        find(self, &mut found);
+        found
     }
 
     /// Whether it makes a difference which of two expressions is worked out first.
@@ -95,35 +101,25 @@ impl Lower<'_> {
         if place.indices().any(|index| index.whole().is_none()) {
             return true;
         }
-        let mut written = Effects::default();
-        self.of_statements(at, body, &mut written);
-        let mut own = Effects::default();
-        self.looked_at(at, place, &mut own);
-        written.changes(&own)
+        let written = self.found(|own, found| own.of_statements(at, body, found));
+        written.changes(&self.found(|own, found| own.looked_at(at, place, found)))
     }
 
     /// Whether statements may change what an expression gives.
     pub(super) fn may_change(&mut self, at: &Context, body: &[Statement], one: &Expr) -> bool {
-        let mut written = Effects::default();
-        self.of_statements(at, body, &mut written);
-        let mut own = Effects::default();
-        self.of_expr(at, one, &mut own);
-        written.changes(&own)
+        let written = self.found(|own, found| own.of_statements(at, body, found));
+        written.changes(&self.found(|own, found| own.of_expr(at, one, found)))
     }
 
     /// Whether an expression names a variable, by whichever name.
     pub(super) fn names(&mut self, at: &Context, one: &Expr, place: &Place) -> bool {
-        let mut named = Effects::default();
-        self.of_expr(at, one, &mut named);
-        let mut own = Effects::default();
-        self.looked_at(at, place, &mut own);
-        named.meets(&own)
+        let named = self.found(|own, found| own.of_expr(at, one, found));
+        named.meets(&self.found(|own, found| own.looked_at(at, place, found)))
     }
 
     /// Whether the programs of other tasks may write a variable.
     pub(super) fn others_write(&mut self, at: &Context, place: &Place) -> bool {
-        let mut own = Effects::default();
-        self.looked_at(at, place, &mut own);
+        let own = self.found(|own, found| own.looked_at(at, place, found));
         let here = self.routines.task;
         if !self.routines.others.contains_key(&here) {
             // Each task has functions of its own.

@@ -155,7 +155,7 @@ impl<'t> Lower<'t> {
             if let Some(fault) = fault {
                 return Err(fault);
             }
-            self.of_expr(at, initial, &mut super::cells::Effects::default());
+            self.found(|own, found| own.of_expr(at, initial, found));
         }
         match tree.types.get(spot.ty) {
             Typed::Block(unit) => {

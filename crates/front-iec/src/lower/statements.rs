@@ -1,7 +1,6 @@
 //! Statements, and the routines that they stand in.
 
 use super::calls::Callee;
-use super::cells::Effects;
 use super::spots::{Context, Found, Instance};
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
@@ -204,8 +203,8 @@ impl Lower<'_> {
                 done
             }
             StatementKind::After(both) => {
-                let mut then = Effects::default();
-                self.of_statements(at, std::slice::from_ref(&both.1), &mut then);
+                let behind = std::slice::from_ref(&both.1);
+                let then = self.found(|own, found| own.of_statements(at, behind, found));
                 self.call_before(at, &both.0, &then, line)?;
                 self.statement(at, &both.1, targets)
             }

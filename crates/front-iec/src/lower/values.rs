@@ -1,7 +1,6 @@
 //! Expressions, as what the analysis follows.
 
 use super::Lower;
-use super::cells::Effects;
 use super::spots::{Context, Element, Found, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::numbers::{ROUNDED, read, row};
@@ -274,8 +273,7 @@ impl<'t> Lower<'t> {
             }
             ExprKind::Call(call) => self.called(at, call, line)?,
             ExprKind::After(both) => {
-                let mut then = Effects::default();
-                self.of_expr(at, &both.1, &mut then);
+                let then = self.found(|own, found| own.of_expr(at, &both.1, found));
                 self.call_before(at, &both.0, &then, line)?;
                 let value = self.open_value(at, &both.1)?;
                 // The next call writes it anew.

@@ -1,7 +1,7 @@
 //! Calls: what is called, and what is passed for which parameter.
 
 use super::given::{Given, Side, Value};
-use super::paths::{Found, Property, property_here, start};
+use super::paths::{Found, Property, property_here};
 use super::resolver::{Resolver, Scope, unknown_name};
 use super::types::declare;
 use crate::blocks::StandardBlock;
@@ -48,7 +48,7 @@ impl Resolver<'_> {
         if let (Some(name), Some(unit)) = (own, scope.unit)
             && let Some(method) = self.index.method(unit, name)
         {
-            let place = self.own_instance(unit);
+            let place = self.this(unit);
             return self.method(scope, place, method, given, line);
         }
         if same(&path.first, "SUPER") {
@@ -134,11 +134,6 @@ impl Resolver<'_> {
             Some(result) => self.tree.variable(result).ty,
             None => self.tree.types.id(Type::Nothing),
         }
-    }
-
-    fn own_instance(&mut self, unit: UnitId) -> Place {
-        let ty = self.block(unit);
-        start(Root::This, ty)
     }
 
     /// The unit that the one whose code this is extends.
@@ -579,7 +574,7 @@ impl Resolver<'_> {
     ) -> Result<StatementKind, Fault> {
         let own = target.as_name().filter(|name| self.has_member(scope, name));
         if let (Some(name), Some(unit)) = (own, scope.unit) {
-            let place = self.own_instance(unit);
+            let place = self.this(unit);
             if let Some(found) = self.member_called(scope, place, unit, name, given, line)? {
                 return Ok(found);
             }
@@ -656,7 +651,7 @@ impl Resolver<'_> {
     ) -> Result<StatementKind, Fault> {
         let (target, callee) = match *self.tree.types.get(place.ty) {
             Type::Standard(block) => (Target::Standard(place, block), Callee::Standard(block)),
-            Type::Block(unit) if self.is_program(unit) => {
+            Type::Block(unit) if self.tree.unit(unit).kind == PouKind::Program => {
                 (Target::Program(place, unit), Callee::Named(unit))
             }
             Type::Block(unit) => (Target::Instance(place, unit), Callee::Unit(unit)),

@@ -1,11 +1,11 @@
 //! Charts with what they name.
 
-use super::paths::{Found, start};
+use super::paths::Found;
 use super::resolver::{Resolver, Scope};
 use super::statements::Labels;
 use crate::charts::{Action, ActionBody, Chart, Hooks, Orders, StepFlag};
 use crate::declarations::{Code, RoutineId, UnitId, VarId};
-use crate::tree::{Expr, ExprKind, Place, Root, Statement};
+use crate::tree::{Expr, ExprKind, Place, Statement};
 use crate::types::{Elementary, Type};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::{self, Kind, Part, Path};
@@ -144,10 +144,7 @@ impl Resolver<'_> {
                 continue;
             }
             let owner = match cut {
-                0 => {
-                    let ty = self.block(unit);
-                    start(Root::This, ty)
-                }
+                0 => self.this(unit),
                 _ => {
                     let rest = before[..cut - 1].to_vec();
                     let owner = Path { first: path.first.clone(), rest };

@@ -8,7 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, Section, TypeRef, same, show};
+use scanbound_iec::{Section, TypeRef, same, show};
 use std::borrow::Cow;
 
 /// What a path means.
@@ -176,7 +176,8 @@ impl Resolver<'_> {
         Expr { kind: ExprKind::Named(value), ty, line }
     }
 
-    fn this(&mut self, unit: UnitId) -> Place {
+    /// The instance of a unit whose code it is.
+    pub(super) fn this(&mut self, unit: UnitId) -> Place {
         let ty = self.block(unit);
         start(Root::This, ty)
     }
@@ -675,11 +676,6 @@ impl Resolver<'_> {
             return fault.text(show::path(path)).help(help);
         }
         unknown_name(line, &show::path(path))
-    }
-
-    /// Whether a unit is a program.
-    pub(super) fn is_program(&self, unit: UnitId) -> bool {
-        self.project.pous[unit.index()].kind == PouKind::Program
     }
 }
 

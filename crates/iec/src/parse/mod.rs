@@ -19,16 +19,28 @@ use scanbound_base::code::Code;
 pub(crate) use unit::{apart, file_stem};
 pub use unit::{begins as is_units, file};
 
+/// Reads a text that begins at a line, all of it.
+fn whole<T>(
+    text: &str,
+    line: u32,
+    read: impl FnOnce(&mut Cursor) -> Result<T, Fault>,
+) -> Result<T, Fault> {
+    let mut cursor = Cursor::new(text, line)?;
+    let found = read(&mut cursor)?;
+    cursor.end()?;
+    Ok(found)
+}
+
 /// Reads an expression that begins at a line.
 ///
 /// # Errors
 /// Its first fault.
 pub fn expression(text: &str, line: u32) -> Result<Expr, Fault> {
-    let mut cursor = Cursor::new(text, line)?;
-    let expr = expression::expression(&mut cursor)?;
-    cursor.take_sign(";");
-    cursor.end()?;
-    Ok(expr)
+    whole(text, line, |cursor| {
+        let expr = expression::expression(cursor)?;
+        cursor.take_sign(";");
+        Ok(expr)
+    })
 }
 
 /// Reads statements in structured text.
@@ -36,10 +48,7 @@ pub fn expression(text: &str, line: u32) -> Result<Expr, Fault> {
 /// # Errors
 /// Their first fault.
 pub fn statements(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
-    let mut cursor = Cursor::new(text, line)?;
-    let found = statement::statements(&mut cursor, &[])?;
-    cursor.end()?;
-    Ok(found)
+    whole(text, line, |cursor| statement::statements(cursor, &[]))
 }
 
 /// Reads an instruction list.
@@ -47,10 +56,7 @@ pub fn statements(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
 /// # Errors
 /// Its first fault.
 pub fn instruction_list(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
-    let mut cursor = Cursor::new(text, line)?;
-    let found = il::instructions(&mut cursor)?;
-    cursor.end()?;
-    Ok(found)
+    whole(text, line, il::instructions)
 }
 
 /// The value that an instruction list leaves, as the condition of a transition has it.
@@ -58,10 +64,7 @@ pub fn instruction_list(text: &str, line: u32) -> Result<Vec<Statement>, Fault> 
 /// # Errors
 /// Its first fault.
 pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
-    let mut cursor = Cursor::new(text, line)?;
-    let found = il::value(&mut cursor, &[])?;
-    cursor.end()?;
-    Ok(found)
+    whole(text, line, |cursor| il::value(cursor, &[]))
 }
 
 /// Reads the variables of a unit's declaration as text: all of its sections (`VAR ... END_VAR`), whatever stands around them.
@@ -117,8 +120,5 @@ pub fn reads_alike(one: &str, other: &str) -> bool {
 /// # Errors
 /// Its first fault.
 pub fn type_ref(text: &str, line: u32) -> Result<TypeRef, Fault> {
-    let mut cursor = Cursor::new(text, line)?;
-    let found = declaration::type_ref(&mut cursor)?;
-    cursor.end()?;
-    Ok(found)
+    whole(text, line, declaration::type_ref)
 }
