@@ -195,22 +195,16 @@ impl Pou {
     /// Its charts: that of the body, those of actions and of methods, each with the name of what it belongs to.
     #[must_use]
     pub fn charts(&self) -> Vec<(String, &Chart)> {
-        let mut found = Vec::new();
-        if let Body::Chart(chart) = &self.body {
-            found.push((self.name.clone(), chart.as_ref()));
-        }
-        for action in &self.actions {
-            if let Body::Chart(chart) = &action.body {
-                found.push((format!("{}.{}", self.name, action.name), chart.as_ref()));
-            }
-        }
-        for method in &self.methods {
-            let own = method.charts();
-            found.extend(
-                own.into_iter().map(|(name, chart)| (format!("{}.{name}", self.name), chart)),
-            );
-        }
-        found
+        let actions = self.actions.iter();
+        let actions = actions.map(|one| (format!("{}.{}", self.name, one.name), &one.body));
+        let bodies = [(self.name.clone(), &self.body)].into_iter().chain(actions);
+        let own = bodies.filter_map(|(name, body)| match body {
+            Body::Chart(chart) => Some((name, &**chart)),
+            _ => None,
+        });
+        let inner = self.methods.iter().flat_map(Pou::charts);
+        let inner = inner.map(|(name, chart)| (format!("{}.{name}", self.name), chart));
+        own.chain(inner).collect()
     }
 
     /// The action of this name.

@@ -10,7 +10,7 @@
 use super::control::{Control, Input, Output};
 use super::evaluate::{Memory, Value};
 use scanbound::base::facts::ActionOrder;
-use scanbound::iec::chart::Chart;
+use scanbound::iec::chart::{Chart, Target};
 use scanbound::iec::{Body, Pou, same};
 
 /// What implementations do differently.
@@ -179,7 +179,7 @@ impl<'a> Run<'a> {
         }
         for at in self.order(&outputs) {
             let (action, output) = (&self.actions[at], &outputs[at]);
-            match self.chart.body(self.pou, action) {
+            match body(self.chart, self.pou, action) {
                 None => self.memory.set(action, Value::Bool(output.q)),
                 Some(Body::Code(_, statements)) if output.runs => self.memory.run(statements)?,
                 Some(Body::Code(..) | Body::Drawn(..)) if !output.runs => {}
@@ -200,9 +200,19 @@ impl<'a> Run<'a> {
             ActionOrder::Declared => all.sort_by_key(|&at| {
                 let name = &self.actions[at];
                 let declared = self.pou.actions.iter().position(|one| same(&one.name, name));
-                (self.chart.body(self.pou, name).is_some(), declared)
+                (body(self.chart, self.pou, name).is_some(), declared)
             }),
         }
         all
     }
+}
+
+/// The body of the action of this name, if it has one; else it is a Boolean variable.
+fn body<'a>(chart: &'a Chart, pou: &'a Pou, action: &str) -> Option<&'a Body> {
+    let mut blocks = chart.steps.iter().flat_map(|step| &step.blocks);
+    let inline = blocks.find_map(|block| match &block.target {
+        Target::Inline(name, body) if same(name, action) => Some(body.as_ref()),
+        _ => None,
+    });
+    inline.or_else(|| pou.action(action).map(|named| &named.body))
 }

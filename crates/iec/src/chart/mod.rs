@@ -13,7 +13,7 @@ pub mod told;
 
 use crate::ast::{Expr, Operator, same};
 pub use crate::body::{Block, Chart, Macro, Qualifier, Step, Target, Transition};
-use crate::{Body, Pou, show};
+use crate::show;
 use scanbound_nets::Net;
 use std::collections::BTreeSet;
 
@@ -98,12 +98,6 @@ impl Chart {
                 .retain(|step| !early.iter().filter(beside).any(|two| two.from.contains(step)));
         }
         net
-    }
-
-    /// Whether some of its transitions have priorities.
-    #[must_use]
-    pub fn has_priorities(&self) -> bool {
-        self.transitions.iter().any(|one| one.has_priority)
     }
 
     /// Its Petri net: a place a step. What a condition asks of step flags in any case, its transition asks of the net.
@@ -194,16 +188,5 @@ impl Chart {
             Some(name) => name.clone(),
             None => format!("{} -> {}", names(from), names(to)),
         }
-    }
-
-    /// The body of the action of this name, if it has one; else it is a Boolean variable.
-    #[must_use]
-    pub fn body<'a>(&'a self, pou: &'a Pou, action: &str) -> Option<&'a Body> {
-        let inline =
-            self.steps.iter().flat_map(|step| &step.blocks).find_map(|block| match &block.target {
-                Target::Inline(name, body) if same(name, action) => Some(body.as_ref()),
-                _ => None,
-            });
-        inline.or_else(|| pou.action(action).map(|named| &named.body))
     }
 }
