@@ -65,6 +65,7 @@ mod snet_code;
 #[cfg(unix)]
 mod snet_monitor;
 mod snet_simulate;
+mod stopped;
 mod tables;
 mod toy_format;
 mod toy_front;

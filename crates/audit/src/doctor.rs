@@ -234,6 +234,7 @@ impl Doctor<'_, '_> {
     /// Decodes the programs. Unknown instructions are reported and then accepted, so that other faults are found too.
     /// Files with other faults are excluded; then there is no program in this round.
     fn decode(&mut self, project: &dyn Project, table: Option<&Table>) -> Option<Program> {
+        let budget = self.request.budget();
         let options = |knows: &dyn Fn(&str) -> bool, incomplete: bool| {
             project.decode(&Options {
                 cpu: self.request.cpu,
@@ -244,7 +245,7 @@ impl Doctor<'_, '_> {
                 task: self.request.task,
                 uninterrupted: self.request.alone,
                 others_write: self.request.others_write(),
-                deadline: self.request.deadline(),
+                budget: Some(&budget),
             })
         };
         let knows = |name: &str| table.is_some_and(|table| table.knows(name));

@@ -107,7 +107,7 @@ pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
 /// # Errors
 /// All faults of the input at once.
 pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
-    Ok(Understood::of(request)?.program)
+    Ok(Understood::of(request, &request.budget())?.program)
 }
 
 /// A project that is read and priced, before any pass changes it: an emulated CPU runs such a program.
@@ -128,7 +128,7 @@ pub struct Ready {
 /// All faults of the input at once.
 pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
     let Priced { program, table, prices, warnings } =
-        Priced::of(Understood::of(request)?, request)?;
+        Priced::of(Understood::of(request, &request.budget())?, request)?;
     Ok(Ready { program, table, prices, warnings })
 }
 
@@ -157,7 +157,7 @@ impl PreparedProject {
     pub fn of(request: &Request<'_>) -> Result<PreparedProject, Failure> {
         let start = Instant::now();
         let budget = Budget::new(start, request.time_limit, request.cancelled, Vec::new());
-        let mut understood = Understood::of(request)?;
+        let mut understood = Understood::of(request, &budget)?;
         if !request.use_chart_exclusion {
             let exclusions = std::mem::take(&mut understood.program.charts.exclusions);
             let program = &mut understood.program;

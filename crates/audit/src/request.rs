@@ -1,6 +1,7 @@
 //! The settings of an audit, and its progress reports.
 
 use super::response::Given;
+use scanbound_base::budget::Budget;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
@@ -86,10 +87,10 @@ impl<'a> Request<'a> {
         if self.facts.download { Trust::None } else { self.trust }
     }
 
-    /// The moment at which a time limit that begins now is reached.
+    /// A time budget that begins now.
     #[must_use]
-    pub fn deadline(&self) -> Option<Instant> {
-        self.time_limit.and_then(|limit| Instant::now().checked_add(limit))
+    pub fn budget(&self) -> Budget<'a> {
+        Budget::new(Instant::now(), self.time_limit, self.cancelled, Vec::new())
     }
 
     /// Whether other writers than the program may write its variables between scans.

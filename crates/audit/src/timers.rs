@@ -5,8 +5,8 @@ use super::doubt::{self, Doubt};
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    Cell, ChoiceId, Number, Program, Region, Source, Step, SummaryReason, WordSource, WordTarget,
-    Write, flow,
+    Cell, ChoiceId, Number, Program, Region, RegionSet, Source, Step, SummaryReason, WordSource,
+    WordTarget, Write, flow,
 };
 use scanbound_model::ScanModel;
 use scanbound_passes::loops;
@@ -96,7 +96,7 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
 }
 
 /// The regions that instructions other than those of a timer write, and that contain present values of timers.
-struct Others(Vec<Region>);
+struct Others(RegionSet);
 
 impl Others {
     fn of(program: &Program) -> Others {
@@ -133,14 +133,11 @@ impl Others {
             });
             regions.extend(written);
         }
-        regions.retain(of_interest);
-        regions.sort_unstable();
-        regions.dedup();
-        Others(regions)
+        Others(regions.into_iter().filter(of_interest).collect())
     }
 
     fn write(&self, cell: Cell) -> bool {
-        self.0.iter().any(|region| region.contains(cell))
+        self.0.contains(Region::Range { first: cell, count: 1 })
     }
 }
 

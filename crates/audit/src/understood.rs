@@ -3,10 +3,11 @@
 use super::failure::Failure;
 use super::request::{Progress, Request};
 use super::{counts, indices, stated};
+use scanbound_base::budget::{Budget, StopReason};
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Part, StatedFactor};
-use scanbound_front::{MachineOptions, Options, Project};
+use scanbound_front::{MachineOptions, Options, Project, stopped};
 use scanbound_ir::Program;
 use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
@@ -27,10 +28,15 @@ pub struct Understood {
 
 impl Understood {
     /// Reads the files, and checks stated interrupts and words against the program.
-    pub fn of(request: &Request<'_>) -> Result<Understood, Failure> {
+    pub fn of(request: &Request<'_>, budget: &Budget<'_>) -> Result<Understood, Failure> {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
-        let (mut program, table) = understand(&*project, request)?;
+        // Lowering may take much longer than reading. A time limit is left to the front: it may have the program soon.
+        if let Some(reason @ StopReason::Cancelled) = budget.stop_reason() {
+            let file = request.inputs.first().map_or("", |input| &input.name);
+            return Err(Failure::from(stopped(reason, file)));
+        }
+        let (mut program, table) = understand(&*project, request, budget)?;
         let machine = project.machine_options();
         let mut warnings = project.warnings();
         warnings.extend(other_series(request.cpu, project.cpu()));
@@ -77,7 +83,11 @@ pub fn state(
 }
 
 /// Decodes the source into a program, and chooses its timing table.
-fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, Table), Failure> {
+fn understand(
+    project: &dyn Project,
+    request: &Request<'_>,
+    budget: &Budget<'_>,
+) -> Result<(Program, Table), Failure> {
     let machine = project.machine_options();
     if request.clock.is_some() && !machine.clock {
         return Err(Failure::from(no_clock()));
@@ -114,7 +124,7 @@ fn understand(project: &dyn Project, request: &Request<'_>) -> Result<(Program, 
         task: request.task,
         uninterrupted: request.alone,
         others_write: request.others_write(),
-        deadline: request.deadline(),
+        budget: Some(budget),
     })?;
     knows_task(&program, request)?;
     let table = fitted(table, &program, request);

@@ -57,7 +57,7 @@ impl<'a> Budget<'a> {
     /// The moment at which the time limit is reached; `None` without a limit.
     #[must_use]
     pub fn deadline(&self) -> Option<Instant> {
-        self.limit.map(|limit| self.start + limit)
+        self.limit.and_then(|limit| self.start.checked_add(limit))
     }
 
     /// The reason to stop now, if there is one.

@@ -270,6 +270,8 @@ codes! {
     StimulusColumn = "stimulus-column",
     /// A row of an emulation's inputs does not match its heading
     StimulusRow = "stimulus-row",
+    /// The time limit or the user ended the audit before the source was read
+    Stopped = "stopped",
     /// An instruction writes to an input
     StoreToInput = "store-to-input",
     /// A row has an operand but there is no instruction above it

@@ -2,6 +2,8 @@
 
 use super::example::Examples;
 use super::input::Input;
+use scanbound_base::budget::{Budget, StopReason};
+use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Facts;
 use scanbound_iec::comment::Comments;
@@ -141,8 +143,9 @@ pub struct Options<'a> {
     pub uninterrupted: bool,
     /// Whether an HMI or a second PLC may write the program's variables between scans.
     pub others_write: bool,
-    /// The moment at which the time limit is reached. `None` without a limit.
-    pub deadline: Option<std::time::Instant>,
+    /// The time budget. If it is over before the source is lowered, there is no program and therefore no bound: that is
+    /// an error ([`stopped`]).
+    pub budget: Option<&'a Budget<'a>>,
 }
 
 impl<'a> Options<'a> {
@@ -158,7 +161,20 @@ impl<'a> Options<'a> {
             task: None,
             uninterrupted: false,
             others_write: true,
-            deadline: None,
+            budget: None,
         }
     }
+}
+
+/// The error that the time limit, or the user, ended the audit before the source was lowered.
+#[must_use]
+pub fn stopped(reason: StopReason, file: &str) -> Diagnostic {
+    let message = format!("{reason} ended the audit before the program was read");
+    let help = match reason {
+        StopReason::TimeLimit(_) => {
+            "give it more time (--time-limit): there is no bound before all of it is read"
+        }
+        StopReason::Cancelled => "there is no bound before all of it is read",
+    };
+    Diagnostic::file(Code::Stopped, file, message, help)
 }

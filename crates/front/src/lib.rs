@@ -21,7 +21,7 @@ pub use encoding::Named as Encoding;
 pub use example::{Example, ExampleForm, Examples};
 pub use faults::Faults;
 pub use faults::shown;
-pub use front::{Dialect, Front, MachineOptions, Options, Project, Sniff, SourceOptions};
+pub use front::{Dialect, Front, MachineOptions, Options, Project, Sniff, SourceOptions, stopped};
 pub use input::Input;
 pub use place::WordPositions;
 pub use place::{Caret, operand_spans, slice_range};

@@ -4,7 +4,7 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
 /// A fault at a line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Fault {
     /// Its code.
     pub code: Code,

@@ -45,6 +45,24 @@ impl Bits {
         changed
     }
 
+    /// Removes all members of another set.
+    pub fn remove_all(&mut self, other: &Bits) {
+        for (own, less) in self.0.iter_mut().zip(&other.0) {
+            *own &= !less;
+        }
+    }
+
+    /// The smallest member above this number.
+    #[must_use]
+    pub fn next_after(&self, member: usize) -> Option<usize> {
+        let start = member + 1;
+        let first = self.0.get(start / 64)? & (u64::MAX << (start % 64));
+        let mut words = std::iter::once(first).chain(self.0[start / 64 + 1..].iter().copied());
+        let at = words.position(|word| word != 0)?;
+        let word = if at == 0 { first } else { self.0[start / 64 + at] };
+        Some((start / 64 + at) * 64 + word.trailing_zeros() as usize)
+    }
+
     /// Whether this set contains all members of the other.
     #[must_use]
     pub fn is_superset(&self, other: &Bits) -> bool {
@@ -75,6 +93,11 @@ mod tests {
         bits.insert(5);
         assert_eq!(bits.iter().collect::<Vec<_>>(), [0, 5, 129]);
         assert!(bits.contains(129) && !bits.contains(64));
+        let after = [0, 4, 5, 63, 128, 129].map(|member| bits.next_after(member));
+        assert_eq!(after, [Some(5), Some(5), Some(129), Some(129), Some(129), None]);
+        let mut rest = bits.clone();
+        rest.remove_all(&Bits::of(130, &[1, 5]));
+        assert_eq!(rest.iter().collect::<Vec<_>>(), [0, 129]);
         assert!(
             bits.union_with(&Bits::of(130, &[7])) && !bits.clone().union_with(&Bits::of(130, &[7]))
         );

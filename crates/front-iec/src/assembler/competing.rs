@@ -72,6 +72,9 @@ impl Assembler {
         number: usize,
         before: &BTreeSet<usize>,
     ) -> Vec<Logic> {
+        if before.is_empty() {
+            return Vec::new();
+        }
         let never_both = competing.never_both(chart);
         let mut either = None;
         let mut found = Vec::new();

@@ -3,7 +3,8 @@
 use super::{Assembler, OpenEnd};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, Type, WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, RegionSet, Type, WordSource, WordTarget,
+    Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,7 +38,7 @@ impl Assembler {
     }
 
     /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every call.
-    pub(crate) fn settle(&mut self, own: &[Region]) {
+    pub(crate) fn settle(&mut self, own: &RegionSet) {
         let open = std::mem::take(&mut self.open_ends);
         let mut asked = BTreeSet::new();
         for one in &open {

@@ -6,8 +6,8 @@ use scanbound_iec::chart::coactive::{
 };
 use scanbound_iec::chart::{Chart, Qualifier};
 use scanbound_ir::{Cell, Logic};
-use scanbound_nets::Net;
 use scanbound_nets::reach::reach;
+use scanbound_nets::{Bits, Net};
 
 /// How many markings are looked at for what excludes all stored actions of a chart together.
 const STORED_BUDGET: usize = 1_000_000;
@@ -42,7 +42,7 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
     let analysis = steps_together_in(net, if net.shares() { BUDGET_OF_ALL } else { BUDGET });
     if !matches!(analysis.basis, Basis::Unsafe(_) | Basis::Open(_)) {
         found.extend(markings(net, memory, &analysis.basis));
-        for clique in cliques(memory.steps.len(), &|one, other| analysis.are_apart(one, other)) {
+        for clique in cliques(&analysis.together) {
             let steps: Vec<Cell> = clique.into_iter().map(|step| memory.steps[step]).collect();
             at_most_one(&steps, &mut found);
         }
@@ -78,25 +78,32 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
     found
 }
 
-/// Sets of which no two are together, so that each pair that is apart is in one of them.
-fn cliques(count: usize, are_apart: &dyn Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+/// Sets of which no two are together, so that each pair that is apart is in one of them. `together`: for each member, those
+/// that it can be together with.
+fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {
+    let count = together.len();
     let mut found = Vec::new();
-    let mut covered = vec![false; count * count];
+    // For each member, those that are in a set with it, or come before it.
+    let mut covered = vec![Bits::new(count); count];
+    let mut behind = Bits::of(count, &(0..count).collect::<Vec<_>>());
     for one in 0..count {
-        for other in one + 1..count {
-            if covered[one * count + other] || !are_apart(one, other) {
-                continue;
+        behind.remove(one);
+        loop {
+            let mut apart = behind.clone();
+            apart.remove_all(&together[one]);
+            let mut open = apart.clone();
+            open.remove_all(&covered[one]);
+            let Some(other) = open.iter().next() else { break };
+            let mut clique = vec![one];
+            let mut next = Some(other);
+            while let Some(member) = next {
+                clique.push(member);
+                apart.remove_all(&together[member]);
+                next = apart.next_after(member);
             }
-            let mut clique = vec![one, other];
-            for next in other + 1..count {
-                if clique.iter().all(|&own| are_apart(own, next)) {
-                    clique.push(next);
-                }
-            }
-            for (at, &own) in clique.iter().enumerate() {
-                for &behind in &clique[at + 1..] {
-                    covered[own * count + behind] = true;
-                }
+            let members = Bits::of(count, &clique);
+            for &own in &clique {
+                covered[own].union_with(&members);
             }
             found.push(clique);
         }

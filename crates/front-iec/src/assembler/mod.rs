@@ -26,7 +26,6 @@ pub(crate) mod types;
 pub(crate) mod value;
 pub(crate) mod whole;
 
-use scanbound_base::code::Code;
 use scanbound_base::location::Location;
 use scanbound_front::builder::{Builder, always};
 use scanbound_iec::fault::Fault;
@@ -36,8 +35,7 @@ use scanbound_ir::{
     AccessedDevices, AreaId, BitTarget, Cell, Logic, Number, Program, Region, Step, Tag, TimingKey,
     Units, WordSource, WordTarget, Write,
 };
-use std::collections::{BTreeMap, BTreeSet};
-use std::time::Instant;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use tally::Tally;
 use types::Kind;
 use value::{sources, targets};
@@ -74,6 +72,8 @@ pub(crate) struct Assembler {
     pub(crate) file: usize,
     /// Faults and their files.
     pub(crate) faults: Vec<(usize, Fault)>,
+    /// Those of `faults` that lowering has found, to take note of each once.
+    noted_faults: HashSet<(usize, Fault)>,
     pub(crate) tally: Tally,
     /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another way
     /// than the standard.
@@ -88,8 +88,6 @@ pub(crate) struct Assembler {
     between: [u32; 2],
     /// Whether the controller stops at a division by zero and the like.
     pub(crate) stops_on_error: bool,
-    /// When the time limit is over.
-    pub(crate) deadline: Option<Instant>,
 }
 
 impl Assembler {
@@ -98,6 +96,7 @@ impl Assembler {
             builder: Builder::new(program),
             file: 0,
             faults: Vec::new(),
+            noted_faults: HashSet::new(),
             tally: Tally::default(),
             readings: BTreeMap::new(),
             open_ends: Vec::new(),
@@ -106,26 +105,13 @@ impl Assembler {
             counts: BTreeSet::new(),
             between: [0, 0],
             stops_on_error: true,
-            deadline: None,
         }
-    }
-
-    /// Whether the time limit is over; then it is a fault.
-    pub(crate) fn is_late(&mut self) -> bool {
-        let is_late = self.deadline.is_some_and(|end| Instant::now() >= end);
-        if is_late {
-            let help =
-                "give it more time (--time-limit): there is no bound before all of it is read";
-            let told = "the time limit was over before the program was read";
-            self.fault(Fault::new(1, told).code(Code::TooMany).help(help));
-        }
-        is_late
     }
 
     /// Takes note of a fault in the code that is lowered.
     pub(crate) fn fault(&mut self, fault: Fault) {
         let fault = (self.file, fault);
-        if !self.faults.contains(&fault) {
+        if self.noted_faults.insert(fault.clone()) {
             self.faults.push(fault);
         }
     }

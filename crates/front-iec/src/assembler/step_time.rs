@@ -7,6 +7,7 @@ use super::value::constant;
 use super::{Assembler, OpenEnd};
 use scanbound_iec::chart::Chart;
 use scanbound_ir::{Cell, Logic};
+use std::collections::BTreeSet;
 
 impl Assembler {
     /// Lets the times of the steps that are active go on.
@@ -32,11 +33,14 @@ impl Assembler {
     /// Lets the times of steps that are entered begin, before their flags are set.
     pub(crate) fn times_of_entered(&mut self, chart: &Chart, memory: &Memory) {
         let again = self.differs("a step that is left and entered at once begins its time anew");
+        let mut entering = vec![Vec::new(); chart.steps.len()];
+        for (at, transition) in chart.transitions.iter().enumerate() {
+            transition.to.iter().for_each(|&step| entering[step].push(at));
+        }
         for time in &memory.times {
-            let enters =
-                |at: &usize| chart.transitions[*at].to.iter().any(|step| time.steps.contains(step));
-            let entered = (0..memory.clears.len()).filter(enters);
-            let entered = any(entered.map(|at| Logic::cell(memory.clears[at])));
+            let entered: BTreeSet<usize> =
+                time.steps.iter().flat_map(|&step| &entering[step]).copied().collect();
+            let entered = any(entered.into_iter().map(|at| Logic::cell(memory.clears[at])));
             let before = memory.active(&time.steps);
             let new = match time.steps.len() {
                 1 => any([before.not(), again.clone()]),

@@ -8,7 +8,7 @@ use scanbound_base::facts::ActionOrder;
 use scanbound_iec::chart::Chart;
 use scanbound_iec_tree::charts::Orders;
 use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::{Cell, Logic, Region, Step, Write, flow};
+use scanbound_ir::{Cell, Logic, Region, RegionSet, Step, Write, flow};
 use std::collections::BTreeSet;
 use std::ops::{DerefMut, Range};
 
@@ -172,7 +172,7 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
 
 impl Assembler {
     /// What it makes no difference to is carried out in the first round alone.
-    pub(crate) fn settle_turns(&mut self, turns: &[Turn], own: &[Region]) {
+    pub(crate) fn settle_turns(&mut self, turns: &[Turn], own: &RegionSet) {
         let prints: Vec<Footprint> =
             turns.iter().map(|turn| self.footprint(&turn.copies[0], own)).collect();
         for (at, turn) in turns.iter().enumerate() {
@@ -194,7 +194,7 @@ impl Assembler {
     }
 
     /// What instructions, and those that they call, read and write of what outlasts them.
-    fn footprint(&self, range: &Range<usize>, own: &[Region]) -> Footprint {
+    fn footprint(&self, range: &Range<usize>, own: &RegionSet) -> Footprint {
         let program = &self.builder.program;
         let ends = program.instructions[range.clone()].iter().any(|one| one.step == Step::Return);
         let (mut reads, mut writes) = (BTreeSet::new(), BTreeSet::new());
@@ -222,8 +222,7 @@ impl Assembler {
         let lasting = |regions: BTreeSet<Region>| {
             let stretch = |region: Region| match region {
                 Region::Range { first, count } => {
-                    let lasts = !Assembler::is_between(first)
-                        && !own.iter().any(|own| flow::overlap(*own, region));
+                    let lasts = !Assembler::is_between(first) && !own.overlaps(region);
                     lasts.then_some((first, count))
                 }
                 Region::Area(_) | Region::Everything => None,

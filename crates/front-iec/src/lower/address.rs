@@ -7,7 +7,7 @@ use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::types::Kind;
 use scanbound_ir::{
-    BitTarget, Cell, Effect, Logic, Number, Region, WordSource, WordTarget, Write, flow,
+    BitTarget, Cell, Effect, Logic, Number, Region, RegionSet, WordSource, WordTarget, Write, flow,
 };
 use std::collections::BTreeSet;
 
@@ -160,13 +160,13 @@ pub(super) fn share(
     assembler: &mut Assembler,
     all: &[Located],
     given_back: &[(std::ops::Range<usize>, usize, u32)],
-) -> Vec<Region> {
+) -> RegionSet {
     let pairs = meeting(all.iter().map(|one| one.taken)).into_iter();
     let pairs = pairs.flat_map(|(one, other)| [(one, other), (other, one)]);
     let pairs: Vec<(&Located, &Located)> =
         pairs.map(|(one, other)| (&all[one], &all[other])).collect();
     if pairs.is_empty() {
-        return Vec::new();
+        return RegionSet::default();
     }
     let index = Index::new(&pairs);
     for at in 0..assembler.builder.next() {

@@ -40,12 +40,9 @@ impl Effects {
         self.anything |= other.anything;
     }
 
-    /// Without what begins anew with every call.
-    pub(super) fn lasting(mut self, own: &[Region]) -> Effects {
-        let lasts = |&(first, count): &(Cell, u32)| {
-            let region = Region::Range { first, count };
-            !own.iter().any(|own| scanbound_ir::flow::overlap(*own, region))
-        };
+    /// Only what lasts, as `lasts` says of a region.
+    pub(super) fn lasting(mut self, lasts: impl Fn(Region) -> bool) -> Effects {
+        let lasts = |&(first, count): &(Cell, u32)| lasts(Region::Range { first, count });
         self.reads.retain(lasts);
         self.writes.retain(lasts);
         self

@@ -200,6 +200,9 @@ impl<'t> Lower<'t> {
         let mut entering = vec![Vec::new(); chart.steps.len()];
         let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
         for (number, one) in chart.transitions.iter().enumerate() {
+            if self.is_late() {
+                return;
+            }
             let text = format!("TRANSITION {}", chart.transition_name(number));
             self.at(one.line, &text);
             let from = self.builder.next();
@@ -288,6 +291,9 @@ impl<'t> Lower<'t> {
         };
         let mut outputs = Vec::new();
         for (one, action) in own.chart.actions.iter().zip(&memory.actions) {
+            if self.is_late() {
+                return;
+            }
             let text = format!("ACTION {}", one.name);
             self.at(one.line, &text);
             let from = self.builder.next();

@@ -4,7 +4,6 @@ use super::address::{self, Located};
 use super::calls::Callee;
 use super::first_values::FIRST_SCAN;
 use super::spots::{Context, Found, Instance, Spot};
-use super::start::merged;
 use super::{Entry, GivenBack, Lower, Options};
 use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
@@ -14,6 +13,7 @@ use scanbound_base::facts::normalized;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
+use scanbound_front::stopped;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Section};
 use scanbound_iec_tree::declarations::{
@@ -21,8 +21,8 @@ use scanbound_iec_tree::declarations::{
 };
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
-use scanbound_ir::{MissingRoutine, Program, Region, SourceFile, Step, Write, flow};
-use std::collections::BTreeSet;
+use scanbound_ir::{MissingRoutine, Program, Region, RegionSet, SourceFile, Step, Write, flow};
+use std::collections::{BTreeSet, HashSet};
 
 /// What the text of a project shows of the tool that it is for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,7 +69,7 @@ pub(crate) fn decode(
         },
     };
     let mut own = Lower::new(project, &tree, dialect, options);
-    own.deadline = asked.deadline;
+    own.budget = asked.budget;
     own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     own.assembler().faults.extend(project.unread.iter().cloned());
     if tree.tasks.iter().all(|task| task.programs.is_empty()) {
@@ -134,16 +134,20 @@ impl<'t> Lower<'t> {
             }
             self.called_routines();
         }
+        if self.is_late()
+            && let Some(reason) = self.stopped
+        {
+            return Err(vec![stopped(reason, project.files.first().map_or("", String::as_str))]);
+        }
         let given_back = std::mem::take(&mut self.given_back);
         changed_by_others(self.assembler(), &entries, &given_back);
         let located = self.located();
         let shared = address::share(self.assembler(), &located, &given_back);
-        let shared = merged(shared);
         self.begin_shared(image, &located);
         let given = self.given_constants();
         self.assembler().give_constants(constants, given);
         self.bound_bytes(&located);
-        let own = self.of_functions();
+        let own = std::mem::take(&mut self.memory.begin_anew);
         self.assembler().settle(&own);
         if !self.faults.is_empty() {
             let mut faults = std::mem::take(&mut self.assembler().faults);
@@ -152,11 +156,11 @@ impl<'t> Lower<'t> {
         }
         let (mut known, values) = self.power_up(traits.begins_with_more);
         // What shares memory begins with what either of them declares.
-        known.cleared.retain(|own| !shared.iter().any(|one| flow::overlap(*own, *one)));
-        known.latched = merged(known.latched);
+        known.cleared.retain(|own| !shared.overlaps(*own));
+        known.latched = RegionSet::from_iter(known.latched).into_regions();
         self.assembler().note_first_values(first, values, &shared, &mut known);
-        known.inputs = merged(known.inputs);
-        known.cleared = merged(known.cleared);
+        known.inputs = RegionSet::from_iter(known.inputs).into_regions();
+        known.cleared = RegionSet::from_iter(known.cleared).into_regions();
         self.program().power_up = known;
         let program = std::mem::take(&mut self.assembler().builder.program);
         Ok(finish(program, tree, project, tasks, &entries, main, asked))
@@ -538,13 +542,9 @@ const LARGEST: usize = 4_000_000;
 /// Faults as findings, each once.
 fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     let name = |file: usize| project.files.get(file).map_or("", String::as_str);
-    let mut told: Vec<Diagnostic> = Vec::new();
-    for (file, fault) in faults {
-        let one = fault.in_file(name(file));
-        if !told.contains(&one) {
-            told.push(one);
-        }
-    }
+    let mut seen = HashSet::new();
+    let faults = faults.into_iter().filter(|fault| seen.insert(fault.clone()));
+    let mut told: Vec<Diagnostic> = faults.map(|(file, fault)| fault.in_file(name(file))).collect();
     told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
     told
 }
@@ -552,6 +552,9 @@ fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
 /// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes it. Such
 /// calls are faults.
 fn changed_by_others(assembler: &mut Assembler, entries: &[usize], given_back: &[GivenBack]) {
+    if entries.len() < 2 {
+        return;
+    }
     let program = &assembler.builder.program;
     let task_of = |at: usize| entries.partition_point(|&entry| entry <= at);
     let mut written: BTreeSet<(usize, Region)> = BTreeSet::new();

@@ -11,7 +11,7 @@ use scanbound_iec_tree::tree::{
     Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, Step, StepFlag, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
-use scanbound_ir::{AreaId, Cell, Region};
+use scanbound_ir::{AreaId, Cell, RegionSet};
 
 /// Areas for the bits of addresses: of inputs, outputs and memory, in either way of counting. No variable lies there.
 const BITS: u16 = u16::MAX - 6;
@@ -75,8 +75,12 @@ impl Lower<'_> {
     /// What an expression reads and writes of what outlasts its calls.
     pub(super) fn expression_effects(&mut self, at: &Context, one: &Expr) -> Effects {
         let found = self.found(|own, found| own.of_expr(at, one, found));
-        let own = self.begins_anew(at);
-        found.lasting(&own)
+        let own = self.instances[at.instance].spot.tag.regions();
+        let frame = at.frame.as_ref().map(|frame| frame.tag.regions()).unwrap_or_default();
+        let own: RegionSet = own.into_iter().chain(frame).collect();
+        // Variables of functions and methods begin anew with every call, but for those of the code itself.
+        let functions = &self.memory.begin_anew;
+        found.lasting(|region| !functions.overlaps(region) || own.overlaps(region))
     }
 
     /// The effects that something finds.
@@ -138,22 +142,6 @@ impl Lower<'_> {
             self.routines.others.insert(here, found);
         }
         self.routines.others[&here].changes(&own)
-    }
-
-    /// The variables of functions and methods, which begin anew with every call, but for those of the code itself.
-    fn begins_anew(&self, at: &Context) -> Vec<Region> {
-        let own = self.instances[at.instance].spot.tag.regions();
-        let frame = at.frame.as_ref().map(|frame| frame.tag.regions()).unwrap_or_default();
-        let mut all = self.of_functions();
-        all.retain(|region| !own.contains(region) && !frame.contains(region));
-        all
-    }
-
-    /// The variables of functions and methods, which begin anew with every call.
-    pub(super) fn of_functions(&self) -> Vec<Region> {
-        let functions = self.instances.iter().filter(|one| self.is_function(one.unit));
-        let functions = functions.flat_map(|one| one.spot.tag.regions());
-        functions.chain(self.memory.frames.values().flat_map(|frame| frame.tag.regions())).collect()
     }
 
     /// What a routine of an instance reads and writes, and all that it calls.

@@ -8,7 +8,7 @@ use scanbound_front::builder::always;
 use scanbound_iec_tree::declarations::Initial;
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, Step, Tag, When,
+    BitSource, BitTarget, Cell, Effect, Logic, Number, PowerUp, Region, RegionSet, Step, Tag, When,
     WordSource, WordTarget, Write, flow,
 };
 
@@ -135,18 +135,18 @@ impl Assembler {
         &mut self,
         at: Option<usize>,
         values: Vec<FirstValue>,
-        shared: &[Region],
+        shared: &RegionSet,
         known: &mut PowerUp,
     ) {
         let Some(at) = at else { return };
         let program = &self.builder.program;
         let Step::Act { fires: Logic::Bit(bit) } = &program.instructions[at].step else { return };
         let BitSource::Cell(first) = *bit else { return };
-        let written: Vec<Region> =
+        let written: RegionSet =
             (0..program.instructions.len()).flat_map(|at| flow::written(program, at)).collect();
-        let meets = |all: &[Region], one: &FirstValue| {
-            one.regions.iter().any(|own| all.iter().any(|other| flow::overlap(*own, *other)))
-        };
+        let latched: RegionSet = known.latched.iter().copied().collect();
+        let meets =
+            |all: &RegionSet, one: &FirstValue| one.regions.iter().any(|own| all.overlaps(*own));
         for one in values {
             if meets(shared, &one) || !meets(&written, &one) {
                 continue;
@@ -154,7 +154,7 @@ impl Assembler {
             known.cleared.extend(&one.regions);
             match &one.first {
                 // What survives a loss of power is not turned on anew.
-                First::On(cell) if meets(&known.latched, &one) => {
+                First::On(cell) if meets(&latched, &one) => {
                     known.values.insert(*cell, 1);
                 }
                 First::On(cell) => {

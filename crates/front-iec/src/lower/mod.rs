@@ -35,12 +35,12 @@ use crate::assembler::{Assembler, VARIABLES};
 use bodies::Bodies;
 use cells::Effects;
 use enable::EnabledInstances;
-
+use scanbound_base::budget::{Budget, StopReason};
 use scanbound_base::facts::ActionOrder;
 use scanbound_iec::Project;
 use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, VarId};
 use scanbound_iec_tree::tree::Tree;
-use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, Role, Type};
+use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, RegionSet, Role, Type};
 use spots::{Instance, Spot, SpotKey, Targets};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
@@ -112,6 +112,9 @@ struct Lower<'t> {
     charts: Charts,
     /// The numbers of bodies whose statements are counted.
     bodies: Bodies,
+    budget: Option<&'t Budget<'t>>,
+    /// Why lowering stopped early, if it did.
+    stopped: Option<StopReason>,
 }
 
 /// Where variables lie.
@@ -130,6 +133,8 @@ struct Memory {
     addresses: BTreeMap<AddressId, Spot>,
     /// The variables of methods, by instance.
     frames: BTreeMap<(usize, RoutineId), Spot>,
+    /// The variables of functions and methods, which begin anew with every call.
+    begin_anew: RegionSet,
     targets: Targets,
     enabled: EnabledInstances,
 }
@@ -199,6 +204,14 @@ impl<'t> Lower<'t> {
             kept: Kept::default(),
             charts: Charts::default(),
             bodies,
+            budget: None,
+            stopped: None,
         }
+    }
+
+    /// Whether the time limit, or the user, ends the audit now. Then there is no program.
+    fn is_late(&mut self) -> bool {
+        self.stopped = self.stopped.or_else(|| self.budget.and_then(Budget::stop_reason));
+        self.stopped.is_some()
     }
 }

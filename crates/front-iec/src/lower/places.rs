@@ -159,6 +159,9 @@ impl<'t> Lower<'t> {
         let next = self.instances.len();
         let at = *self.memory.instances.entry(spot.key()).or_insert(next);
         if at == next {
+            if self.is_function(unit) {
+                self.memory.begin_anew.extend(spot.tag.regions());
+            }
             self.instances.push(Instance { unit, spot: spot.clone() });
         }
         at
@@ -218,6 +221,7 @@ impl<'t> Lower<'t> {
         let tag = tag.ok_or_else(|| too_large(own.line, &name))?;
         let ty = tree.types.elementary(scanbound_iec_tree::types::Elementary::Bool);
         let spot = Spot { name, tag, ty };
+        self.memory.begin_anew.extend(spot.tag.regions());
         self.memory.frames.insert((instance, method), spot.clone());
         Ok(spot)
     }

@@ -1,12 +1,11 @@
 //! What is known of the state after power-up, and what keeps its values when the power fails.
 
 use super::Lower;
-use super::cells::encloses;
 use super::first_values::{First, FirstValue};
 use super::spots::{Instance, Spot};
 use scanbound_iec::PouKind;
 use scanbound_iec_tree::declarations::{Owner, VarId};
-use scanbound_ir::{AreaId, PowerUp, Region, flow};
+use scanbound_ir::{AreaId, PowerUp, Region, RegionSet};
 
 impl Lower<'_> {
     /// What is known of the state after power-up. `begins_with_more`: more is executed before the first scan than the tree has.
@@ -19,13 +18,13 @@ impl Lower<'_> {
         let mut values = Vec::new();
         let tree = self.tree;
         let instances = self.instances.clone();
-        for (at, one) in instances.iter().enumerate() {
-            if self.is_retained(at) {
-                known.latched.extend(one.spot.tag.regions());
-                let charts = self.charts.memories.iter().filter(|((of, _), _)| *of == at);
-                known.latched.extend(charts.flat_map(|(_, memory)| memory.tag.regions()));
-            }
-        }
+        let retained = self.retained_regions();
+        let is_retained: Vec<bool> =
+            (0..instances.len()).map(|at| self.is_retained_in(at, &retained)).collect();
+        let own = instances.iter().zip(&is_retained).filter(|(_, is_retained)| **is_retained);
+        known.latched.extend(own.flat_map(|(one, _)| one.spot.tag.regions()));
+        let charts = self.charts.memories.iter().filter(|((of, _), _)| is_retained[*of]);
+        known.latched.extend(charts.flat_map(|(_, memory)| memory.tag.regions()));
         for Instance { unit, spot } in &instances {
             // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
             if tree.gives_parts && tree.unit(*unit).kind != PouKind::Program {
@@ -45,7 +44,10 @@ impl Lower<'_> {
                 values.extend(self.starts(&mut known, *id, &spot));
             }
         }
-        self.latch_within(&mut known);
+        // What stands in an instance, a structure or an array that survives a loss of power does so, too.
+        let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
+        let own: Vec<Region> = own.filter(|own| retained.overlaps(**own)).copied().collect();
+        known.latched.extend(own);
         for (id, spot) in &self.memory.addresses {
             if tree.address(*id).text.starts_with("%I") {
                 known.inputs.extend(spot.tag.regions());
@@ -113,17 +115,17 @@ impl Lower<'_> {
 
     /// Whether an instance keeps what it holds when the power fails: it, or one that it stands in, is declared so.
     pub(super) fn is_retained(&self, instance: usize) -> bool {
-        let tree = self.tree;
-        let own = self.instances[instance].spot.tag.regions();
-        if tree.unit(self.instances[instance].unit).retain {
-            return true;
-        }
-        let kept = merged(self.retained_regions());
-        own.iter().all(|own| kept.iter().any(|kept| encloses(*kept, *own)))
+        self.is_retained_in(instance, &self.retained_regions())
+    }
+
+    fn is_retained_in(&self, instance: usize, retained: &RegionSet) -> bool {
+        let Instance { unit, spot } = &self.instances[instance];
+        self.tree.unit(*unit).retain
+            || spot.tag.regions().into_iter().all(|own| retained.contains(own))
     }
 
     /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of instances.
-    fn retained_regions(&self) -> Vec<Region> {
+    fn retained_regions(&self) -> RegionSet {
         let tree = self.tree;
         let mut found = Vec::new();
         for Instance { unit, spot } in &self.instances {
@@ -143,39 +145,6 @@ impl Lower<'_> {
                 found.extend(spot.tag.regions());
             }
         }
-        found
+        found.into_iter().collect()
     }
-
-    /// What stands in an instance, a structure or an array that survives a loss of power does so, too.
-    fn latch_within(&self, known: &mut PowerUp) {
-        let regions = merged(self.retained_regions());
-        let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
-        let own = own.filter(|own| regions.iter().any(|one| flow::overlap(**own, *one)));
-        known.latched.extend(own.copied().collect::<Vec<_>>());
-    }
-}
-
-/// The same cells in as few regions as there can be.
-pub(super) fn merged(all: Vec<Region>) -> Vec<Region> {
-    let mut ranges = Vec::new();
-    let mut found = Vec::new();
-    for one in all {
-        match one {
-            Region::Range { first, count } => ranges.push((first, count)),
-            whole if found.contains(&whole) => {}
-            whole => found.push(whole),
-        }
-    }
-    ranges.sort_unstable();
-    for (first, count) in ranges {
-        match found.last_mut() {
-            Some(Region::Range { first: own, count: known })
-                if own.area == first.area && first.index <= own.index.saturating_add(*known) =>
-            {
-                *known = (*known).max((first.index - own.index).saturating_add(count));
-            }
-            _ => found.push(Region::Range { first, count }),
-        }
-    }
-    found
 }
