@@ -71,7 +71,7 @@ pub struct Minor {
     pub without: SolvedBound,
 }
 
-/// Devices that would lower the bound if only the program wrote them.
+/// Devices for which the bound would be lower if only the program wrote them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InternalDevices {
     /// The names of the words and relays.

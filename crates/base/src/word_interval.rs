@@ -86,8 +86,8 @@ impl WordInterval {
         self.span == u16::MAX || from + u32::from(other.span) <= u32::from(self.span)
     }
 
-    /// An over-approximation of the intersection: every value that lies in both intervals lies in the result. The
-    /// intersection is exact if it is one interval, else the result is the smaller of the two intervals.
+    /// An over-approximation of the intersection: every value that lies in both intervals lies in the result. If the
+    /// intersection is one interval, the result is exact; otherwise it is the smaller of `self` and `other`.
     pub fn meet(self, other: WordInterval) -> WordInterval {
         if other.contains(self) {
             return self;

@@ -1,4 +1,4 @@
-//! What a format of reports is: its name, and what writes each kind of result in it.
+//! A format of reports: its name, and the functions that write each kind of result.
 
 use scanbound_audit::Audit;
 use scanbound_audit::breakdown::By;
@@ -8,74 +8,74 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_measured::Comparison;
 use std::io::{self, Write};
 
-/// A format: its name, and what writes each kind of result in it.
+/// A format of reports.
 #[derive(Debug, Clone, Copy)]
 pub struct Format {
-    /// Its name, as `--format` takes it.
+    /// The name of the format for `--format`.
     pub name: &'static str,
-    /// What it is for, a few words.
+    /// The purpose of the format, in a few words.
     pub about: &'static str,
-    /// Ends of file names, without the dot, that mean it.
+    /// The file name suffixes of the format, without the dot.
     pub suffixes: &'static [&'static str],
-    /// Whether it draws the project's rungs ([`Audit::ladder`]).
+    /// Whether the format draws the project's rungs ([`Audit::ladder`]).
     pub draws: bool,
-    /// Whether it writes control characters of names and comments as something else, so that none has to be taken out.
+    /// Whether the format replaces control characters in names and comments, so that none has to be removed before.
     pub escapes: bool,
-    /// Writes an audit, and the check's result if there is one. A large one is written piece by piece.
+    /// Writes an audit, and the check's result if there is one. A large audit is written piece by piece.
     ///
     /// # Errors
-    /// Where what is written to takes no more.
+    /// If writing fails.
     pub audit: fn(&Audit, Option<&Check>, Extent, &mut dyn Write) -> io::Result<()>,
-    /// Writes a comparison, with the same errors.
+    /// Writes a comparison. Errors as for `audit`.
     pub compare: fn(&Comparison, &mut dyn Write) -> io::Result<()>,
-    /// Writes what two versions differ in, with the same errors.
+    /// Writes the difference of two versions. Errors as for `audit`.
     pub diff: fn(&Difference, Extent, &mut dyn Write) -> io::Result<()>,
-    /// Begins one document of several projects' checks.
+    /// Begins one document with the checks of several projects.
     pub checks: fn() -> Box<dyn Checks>,
-    /// Whether such a document is written, too, of a single project that cannot be read.
+    /// Whether such a document is also written for a single project that cannot be read.
     pub tells_faults: bool,
 }
 
-/// One document of several projects' checks. What can be written at once need not be kept until the last.
+/// One document with the checks of several projects. Each project is written as soon as possible.
 pub trait Checks {
     /// Adds a project.
     ///
     /// # Errors
-    /// Where what is written to takes no more.
+    /// If writing fails.
     fn add(&mut self, project: &Project<'_>, extent: Extent, out: &mut dyn Write)
     -> io::Result<()>;
 
-    /// Ends the document, with the same errors.
+    /// Ends the document.
     ///
     /// # Errors
-    /// Where what is written to takes no more.
+    /// If writing fails.
     fn end(&mut self, out: &mut dyn Write) -> io::Result<()>;
 }
 
 /// A project that was checked.
 pub struct Project<'a> {
-    /// The file that tells it from others.
+    /// The file by which the project is named.
     pub file: &'a str,
     /// The check's exit code.
     pub exit_code: u8,
-    /// What became of it.
+    /// The result of the check.
     pub checked: Checked<'a>,
 }
 
-/// What became of a project's check.
+/// The result of a project's check.
 pub enum Checked<'a> {
-    /// It was audited.
+    /// The project was audited.
     Audited(&'a Audit, &'a Check),
-    /// It was not, for these faults.
+    /// The project has these errors.
     Faulty(&'a [Diagnostic]),
-    /// It was not, for what this says.
+    /// The check failed for this reason.
     Failed(String),
 }
 
-/// Reports one behind the other, each headed by its project.
+/// Reports of several projects, one after another, each under a heading.
 pub(super) struct InARow {
     pub(super) heading: fn(&str) -> String,
-    /// What is told of a project that was not audited.
+    /// The text about an error of a project that was not audited.
     pub(super) fault: fn(&str) -> String,
     pub(super) audit: fn(&Audit, Option<&Check>, Extent, &mut dyn Write) -> io::Result<()>,
 }
@@ -108,28 +108,28 @@ impl Checks for InARow {
 /// How much of a report is shown to people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// What fits on a screen: the answer, what it rests on, where the time goes, what to do.
+    /// What fits on a screen: the answer, the assumptions, where the time goes, what to do.
     Short,
-    /// Each section, the weightiest entries of it.
+    /// Each section with its most important entries.
     Usual,
-    /// All that there is.
+    /// Everything.
     Full,
 }
 
-/// How much is shown.
+/// The width and the detail of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// Groups, and rungs a group; rungs of the whole.
+    /// The largest number of groups, of rungs in a group, and of rungs of the whole bound.
     pub top: usize,
-    /// Entries of a list.
+    /// The largest number of entries of other lists.
     pub values: usize,
-    /// How much of all else.
+    /// How much of everything else is shown.
     pub detail: Detail,
-    /// What the bound is shared out to, if that is asked for.
+    /// How the bound is divided into parts, if that is requested.
     pub by: Option<By>,
-    /// The columns of the page.
+    /// The number of columns of the page.
     pub width: usize,
-    /// Its lines.
+    /// The number of lines of the page.
     pub height: usize,
 }
 
