@@ -1,4 +1,5 @@
-//! Ladder and function block diagrams of PLCopen XML as the analysis follows them, where a slip would make a bound too low.
+//! Ladder and function block diagrams of PLCopen XML as the analysis follows them, where a slip would make a bound too
+//! low.
 
 use crate::common::iec::xml as iec_xml;
 
@@ -267,8 +268,8 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     refused(&format!("<LD>{jump}</LD>"), "nothing leads to it");
 }
 
-/// A chart of two steps in turn, of which the first one has attributes as CODESYS and TwinCAT write them; actions that say
-/// that they were carried out.
+/// A chart of two steps in turn, of which the first one has attributes as CODESYS and TwinCAT write them; actions that
+/// say that they were carried out.
 fn attributed(attributes: &[(&str, &str)]) -> String {
     let of = |(guid, text): &(&str, &str)| format!("<attribute guid=\"{guid}\">{text}</attribute>");
     let all: String = attributes.iter().map(of).collect();

@@ -1,4 +1,5 @@
-//! Drawings of PLCopen XML as tools carry them out: in which order, how often contacts are looked at, and what that costs.
+//! Drawings of PLCopen XML as tools carry them out: in which order, how often contacts are looked at, and what that
+//! costs.
 
 use crate::common::iec::xml as iec_xml;
 

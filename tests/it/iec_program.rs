@@ -570,7 +570,8 @@ fn structures_and_arrays_are_copied_as_wholes() {
             "{types}{given}{taken}PROGRAM main VAR st, t2 : S; f : F; g : G; y : BOOL; b, c : ARRAY[0..1] OF INT; END_VAR {body} END_PROGRAM"
         ))
     };
-    // What is called changes the caller's own structure: three stores that hand over, in the body and back, and one more.
+    // What is called changes the caller's own structure: three stores that hand over, in the body and back, and one
+    // more.
     assert_eq!(main("st.x := FALSE; f(s := st); IF st.x THEN y := TRUE; END_IF"), Ok(5));
     assert_eq!(main("st.x := FALSE; f(s := st); IF NOT st.x THEN y := TRUE; END_IF"), Ok(4));
     // Results. Copies of wholes are no stores: `COPY` prices them (tests/it/iec_wholes.rs).

@@ -1,5 +1,5 @@
-//! What keeps its values when the power fails: it may come up with what a scan left that was cut off anywhere, beside what
-//! begins anew.
+//! What keeps its values when the power fails: it may come up with what a scan left that was cut off anywhere, beside
+//! what begins anew.
 
 use scanbound::audit::{Request, audit};
 use scanbound::base::facts::Facts;

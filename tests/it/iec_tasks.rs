@@ -1,5 +1,5 @@
-//! Projects of several tasks: each is bounded by itself, what others write may change at any moment, and how long each takes
-//! where others interrupt it is worked out.
+//! Projects of several tasks: each is bounded by itself, what others write may change at any moment, and how long each
+//! takes where others interrupt it is worked out.
 
 use scanbound::audit::{Audit, Failure, Request, TaskUse, conclude, follow, tasks};
 use scanbound::base::code::Code;
@@ -152,7 +152,8 @@ fn a_loop_whose_variable_another_task_writes_has_no_count() {
 
 #[test]
 fn tasks_have_functions_of_their_own() {
-    // The loop takes three stores and four of its variable; the input, the result and what it is assigned to take one each.
+    // The loop takes three stores and four of its variable; the input, the result and what it is assigned to take one
+    // each.
     let call = "n := three(n := 2); IF n <> 6 THEN x := TRUE; END_IF";
     assert_eq!(bounds("x := TRUE;", call)[0], Some(10));
     assert_eq!(bounds(call, call), [Some(10), Some(10)]);

@@ -1,5 +1,5 @@
-//! Structures, arrays, instances and texts as wholes, conversions and powers of IEC 61131-3: what they are charged, and that
-//! charts in instances which begin anew with every call begin anew, too.
+//! Structures, arrays, instances and texts as wholes, conversions and powers of IEC 61131-3: what they are charged, and
+//! that charts in instances which begin anew with every call begin anew, too.
 
 use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::code::Code;

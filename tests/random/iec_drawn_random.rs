@@ -1,7 +1,7 @@
-//! Random programs in ladder and function block diagrams and in instruction lists, and charts whose actions and transitions are
-//! written so, as PLCopen XML: run scan by scan by an interpreter that knows nothing of the analysis. A scan that ends with the
-//! values of a run is among those that the bound is about; where nothing but truth values is asked for, the bound is the
-//! longest of all scans from all states.
+//! Random programs in ladder and function block diagrams and in instruction lists, and charts whose actions and
+//! transitions are written so, as PLCopen XML: run scan by scan by an interpreter that knows nothing of the analysis. A
+//! scan that ends with the values of a run is among those that the bound is about; where nothing but truth values is
+//! asked for, the bound is the longest of all scans from all states.
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_drawn_random::` runs more of them.
 

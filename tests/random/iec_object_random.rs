@@ -1,12 +1,12 @@
-//! Random programs in structured text of the whole language: functions with all kinds of parameters, function blocks with methods,
-//! properties, actions and bases, interfaces, pointers, references, direct addresses that overlap, hidden names, structures and
-//! arrays of them, all types of numbers, times, texts and reals. An interpreter of their own runs them scan by scan. Where a run
-//! ends with some values, a scan that ends with them is among those that the bound is about, and none of them takes longer than
-//! the bound.
+//! Random programs in structured text of the whole language: functions with all kinds of parameters, function blocks
+//! with methods, properties, actions and bases, interfaces, pointers, references, direct addresses that overlap, hidden
+//! names, structures and arrays of them, all types of numbers, times, texts and reals. An interpreter of their own runs
+//! them scan by scan. Where a run ends with some values, a scan that ends with them is among those that the bound is
+//! about, and none of them takes longer than the bound.
 //!
-//! `SCANBOUND_CASES=100 cargo test --release --test random iec_object_random::` runs more of them, 12 for each, from the one
-//! that `SCANBOUND_FIRST` names. `SCANBOUND_SHOW` shows the programs whose refusal has this in its text; with `seeds`, the number
-//! of each.
+//! `SCANBOUND_CASES=100 cargo test --release --test random iec_object_random::` runs more of them, 12 for each, from
+//! the one that `SCANBOUND_FIRST` names. `SCANBOUND_SHOW` shows the programs whose refusal has this in its text; with
+//! `seeds`, the number of each.
 
 #![allow(clippy::print_stdout, reason = "what is refused and found too low is shown for each seed")]
 
@@ -151,8 +151,8 @@ fn scans(dice: &mut Dice) -> Scans {
     (0..1 + dice.below(4)).map(|_| one(dice)).collect()
 }
 
-/// Runs a project: what its variables hold at the end, and how many stores the last scan took. Nothing if it does not come to
-/// an end.
+/// Runs a project: what its variables hold at the end, and how many stores the last scan took. Nothing if it does not
+/// come to an end.
 fn run(project: &Project, manner: Manner, scans: &Scans) -> Option<(Vec<String>, u64)> {
     let mut machine = Machine::new(project, manner);
     let program = project.program();

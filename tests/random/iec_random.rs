@@ -1,5 +1,6 @@
-//! Random programs in structured text, with function blocks, functions, arrays, structures, enumerations, subranges, loops,
-//! timers, counters and edges, what is kept when the power fails, and another task that shares variables: run scan by scan by an interpreter that knows nothing of the analysis. Where a run ends with some values, a scan that
+//! Random programs in structured text, with function blocks, functions, arrays, structures, enumerations, subranges,
+//! loops, timers, counters and edges, what is kept when the power fails, and another task that shares variables: run
+//! scan by scan by an interpreter that knows nothing of the analysis. Where a run ends with some values, a scan that
 //! ends with them is among those that the bound is about, and none of them takes longer than the bound.
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_random::` runs more of them.

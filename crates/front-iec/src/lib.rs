@@ -1,8 +1,8 @@
-//! The languages of IEC 61131-3, as PLCopen XML and as text: charts, ladder and function block diagrams, structured text
-//! and instruction lists, as one program.
+//! The languages of IEC 61131-3, as PLCopen XML and as text: charts, ladder and function block diagrams, structured
+//! text and instruction lists, as one program.
 //!
-//! What is read stands in [`scanbound_iec`]; this says what it means to the analysis. A unit's instance is a routine with
-//! memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
+//! What is read stands in [`scanbound_iec`]; this says what it means to the analysis. A unit's instance is a routine
+//! with memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
 
 mod assembler;
 pub mod charts;

@@ -1,4 +1,5 @@
-//! What code reads, writes and calls, as one walk through it tells: questions about this differ in what they make of it.
+//! What code reads, writes and calls, as one walk through it tells: questions about this differ in what they make of
+//! it.
 
 use crate::code::{
     Applied, Call, Enable, Expr, ExprKind, Passed, Place, Statement, StatementKind, StepFlag,

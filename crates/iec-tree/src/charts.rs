@@ -1,5 +1,5 @@
-//! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have in the
-//! chart as it is written, which says how they hang together.
+//! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have
+//! in the chart as it is written, which says how they hang together.
 
 pub use crate::code::StepFlag;
 use crate::code::{Expr, Place, Statement};

@@ -1,5 +1,5 @@
-//! Whole numbers that are known as they stand: of constants and of the values of enumerations, by the names that are visible
-//! where they are written.
+//! Whole numbers that are known as they stand: of constants and of the values of enumerations, by the names that are
+//! visible where they are written.
 
 use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::{Project, Section, TypeRef, Variable, same};
@@ -76,8 +76,8 @@ impl<'p> Constants<'p> {
         }
     }
 
-    /// A whole number, as it stands where these variables hide global names. Nothing, too, where constants refer to each other
-    /// without an end.
+    /// A whole number, as it stands where these variables hide global names. Nothing, too, where constants refer to
+    /// each other without an end.
     pub fn number(&self, one: &Expr, scope: &Scope<'_>) -> Option<i64> {
         self.lookups.set(0);
         self.within(one, scope, 0)

@@ -161,7 +161,8 @@ pub enum RoutineKind {
 }
 
 impl Variable {
-    /// Whether it is a constant that has its value whenever a scan begins. Inputs may be constant, too, and are handed over.
+    /// Whether it is a constant that has its value whenever a scan begins. Inputs may be constant, too, and are handed
+    /// over.
     #[must_use]
     pub fn is_given(&self) -> bool {
         let is_own = matches!(self.section, Section::Local | Section::Global);

@@ -220,8 +220,8 @@ pub(super) fn quoted(rest: &str) -> Option<usize> {
 /// The words with which conditional pragmas begin.
 const CONDITIONS: &[&str] = &["if", "elsif", "else", "end_if"];
 
-/// Words of pragmas that neither hold code nor change what runs: messages, folding, names for conditional pragmas (which are
-/// refused themselves), names of bits, checks of style.
+/// Words of pragmas that neither hold code nor change what runs: messages, folding, names for conditional pragmas
+/// (which are refused themselves), names of bits, checks of style.
 const HARMLESS: &[&str] = &[
     "text",
     "info",
@@ -236,8 +236,8 @@ const HARMLESS: &[&str] = &[
     "flag",
 ];
 
-/// Attributes of CODESYS and TwinCAT that change what is shown, checked, offered or transferred, and nothing that runs. Others
-/// that begin with `call_after_` are looked for in the whole text.
+/// Attributes of CODESYS and TwinCAT that change what is shown, checked, offered or transferred, and nothing that runs.
+/// Others that begin with `call_after_` are looked for in the whole text.
 const ATTRIBUTES: &[&str] = &[
     "analysis",
     "call_after_global_init_slot",

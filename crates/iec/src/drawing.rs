@@ -28,8 +28,8 @@ pub struct Goal {
     pub from: Vec<Connection>,
 }
 
-/// The variable that holds what a block (or an edge, without an output) of a drawn condition gives. No program can write such
-/// a name.
+/// The variable that holds what a block (or an edge, without an output) of a drawn condition gives. No program can
+/// write such a name.
 #[must_use]
 pub fn held(part: &str, one: &Element, output: Option<&str>) -> String {
     match output {
@@ -336,8 +336,8 @@ impl Block {
             && !self.inputs.iter().any(|pin| !pin.is_in_out && pin.edge.is_some())
     }
 
-    /// Whether a function's pins are only counted, and not from 1 on, where so many but EN are given something: CODESYS and
-    /// TwinCAT count EN, too.
+    /// Whether a function's pins are only counted, and not from 1 on, where so many but EN are given something: CODESYS
+    /// and TwinCAT count EN, too.
     #[must_use]
     pub fn are_counted(&self, given: usize) -> bool {
         let number = |name: &str| {

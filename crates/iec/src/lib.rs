@@ -1,9 +1,9 @@
 //! IEC 61131-3: programs in its languages as data, sequential function charts and what can be told of them.
 //!
 //! What is read here means nothing yet to the analysis: a front makes a program of it. But charts are studied by
-//! themselves: taken apart into loops, selections and parallels
-//! ([`chart::structure`]), asked which actions can run together ([`chart::coactive`]), and rewritten so that parallel control
-//! by stored actions becomes visible ([`chart::explicit`]).
+//! themselves: taken apart into loops, selections and parallels ([`chart::structure`]), asked which actions can run
+//! together ([`chart::coactive`]), and rewritten so that parallel control by stored actions becomes visible
+//! ([`chart::explicit`]).
 
 pub mod ast;
 mod body;

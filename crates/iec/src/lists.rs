@@ -5,8 +5,8 @@ use super::{Project, same};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Project {
-    /// Gives the lists of several files their files' names where two of them declare variables of one name: these are told apart
-    /// by the names of the lists.
+    /// Gives the lists of several files their files' names where two of them declare variables of one name: these are
+    /// told apart by the names of the lists.
     pub fn name_lists(&mut self) {
         let mut named = BTreeMap::new();
         let mut differ = BTreeSet::new();

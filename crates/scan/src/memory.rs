@@ -187,7 +187,7 @@ impl<'p> Memory<'p> {
         (happened != Lit::FALSE).then(|| (happened, origin()))
     }
 
-    /// A literal that is true if at least one of the havocs from number `from` on that concern the cell is executed.
+    /// A literal that is true if at least one havoc that may write the cell, from number `from` on, is executed.
     ///
     /// Each cell was last read at another moment, so each needs a different range of the list. The ranges are composed
     /// of aligned blocks whose sizes are powers of two, so that cells share the gates of these blocks.

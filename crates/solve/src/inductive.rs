@@ -1,8 +1,8 @@
 //! Inductive invariants over scans: sets of bits that are never all on at the start of a scan.
 //!
-//! All candidates hold in the initial state. Repeatedly, candidates are dropped that a scan can violate which starts
-//! with all candidates true, until every scan preserves all that remain (Houdini: C. Flanagan and K. R. M. Leino, FME
-//! 2001). The result does not depend on the order: it is the largest inductive subset of the candidates.
+//! All candidates hold in the initial state. A candidate is dropped if a scan that starts with all candidates true can
+//! violate it. This is repeated until every scan preserves all that remain (Houdini: C. Flanagan and K. R. M. Leino,
+//! FME 2001). The result does not depend on the order: it is the largest inductive subset of the candidates.
 
 use super::Limits;
 use super::clauses::Clauses;

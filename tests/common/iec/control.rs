@@ -1,4 +1,5 @@
-//! The control of an action as IEC 61131-3 draws it: the standard's own flip-flops, timers and edges, one at each input.
+//! The control of an action as IEC 61131-3 draws it: the standard's own flip-flops, timers and edges, one at each
+//! input.
 
 use super::machine::Machine;
 

@@ -1,9 +1,10 @@
-//! Ladder and function block diagrams as graphs of their own, which write themselves as PLCopen XML and are run element by
-//! element: by the standard alone, and by no line of what they are held against.
+//! Ladder and function block diagrams as graphs of their own, which write themselves as PLCopen XML and are run element
+//! by element: by the standard alone, and by no line of what they are held against.
 //!
 //! An element that does something is carried out when its turn comes; what leads to it is looked at then, once. Some
-//! controllers look at contacts again for each element behind them, with edges of their own. Generators of text always do, and
-//! write coils and outputs before blocks, from what the file has or from rows. A run is asked for one of these manners.
+//! controllers look at contacts again for each element behind them, with edges of their own. Generators of text always
+//! do, and write coils and outputs before blocks, from what the file has or from rows. A run is asked for one of these
+//! manners.
 
 use super::machine::{Expr, Machine, Scope, Ty};
 use std::collections::{BTreeMap, BTreeSet};
@@ -174,8 +175,8 @@ impl Drawing {
         self.elements.iter().any(jumps)
     }
 
-    /// Whether the instances that show one contact's edge may have seen different values in the scan before: a jump may leave
-    /// one of them out, and what the contact reads may be written between them.
+    /// Whether the instances that show one contact's edge may have seen different values in the scan before: a jump may
+    /// leave one of them out, and what the contact reads may be written between them.
     pub fn remembers_apart(&self) -> bool {
         let mut elements = self.elements.iter().enumerate();
         self.has_jumps()
@@ -281,8 +282,8 @@ impl Drawing {
     }
 }
 
-/// One scan of a drawing. It takes 1 for each value that is stored or handed to a block, but 3 for a coil that sets and 2 for one
-/// that resets, where they do.
+/// One scan of a drawing. It takes 1 for each value that is stored or handed to a block, but 3 for a coil that sets and
+/// 2 for one that resets, where they do.
 pub struct Run<'d, 'm, 'u> {
     drawing: &'d Drawing,
     machine: &'m mut Machine<'u>,
@@ -348,8 +349,8 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         found
     }
 
-    /// How many edges are looked at anew, one for each way that leads to them, as generators write them out: each of these
-    /// takes 1, for all that is known of the controller.
+    /// How many edges are looked at anew, one for each way that leads to them, as generators write them out: each of
+    /// these takes 1, for all that is known of the controller.
     fn edges_behind(&self, from: &[Pin]) -> u64 {
         let of = |&(id, _): &Pin| match &self.drawing.elements[id] {
             What::Contact(_, _, kind, from) => {

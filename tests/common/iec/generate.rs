@@ -535,8 +535,8 @@ pub struct Case {
 pub struct Running<'c> {
     case: &'c Case,
     manner: Manner,
-    /// The order in which actions are carried out that run in one scan, by their numbers, where it is not that in which the
-    /// chart names them.
+    /// The order in which actions are carried out that run in one scan, by their numbers, where it is not that in which
+    /// the chart names them.
     pub order: Option<[usize; 3]>,
     /// The step of a chart that is active, once it has begun.
     step: Option<usize>,

@@ -1,5 +1,5 @@
-//! Instruction lists as trees of their own, which write themselves and are run instruction by instruction: by the standard
-//! alone, and by no line of what they are held against.
+//! Instruction lists as trees of their own, which write themselves and are run instruction by instruction: by the
+//! standard alone, and by no line of what they are held against.
 
 use super::machine::{BOOL, Expr, Machine, Scope, Ty};
 
@@ -106,8 +106,8 @@ fn worked(of: &str, one: Result, two: i64) -> Result {
     }
 }
 
-/// One scan of a list: what it takes, 1 for each value that is stored or handed to a block, but 3 for S and 2 for R, where they do
-/// something; and the last result.
+/// One scan of a list: what it takes, 1 for each value that is stored or handed to a block, but 3 for S and 2 for R,
+/// where they do something; and the last result.
 pub fn scan(list: &[Instruction], machine: &mut Machine<'_>) -> (u64, Option<i64>) {
     use Instruction as I;
     let scope = Scope::default();

@@ -1,5 +1,5 @@
-//! Programs of IEC 61131-3 as a tree of their own, which writes itself as text and is run by a small interpreter: by the
-//! standard alone, and by no line of what it is held against. What is handed over in and out is a reference here.
+//! Programs of IEC 61131-3 as a tree of their own, which writes itself as text and is run by a small interpreter: by
+//! the standard alone, and by no line of what it is held against. What is handed over in and out is a reference here.
 
 #![allow(dead_code, reason = "not every suite has all statements and types")]
 

@@ -97,8 +97,8 @@ impl Assembler {
         Ok(opened(Value::Number(kind, wrapped(kind, number)), beyond))
     }
 
-    /// A product. Where it does not fit, compilers differ in how many bits they keep of it: there it is any number. Gives
-    /// where that is, too.
+    /// A product. Where it does not fit, compilers differ in how many bits they keep of it: there it is any number.
+    /// Gives where that is, too.
     fn product(&mut self, kind: Kind, left: Number, right: Number) -> (Number, Logic) {
         let (words, signed) = (kind.words(), kind.is_signed());
         let inputs = vec![Input::Number(left), Input::Number(right)];
@@ -136,8 +136,8 @@ impl Assembler {
         (Number::Words(low), beyond)
     }
 
-    /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 12 days: with times that have
-    /// no sign it is a very long one. Of two times between whole milliseconds the sum may be any.
+    /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 12 days: with times
+    /// that have no sign it is a very long one. Of two times between whole milliseconds the sum may be any.
     pub(crate) fn time_worked_out(
         &mut self,
         operator: Operator,

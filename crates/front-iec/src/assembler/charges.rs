@@ -43,8 +43,8 @@ impl Assembler {
         }
     }
 
-    /// Charges that a number becomes a real or a long real, or one of these something else, as the conversions that are written
-    /// are. A whole number is loaded at whichever length.
+    /// Charges that a number becomes a real or a long real, or one of these something else, as the conversions that are
+    /// written are. A whole number is loaded at whichever length.
     pub(crate) fn charge_conversion(&mut self, from: Kind, to: Kind) {
         if from != to && (is_real(from) || is_real(to)) {
             let name = format!("{}_TO_{}", name_of(from), name_of(to));

@@ -61,7 +61,8 @@ fn left(memory: &Memory, steps: &[usize]) -> Logic {
 }
 
 impl Assembler {
-    /// The control of an action: whether it is on, and whether its body runs. `at_once`: of each input, whether its time is 0.
+    /// The control of an action: whether it is on, and whether its body runs. `at_once`: of each input, whether its
+    /// time is 0.
     pub(crate) fn control(
         &mut self,
         memory: &Memory,
@@ -137,8 +138,8 @@ impl Assembler {
             .map(|(_, input)| input)
     }
 
-    /// On some controllers an action has one store, which is empty when the time of SL is over, whoever filled it. `limits`:
-    /// whether each time is over, and whether it was in the scan before.
+    /// On some controllers an action has one store, which is empty when the time of SL is over, whoever filled it.
+    /// `limits`: whether each time is over, and whether it was in the scan before.
     fn limits_end_all(&mut self, action: &ActionMemory, limits: &[(Cell, Logic)]) {
         let one = self.differs("an action has one store, which ends with the time of SL");
         let ends = limits.iter().map(|(over, was)| all([now(*over), was.clone().not()]));
@@ -183,7 +184,8 @@ impl Assembler {
             true => self.uncounted_bit(),
             false => Logic::Const(false),
         };
-        // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is 0.
+        // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is
+        // 0.
         let over = |runs: Logic, ran: Logic| {
             all([runs, any([at_once.clone(), all([ran, any([now(input.over), free.clone()])])])])
         };
@@ -268,8 +270,9 @@ impl Assembler {
         self.keep_bit(all([none, short]))
     }
 
-    /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it as it
-    /// is. Also the instruction that says so, and the variable, where that makes no difference if nothing else writes it.
+    /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it
+    /// as it is. Also the instruction that says so, and the variable, where that makes no difference if nothing else
+    /// writes it.
     pub(crate) fn held(
         &mut self,
         before: &Before,

@@ -15,8 +15,8 @@ pub(crate) enum Counted {
 }
 
 impl Assembler {
-    /// What is put together from here on is the body of this number; gives what to go back to. `keeps`: whether it is drawn or
-    /// a list, so that values are kept between statements.
+    /// What is put together from here on is the body of this number; gives what to go back to. `keeps`: whether it is
+    /// drawn or a list, so that values are kept between statements.
     pub(crate) fn enter_body(&mut self, known: Option<usize>, keeps: bool) -> Option<Current> {
         let current = known.map(|known| {
             self.program().statements.bodies[known].is_called = true;

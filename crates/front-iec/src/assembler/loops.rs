@@ -38,8 +38,8 @@ impl Assembler {
         Turns { count: WordSource::Cell(cell), least: fewest, most }
     }
 
-    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other end of
-    /// its type and may yet come to a value that does, or it goes round more often than is followed.
+    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other
+    /// end of its type and may yet come to a value that does, or it goes round more often than is followed.
     pub(crate) fn without_end(&mut self, condition: Logic) {
         let skip = self.jump(condition.not(), None);
         let here = self.builder.next();

@@ -1,6 +1,6 @@
-//! Numbers with a sign together with those without, of the same size or a longer one. The standard has no such operations, and
-//! compilers that have take them as mathematical numbers or by their bits, with a sign or without: the result is the same
-//! where all of them are below the half of what the bits hold.
+//! Numbers with a sign together with those without, of the same size or a longer one. The standard has no such
+//! operations, and compilers that have take them as mathematical numbers or by their bits, with a sign or without: the
+//! result is the same where all of them are below the half of what the bits hold.
 
 use super::Assembler;
 use super::open::opened;

@@ -1,6 +1,6 @@
-//! Sums, differences, products and complements that do not fit their type. Compilers differ in how many more bits they keep of
-//! these within an expression: some wrap them at once, others work with the 32 or 64 bits of the processor. What takes no
-//! more bits than the type has is the same on all of them; all else is any value where they do not fit.
+//! Sums, differences, products and complements that do not fit their type. Compilers differ in how many more bits they
+//! keep of these within an expression: some wrap them at once, others work with the 32 or 64 bits of the processor.
+//! What takes no more bits than the type has is the same on all of them; all else is any value where they do not fit.
 
 use super::Assembler;
 use super::types::{DINT, Kind};
@@ -161,7 +161,8 @@ fn known(number: &Number, kind: Kind) -> Option<i64> {
 }
 
 impl Assembler {
-    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of that.
+    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of
+    /// that.
     pub(crate) fn between(&mut self, value: Value) -> Value {
         let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
         match value {
@@ -213,8 +214,8 @@ impl Assembler {
         Number::Words(words)
     }
 
-    /// A number of one kind as an operand of another, and where it does not fit that. A comparison is either way there, and
-    /// needs no more bits.
+    /// A number of one kind as an operand of another, and where it does not fit that. A comparison is either way there,
+    /// and needs no more bits.
     pub(crate) fn operand(
         &mut self,
         (from, number, beyond): (Kind, Number, Option<Logic>),

@@ -167,8 +167,8 @@ impl Assembler {
         Ok(self.chosen(Logic::All(vec![crossed, other]), low, found))
     }
 
-    /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes know what
-    /// it gives.
+    /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes
+    /// know what it gives.
     fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
         let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
         let Value::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }, number) = value else {
@@ -209,7 +209,8 @@ impl Assembler {
         }
     }
 
-    /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too many.
+    /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too
+    /// many.
     pub(crate) fn decimal(&mut self, value: Value, reads: bool) -> Value {
         let (kind, number) = match value {
             Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() <= 2 => (kind, number),

@@ -5,8 +5,8 @@
 //! the same odd number may differ, so their comparison may come out either way, and their sum may be any.
 //!
 //! Controllers hold longer times than 12 days: CODESYS up to 49 days without a sign, matiec seconds and nanoseconds. So
-//! the largest number stands for itself and all longer times, the smallest for itself and all below: a comparison of two
-//! such times may come out either way, and what is made of them may be any.
+//! the largest number stands for itself and all longer times, the smallest for itself and all below: a comparison of
+//! two such times may come out either way, and what is made of them may be any.
 
 use super::Assembler;
 use super::types::Kind;

@@ -8,8 +8,8 @@ use scanbound_ir::{Cell, Logic, Number, NumberFormat, Relation, WordSource, Word
 pub(crate) enum Value {
     Bit(Logic),
     Number(Kind, Number),
-    /// A whole number at the size of its type, as it comes of a sum, and where it does not fit that: compilers keep more of its
-    /// bits there, or none.
+    /// A whole number at the size of its type, as it comes of a sum, and where it does not fit that: compilers keep
+    /// more of its bits there, or none.
     Open(Kind, Number, Logic),
     /// A whole constant that has no type of its own yet.
     Constant(i64),

@@ -12,8 +12,8 @@ use scanbound_ir::{
 const MOST: u32 = 20_000;
 
 impl Assembler {
-    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does not
-    /// fit its type.
+    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does
+    /// not fit its type.
     pub(crate) fn stored(&mut self, value: Value, merges: bool) -> Value {
         match value {
             Value::Number(kind @ Kind::Whole { .. }, number) if merges => {

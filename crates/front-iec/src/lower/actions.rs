@@ -58,8 +58,8 @@ impl Lower<'_> {
                     lower.action_called(own.at, call, &output.runs);
                 }
                 ActionBody::Computed(call, computed) => {
-                    // Other controllers execute these blocks where they evaluate the condition, and no run may rest on what
-                    // they take here.
+                    // Other controllers execute these blocks where they evaluate the condition, and no run may rest on
+                    // what they take here.
                     let elsewhere = lower.any_bit(DRAWN);
                     let skip = lower.jump(elsewhere, None);
                     lower.executed(own.at, call, output.runs.clone());

@@ -46,8 +46,8 @@ impl Lower<'_> {
         }
     }
 
-    /// What a whole of this type is charged to be written, and nothing for what one store writes. `most`: the value has no
-    /// more characters.
+    /// What a whole of this type is charged to be written, and nothing for what one store writes. `most`: the value has
+    /// no more characters.
     fn stored_whole(&self, ty: TypeId, most: Option<u64>) -> Option<TimingKey> {
         match self.tree.types.get(ty) {
             Typed::Text(_) => {
@@ -61,7 +61,8 @@ impl Lower<'_> {
         }
     }
 
-    /// What a store is charged: one, or as many as what is written has elements. `of`: the expression whose value it is.
+    /// What a store is charged: one, or as many as what is written has elements. `of`: the expression whose value it
+    /// is.
     pub(super) fn store_key(
         &self,
         found: &Found,
@@ -135,8 +136,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Refuses a copy of an instance to one of another type, of a block that its own extends: its own methods and actions would
-    /// be called there.
+    /// Refuses a copy of an instance to one of another type, of a block that its own extends: its own methods and
+    /// actions would be called there.
     pub(super) fn are_of_one_type(&self, from: &Found, to: &Found, line: u32) -> Result<(), Fault> {
         let spot = |one: &'_ Found| match one {
             Found::Spot(spot) => Some((spot.ty, spot.name.clone())),
@@ -154,8 +155,8 @@ impl Lower<'_> {
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out alike, else
-    /// what is written may be anything.
+    /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out
+    /// alike, else what is written may be anything.
     pub(super) fn copy(&mut self, from: &Found, to: &Found, key: TimingKey) {
         self.cost(&["LD"], "contact");
         let spots: [Option<&Spot>; 2] = [from, to].map(|one| match one {

@@ -1,7 +1,8 @@
-//! On the FX and FX5, an edge belongs to a device and a scan, not to each execution of an instruction. The memory of an
-//! instruction is therefore over-approximated by any value in three cases: the instruction runs repeatedly in a scan; a
-//! pulse contact's device changes during the scan; or the contact is not executed in every scan. For M2800 to M3071 of
-//! the FX, only the first pulse contact after each coil detects the edge (FX programming manual: LDP, LDF and similar).
+//! Edge instructions of the FX and FX5, where an edge belongs to a device and a scan, not to each execution of an
+//! instruction. The memory of an instruction is over-approximated by any value in three cases: the instruction runs
+//! repeatedly in a scan; a pulse contact's device changes during the scan; or the contact is not executed in every
+//! scan. For M2800 to M3071 of the FX, only the first pulse contact after each coil detects the edge (FX programming
+//! manual: LDP, LDF and similar).
 
 use super::state::{EdgeInstruction, Lowering};
 use crate::memory::{Family, area};

@@ -1,5 +1,5 @@
-//! What a project declares, looked at before it is resolved: names that are declared twice, types and constants that need
-//! themselves, and functions that controllers call by themselves.
+//! What a project declares, looked at before it is resolved: names that are declared twice, types and constants that
+//! need themselves, and functions that controllers call by themselves.
 
 use super::types::is_elementary_name;
 use crate::constants::Constants;
@@ -49,7 +49,8 @@ pub(super) fn kind(pou: &Pou) -> &'static str {
     }
 }
 
-/// Whether a name is one that the program itself has: not one that a drawing, an edge or a static variable is kept under.
+/// Whether a name is one that the program itself has: not one that a drawing, an edge or a static variable is kept
+/// under.
 fn is_written(name: &str) -> bool {
     !name.is_empty() && !name.contains('.')
 }

@@ -131,7 +131,8 @@ impl Index {
         self.listed.entry((key(list), key(name))).or_insert(id);
     }
 
-    /// Notes the name that the file of a list gives to the list of a global variable, if no other has the variable's name.
+    /// Notes the name that the file of a list gives to the list of a global variable, if no other has the variable's
+    /// name.
     pub(super) fn add_of_file(&mut self, list: &str, name: &str) {
         if self.globals(name).len() == 1 {
             self.of_files.insert((key(list), key(name)));

@@ -24,8 +24,8 @@ struct Written<'e> {
 }
 
 impl Resolver<'_> {
-    /// What a variable and its parts begin with. Nothing is said of text, nor of what stands in instances of the project's
-    /// blocks.
+    /// What a variable and its parts begin with. Nothing is said of text, nor of what stands in instances of the
+    /// project's blocks.
     pub(super) fn begins(&self, one: &Declared, ty: TypeId, scope: &Scope<'_>) -> Initial {
         let written = Written { of: &one.of, initial: one.initial.as_ref(), scope };
         self.begins_as(ty, written)
@@ -133,8 +133,8 @@ impl Resolver<'_> {
         Some(Initial::Elements(all))
     }
 
-    /// The type behind the names of types, with the initial value that they give; and whether it is a subrange that does not
-    /// begin with 0.
+    /// The type behind the names of types, with the initial value that they give; and whether it is a subrange that
+    /// does not begin with 0.
     fn underlying<'e>(&'e self, written: Written<'e>) -> (Written<'e>, bool) {
         let mut found = written;
         let mut is_open = false;
@@ -233,8 +233,8 @@ impl Resolver<'_> {
     }
 }
 
-/// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is another
-/// one.
+/// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is
+/// another one.
 fn given(initial: Option<&Expr>, kind: Listing) -> Option<&[Argument]> {
     match initial {
         None => Some(&[]),

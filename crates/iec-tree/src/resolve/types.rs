@@ -13,8 +13,8 @@ use scanbound_iec::{PouKind, TypeRef, ast};
 /// The most characters of a text whose declared length is no constant.
 const LONGEST_TEXT: u32 = 65_535;
 
-/// Whether a type is one of the standard's own, which begin with 0. An enumeration begins with its first value, and a type of
-/// the project's with what that says.
+/// Whether a type is one of the standard's own, which begin with 0. An enumeration begins with its first value, and a
+/// type of the project's with what that says.
 pub(super) fn is_elementary(of: &TypeRef) -> bool {
     named(of).is_some_and(is_elementary_name)
 }
@@ -33,7 +33,8 @@ pub(super) fn unknown_base(name: &str, base: &str, line: u32) -> Fault {
         .help("give the file that declares it")
 }
 
-/// The help for a name that the project does not declare: what else may be wrong, and what to do where a library has it.
+/// The help for a name that the project does not declare: what else may be wrong, and what to do where a library has
+/// it.
 pub(super) fn declare(first: &str, name: &str) -> String {
     format!(
         "{first}; of what a library has, declare inputs and outputs without a body, and state its time in a facts file (--facts): [calls] {} = {{ time = \"50us\" }}",
@@ -156,7 +157,8 @@ impl<'p> Resolver<'p> {
         self.tree.types.id(Type::Block(unit))
     }
 
-    /// The number of the first value of an enumeration, which its variables begin with unless a declaration says another.
+    /// The number of the first value of an enumeration, which its variables begin with unless a declaration says
+    /// another.
     pub(super) fn first_named(&self, of: &TypeRef, around: &[&[Declared]]) -> Option<i64> {
         match of {
             TypeRef::Enumeration(values, _) => match values.first()? {

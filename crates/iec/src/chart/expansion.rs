@@ -1,10 +1,10 @@
 //! Puts the charts of macro steps in their places.
 //!
 //! A macro step stands for a chart of its own with one step that is entered and one that is left (IEC 60848 calls them
-//! its expansion, input step and output step). What leads into the macro step leads into the step that is entered, and a
-//! transition behind it is enabled by the step that is left and clears that one. So the chart in which all macro steps
-//! are replaced evolves as the one that is drawn: no scan is gained or lost, and since nothing in a macro step leads out of
-//! the step that is left, no transition there competes with those behind the macro step.
+//! its expansion, input step and output step). What leads into the macro step leads into the step that is entered, and
+//! a transition behind it is enabled by the step that is left and clears that one. So the chart in which all macro
+//! steps are replaced evolves as the one that is drawn: no scan is gained or lost, and since nothing in a macro step
+//! leads out of the step that is left, no transition there competes with those behind the macro step.
 
 use super::draft::{Draft, DraftMacro, DraftTransition};
 use super::{Block, Chart, Macro, Step, Target, Transition};
@@ -44,9 +44,8 @@ fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
 impl Draft {
     /// The chart. The charts of macro steps stand in their places.
     ///
-    /// # Errors
-    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a macro step of
-    /// which it is not clear where it is entered or left.
+    /// # Errors The first fault: a step that is not there, or twice, a transition without steps, no initial step, a
+    /// macro step of which it is not clear where it is entered or left.
     pub fn finish(self) -> Result<Chart, Fault> {
         let line = self.line;
         let Flat { steps, mut transitions, macros } = flat(self)?;
@@ -292,7 +291,8 @@ fn replace(
     Ok(())
 }
 
-/// The full names of the steps where a macro step is entered and left, and the same of those in it: each is looked at once.
+/// The full names of the steps where a macro step is entered and left, and the same of those in it: each is looked at
+/// once.
 struct Ends {
     entry: String,
     exit: String,
@@ -387,8 +387,8 @@ fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
     Ok(Ends { entry, exit, inside: own })
 }
 
-/// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every step
-/// of a program a name of its own, whatever it stands in.
+/// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every
+/// step of a program a name of its own, whatever it stands in.
 pub fn complete(pou: &mut crate::Pou) {
     let charts = pou.charts();
     if charts.iter().all(|(_, chart)| chart.macros.is_empty()) {

@@ -1,13 +1,13 @@
 //! Rewrites a chart so that actions stored by S, SD, SL and DS become explicit parallel sequences.
 //!
-//! A stored action gets a branch of its own: a step that is active for as long as the action is stored. Transitions into
-//! the steps that store it fork the branch off, transitions into the steps that reset it join it again. The branch's step
-//! has the action with N (for S), D (for SD) or L (for SL), whose timer begins in the same scan as the one of the stored
-//! qualifier did: no time changes, and no scan is lost.
+//! A stored action gets a branch of its own: a step that is active for as long as the action is stored. Transitions
+//! into the steps that store it fork the branch off, transitions into the steps that reset it join it again. The
+//! branch's step has the action with N (for S), D (for SD) or L (for SL), whose timer begins in the same scan as the
+//! one of the stored qualifier did: no time changes, and no scan is lost.
 //!
 //! DS is stored only if its step is still active when the time is over. Its branch begins with a step that waits: it is
-//! joined when the storing step ends first, and followed by the step with the action (N) when the time is over and nothing
-//! ends the storing step in the same scan.
+//! joined when the storing step ends first, and followed by the step with the action (N) when the time is over and
+//! nothing ends the storing step in the same scan.
 //!
 //! Where a transition is reached with the branch there and without it, it becomes two that exclude each other by the
 //! branch's step flag. What cannot be rewritten so that every scan stays the same is refused, with the reason.

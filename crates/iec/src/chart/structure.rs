@@ -1,12 +1,12 @@
 //! A chart as a tree of sequences, selections, parallels and loops, found by taking its net together step by step.
 //!
-//! Each rule replaces a part of the net by one place or one transition that stands for it, and keeps the net's behaviour:
-//! a place between two transitions is taken into one transition, two places with a transition between into one place, two
-//! transitions between the same places become a selection, two places between the same transitions a parallel, and a
-//! transition from a place to itself a loop. A way into a step that nothing leads out of is a way out.
+//! Each rule replaces a part of the net by one place or one transition that stands for it, and keeps the net's
+//! behaviour: a place between two transitions is taken into one transition, two places with a transition between into
+//! one place, two transitions between the same places become a selection, two places between the same transitions a
+//! parallel, and a transition from a place to itself a loop. A way into a step that nothing leads out of is a way out.
 //!
-//! What no rule applies to any more does not nest: then one way after the other is taken for a jump, that which leaves the
-//! least behind first, until the rest nests.
+//! What no rule applies to any more does not nest: then one way after the other is taken for a jump, that which leaves
+//! the least behind first, until the rest nests.
 
 use super::Chart;
 use std::collections::BTreeMap;
@@ -26,8 +26,8 @@ pub enum Part {
     Parallel(Vec<Part>),
     /// A part, and the way that leads from its end to its beginning.
     Loop(Box<Part>, Box<Part>),
-    /// A part, and a way that leads from its end out of what nests: it ends in a jump, or in a step that nothing leads out
-    /// of.
+    /// A part, and a way that leads from its end out of what nests: it ends in a jump, or in a step that nothing leads
+    /// out of.
     Exit(Box<Part>, Box<Part>),
     /// Parts that no way leads to from the others but those that do not nest.
     Tangle(Vec<Part>),
@@ -38,8 +38,8 @@ pub enum Part {
 pub struct Outline {
     /// The tree.
     pub part: Part,
-    /// The transitions that break the nesting. Those out of one step end the ways out of the tree; those that join steps of
-    /// several branches are not in it.
+    /// The transitions that break the nesting. Those out of one step end the ways out of the tree; those that join
+    /// steps of several branches are not in it.
     pub jumps: Vec<usize>,
     /// How many of these lead back.
     pub returns: usize,
@@ -302,8 +302,8 @@ impl Net {
         self.places.iter().flatten().count() + self.moves.iter().flatten().count()
     }
 
-    /// The net with one of its ways taken for a jump, that which leaves the least behind, and the transitions that jump;
-    /// nothing if no way is left.
+    /// The net with one of its ways taken for a jump, that which leaves the least behind, and the transitions that
+    /// jump; nothing if no way is left.
     fn broken(&self, levels: &[usize]) -> Option<(Net, Vec<usize>)> {
         let left = self.moves.iter().enumerate();
         let left = left.filter_map(|(at, one)| one.as_ref().map(|one| (at, one)));

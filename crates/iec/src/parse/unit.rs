@@ -242,7 +242,8 @@ fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
     Ok(method)
 }
 
-/// `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY`: what reads it and what writes it are methods.
+/// `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY`: what reads it and what writes it are
+/// methods.
 fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     modifiers(cursor);
     let name = cursor.name("a property's name")?;
@@ -284,8 +285,8 @@ fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     cursor.word("END_PROPERTY")
 }
 
-/// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is one for
-/// each instance (VAR_INST) those of its unit, each under a name that nothing else has.
+/// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is
+/// one for each instance (VAR_INST) those of its unit, each under a name that nothing else has.
 ///
 /// # Errors
 /// Where that is not followed.
@@ -385,7 +386,8 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The actions that stand behind the end of their unit, as CoDeSys 2.3 and B&R export them, or in `ACTIONS unit ... END_ACTIONS`.
+/// The actions that stand behind the end of their unit, as CoDeSys 2.3 and B&R export them, or in `ACTIONS unit ...
+/// END_ACTIONS`.
 fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     let place = pou.name.clone();
     loop {

@@ -1,4 +1,5 @@
-//! What the elements of a unit may hold. A controller may carry out whatever else stands in them: it is reported with its place.
+//! What the elements of a unit may hold. A controller may carry out whatever else stands in them: it is reported with
+//! its place.
 //!
 //! `docs/sfc.md` lists what is skipped, and why that is harmless.
 
@@ -93,8 +94,8 @@ const CHART: &str = "comment vendorElement leftPowerRail rightPowerRail contact 
 const BAR: &str = "position connectionPointIn connectionPointOut addData documentation";
 const TEXT: &str = "xhtml html body p div pre span br b i u em strong font code tt";
 
-/// Elements that say nothing of what is carried out: places on the page and what is written for readers. Which variables an
-/// interface declares is read elsewhere.
+/// Elements that say nothing of what is carried out: places on the page and what is written for readers. Which
+/// variables an interface declares is read elsewhere.
 const UNFOLLOWED: &[&str] =
     &["position", "relPosition", "documentation", "comment", "alternativeText"];
 
@@ -127,8 +128,8 @@ const DRAWINGS: &[&str] = &["LD", "FBD", "SFC"];
 const READ: &[&str] =
     &["method", "property", "sfc/element", "stcode", "interfaceasplaintext", "pouinheritance"];
 
-/// Additional data that says nothing of what is carried out: numbers of objects, what may be seen of them, types at pins, how a
-/// box is shown, what is asked of the compiler.
+/// Additional data that says nothing of what is carried out: numbers of objects, what may be seen of them, types at
+/// pins, how a box is shown, what is asked of the compiler.
 const HARMLESS: &[&str] = &[
     "objectid",
     "attributes",

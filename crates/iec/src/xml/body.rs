@@ -1,5 +1,5 @@
-//! Bodies in any language, and charts as PLCopen XML draws them: steps, transitions and the bars between them, joined by
-//! connections.
+//! Bodies in any language, and charts as PLCopen XML draws them: steps, transitions and the bars between them, joined
+//! by connections.
 
 use super::checked::{checked, single};
 use super::condition::{of_body, of_transition};

@@ -1,5 +1,5 @@
-//! Conditions that are drawn, as expressions. What their blocks put out is read from variables, where an action of its own
-//! executes the blocks in each scan.
+//! Conditions that are drawn, as expressions. What their blocks put out is read from variables, where an action of its
+//! own executes the blocks in each scan.
 
 use super::drawn::drawing;
 use super::reading::Reading;

@@ -1,8 +1,8 @@
 //! Draws charts as the element SFC, in the forms that other tools follow.
 //!
-//! Tools that follow the drawings of the standard expect steps in front of a simultaneous convergence and transitions in front
-//! of a selection's: a step that a selection and a join come behind leads to both itself, and where ways out of
-//! parallels meet, all but one of them jump.
+//! Tools that follow the drawings of the standard expect steps in front of a simultaneous convergence and transitions
+//! in front of a selection's: a step that a selection and a join come behind leads to both itself, and where ways out
+//! of parallels meet, all but one of them jump.
 
 use super::kept::{Kept, number};
 use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT, child};

@@ -62,8 +62,8 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
     (!given.is_empty()).then_some(Expr::List(Listing::Parts, given))
 }
 
-/// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or cannot be
-/// read, is some value.
+/// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or
+/// cannot be read, is some value.
 pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::List(Listing::Unread, Vec::new());
     let texts = node.children().filter(Node::is_text).filter_map(|one| one.text());

@@ -1,8 +1,8 @@
 //! What is kept of a chart that stands in a file when another one takes its place.
 //!
-//! Rewriting changes how steps and transitions hang together, and adds to conditions. What it leaves alone stays as it is
-//! written, whatever its language: bodies of actions, conditions and the elements that these are drawn with, comments,
-//! documentation, vendors' data.
+//! Rewriting changes how steps and transitions hang together, and adds to conditions. What it leaves alone stays as it
+//! is written, whatever its language: bodies of actions, conditions and the elements that these are drawn with,
+//! comments, documentation, vendors' data.
 
 use super::node::{BESIDE, ELEMENTS, Text, child, children, elements, inputs, sources};
 use super::reading::language;
@@ -21,8 +21,8 @@ pub(super) struct Kept<'a, 'i> {
     lines: &'a Text,
     element: Node<'a, 'i>,
     before: &'a Chart,
-    /// Steps and transitions by their numbers and lines. Those of macro steps have numbers of their own: what is not the only
-    /// one is none.
+    /// Steps and transitions by their numbers and lines. Those of macro steps have numbers of their own: what is not
+    /// the only one is none.
     known: BTreeMap<(&'a str, u32), Option<Node<'a, 'i>>>,
     /// The transitions as they were read, likewise.
     transitions: BTreeMap<(&'a str, u32), &'a Transition>,

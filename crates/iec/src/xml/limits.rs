@@ -1,5 +1,5 @@
-//! What a file may hold at most, so that reading it takes no longer than its length says: a reader of XML compares each name
-//! space with all around it, and each attribute with all others of its element.
+//! What a file may hold at most, so that reading it takes no longer than its length says: a reader of XML compares each
+//! name space with all around it, and each attribute with all others of its element.
 
 use crate::fault::Fault;
 use scanbound_base::code::Code;

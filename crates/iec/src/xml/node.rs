@@ -81,8 +81,8 @@ impl Text {
             .help("export it again as PLCopen XML, or mend it in its editor")
     }
 
-    /// What is written in an element, and the line where that begins. Paragraphs and `<br/>` end lines, as they do on the
-    /// page.
+    /// What is written in an element, and the line where that begins. Paragraphs and `<br/>` end lines, as they do on
+    /// the page.
     pub(super) fn content(&self, node: Node<'_, '_>) -> (String, u32) {
         let mut written = String::new();
         let mut open = vec![(node, false)];

@@ -20,8 +20,9 @@ pub fn chart(chart: &Chart) -> Result<String, String> {
     Ok(format!("<SFC>\n{}</SFC>", drawing::chart(chart, None)?))
 }
 
-/// A file in which these charts take the places of those that it has. What a chart has in common with the one whose place
-/// it takes stays as it is written there: conditions, bodies of actions, comments, documentation, additional data.
+/// A file in which these charts take the places of those that it has. What a chart has in common with the one whose
+/// place it takes stays as it is written there: conditions, bodies of actions, comments, documentation, additional
+/// data.
 ///
 /// # Errors
 /// As with [`chart`].

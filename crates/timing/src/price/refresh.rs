@@ -167,10 +167,10 @@ impl<'a> PointRows<'a> {
         charges
     }
 
-    /// The additional rows if the points are distributed over bases in the slowest way: one point on each of these
-    /// bases, and all others charged by the slowest row. Each base rounds its number of points up. No other
-    /// distribution takes longer, because beyond the first row of each base the slowest row is the most that further
-    /// points can take. The total number of modules is limited by the CPU's addresses.
+    /// The additional rows if the points are distributed over base units in the slowest way: one point on each of
+    /// these, and all others charged by the slowest row. Each base unit rounds its number of points up. No other
+    /// distribution takes longer, because beyond the first row of each base unit the slowest row is the most that
+    /// further points can take. The CPU's addresses limit the total number of modules.
     fn rows_of_further_bases(&self, size: u32, slowest: &'a Row, points: u32) -> Vec<&'a Row> {
         let row_of_base = |base: &String| self.rows_of(size, Some(base)).into_iter().next();
         let mut rows: Vec<&Row> = self.bases().iter().filter_map(row_of_base).collect();

@@ -279,8 +279,8 @@ impl Draw<'_> {
 
     /// What may be handed by reference: a variable of this type.
     fn handed(&mut self, project: &Project, scope: &Scope, want: &Ty) -> Option<Place> {
-        // An instance is rarely passed in part: it must not be passed as a whole then. What is called rarely reaches what it
-        // is passed by another name.
+        // An instance is rarely passed in part: it must not be passed as a whole then. What is called rarely reaches
+        // what it is passed by another name.
         let (parts, aliases) = (self.dice.chance(30), self.dice.chance(4));
         for _ in 0..8 {
             let found = self.find(project, scope, want, true, 1)?;

@@ -1,5 +1,5 @@
-//! Programs as a tree: types, declarations, expressions and statements. Variables are named by what declares them and their
-//! number there.
+//! Programs as a tree: types, declarations, expressions and statements. Variables are named by what declares them and
+//! their number there.
 
 use std::rc::Rc;
 

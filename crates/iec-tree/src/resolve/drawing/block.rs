@@ -227,8 +227,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         Worth::variable(place, line)
     }
 
-    /// What the scan before left at an output. The results of functions become variables of the unit for that, as generators
-    /// declare them.
+    /// What the scan before left at an output. The results of functions become variables of the unit for that, as
+    /// generators declare them.
     pub(super) fn fed_back(
         &mut self,
         (id, output): Output<'d>,
@@ -372,8 +372,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// The condition under which an output is taken over: nothing is from a function that is not enabled. Of a function block
-    /// some controllers take over what it put out before.
+    /// The condition under which an output is taken over: nothing is from a function that is not enabled. Of a function
+    /// block some controllers take over what it put out before.
     fn takes_over(&mut self, id: ElementId, output: &str) -> Worth {
         let one = self.element(id);
         let always = self.truth(true, one.line);

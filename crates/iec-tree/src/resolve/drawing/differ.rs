@@ -26,8 +26,8 @@ impl Resolver<'_> {
         located().map(group).collect()
     }
 
-    /// Whether two orders may do different things: two statements come the other way round, and one writes what the other one
-    /// touches.
+    /// Whether two orders may do different things: two statements come the other way round, and one writes what the
+    /// other one touches.
     pub(super) fn differ(&self, one: &Progress<'_>, other: &Progress<'_>) -> bool {
         let (here, there) = (one.by_place(), other.by_place());
         if one.joins_all != other.joins_all || here.keys().ne(there.keys()) {

@@ -32,8 +32,8 @@ impl Loops {
         { others }.any(|other| self.places.get(other).is_some_and(|(_, before)| before < place))
     }
 
-    /// The instances that are executed before this element is, where its loop has not been begun: those that come before it,
-    /// or the first one.
+    /// The instances that are executed before this element is, where its loop has not been begun: those that come
+    /// before it, or the first one.
     pub(super) fn first(
         &self,
         id: ElementId,

@@ -1,7 +1,8 @@
 //! Drawings: what their elements do, in each of the orders in which tools execute them.
 //!
-//! What an element gives is an expression of what leads to it: parallel ways are joined by OR. Each coil, output and pin has an
-//! expression of its own, as generators write it; within it, what forks and joins again is kept as a temporary value.
+//! What an element gives is an expression of what leads to it: parallel ways are joined by OR. Each coil, output and
+//! pin has an expression of its own, as generators write it; within it, what forks and joins again is kept as a
+//! temporary value.
 
 mod block;
 mod differ;

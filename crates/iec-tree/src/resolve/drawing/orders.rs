@@ -23,8 +23,8 @@ type Rank = (u64, i64, i64, i64);
 const ROW_HEIGHT: i64 = 100;
 
 impl Sheet<'_> {
-    /// The orders that tools keep; the first one is the standard's: by the numbers of execution, else from top to bottom and
-    /// from left to right, else as the file has them.
+    /// The orders that tools keep; the first one is the standard's: by the numbers of execution, else from top to
+    /// bottom and from left to right, else as the file has them.
     pub(super) fn orders(&self) -> Vec<Order> {
         let sorted = |rank: &dyn Fn(&Element) -> Rank| {
             let mut acting: Vec<ElementId> = self.drawing.all().map(|(id, _)| id).collect();

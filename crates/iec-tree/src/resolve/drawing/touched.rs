@@ -147,8 +147,8 @@ impl Accesses for Walk<'_> {
 /// An address: its area, its size, and its numbers; and whether a variable there is no larger than that.
 pub(super) type At<'t> = (Option<char>, &'t str, &'t str, bool);
 
-/// Whether addresses such as `%QX0.1` and `%QW0` may overlap: two of one size are apart unless they are equal, or one of them
-/// is that of an array or a structure.
+/// Whether addresses such as `%QX0.1` and `%QW0` may overlap: two of one size are apart unless they are equal, or one
+/// of them is that of an array or a structure.
 fn overlap(one: &At<'_>, other: &At<'_>) -> bool {
     one.0 == other.0 && (!one.3 || !other.3 || one.1 != other.1 || one.2 == other.2)
 }

@@ -103,8 +103,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         ways.into_iter().reduce(|one, other| self.binary(Operator::Or, one, other))
     }
 
-    /// The value that leads in through connections, for one coil, output or pin: generators write an expression for each of
-    /// these, in which contacts are looked at anew.
+    /// The value that leads in through connections, for one coil, output or pin: generators write an expression for
+    /// each of these, in which contacts are looked at anew.
     pub(super) fn used(
         &mut self,
         one: &'d Element,
@@ -163,7 +163,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         self.depth -= 1;
         self.open.remove(&id);
         let found = found?;
-        // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is used.
+        // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is
+        // used.
         let is_plain = match found.shape {
             Shape::Truth(_) | Shape::Constant => true,
             Shape::Variable => !matches!(one.kind, ElementKind::Contact | ElementKind::Coil),
@@ -241,8 +242,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         one.order.zip(self.progress.acting).is_some_and(|(own, acting)| own > acting)
     }
 
-    /// Whether an output is that of a block that is not executed before it is asked for: a way leads back to it, or its number
-    /// of execution is a later one. It holds what the scan before left in it.
+    /// Whether an output is that of a block that is not executed before it is asked for: a way leads back to it, or its
+    /// number of execution is a later one. It holds what the scan before left in it.
     fn is_fed_back(&self, id: ElementId, one: &Element) -> bool {
         if one.block().is_none() {
             return false;
@@ -269,8 +270,8 @@ impl<'d> Drawer<'_, '_, 'd> {
                 }
                 Ok(self.and(way, value))
             }
-            // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at again.
-            // Generators execute the coil in its own place, and join what leads to it by AND.
+            // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at
+            // again. Generators execute the coil in its own place, and join what leads to it by AND.
             ElementKind::Coil => {
                 if !self.is_generated {
                     self.act(id)?;
@@ -327,8 +328,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         Err(one.fault(&what).code(Code::NotModelled).help(help))
     }
 
-    /// Whether there is an edge, looked at under a condition. Generators make an instance for each place that asks for it;
-    /// others have one for all. They show the same as long as all of them see the same.
+    /// Whether there is an edge, looked at under a condition. Generators make an instance for each place that asks for
+    /// it; others have one for all. They show the same as long as all of them see the same.
     pub(super) fn edge(
         &mut self,
         one: &Element,

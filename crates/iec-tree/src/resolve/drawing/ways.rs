@@ -1,5 +1,5 @@
-//! Whether generators look at each contact of an expression once: they write one way after the other, and take what ways end
-//! with alike out of them (Beremiz: `FactorizePaths` of `PLCGenerator.py`).
+//! Whether generators look at each contact of an expression once: they write one way after the other, and take what
+//! ways end with alike out of them (Beremiz: `FactorizePaths` of `PLCGenerator.py`).
 
 use super::edges::has_edge;
 use super::state::{Output, Sheet};
@@ -23,8 +23,8 @@ enum Part<'d> {
 }
 
 impl<'d> Sheet<'d> {
-    /// Whether a value that is asked for twice within one expression is written once: so it is where ways fork and join in
-    /// pairs, and no edge is looked at by several of them.
+    /// Whether a value that is asked for twice within one expression is written once: so it is where ways fork and join
+    /// in pairs, and no edge is looked at by several of them.
     pub(super) fn is_written_once(&self, from: &'d [Connection]) -> bool {
         let mut visits = VISITS;
         let Some(ways) = self.ways(from, &mut BTreeMap::new(), &mut visits, 0) else {
