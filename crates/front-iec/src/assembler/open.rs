@@ -247,6 +247,14 @@ impl Assembler {
         Logic::cell(cell)
     }
 
+    /// A bit that the language leaves open: no real run depends on it.
+    pub(crate) fn left_open(&mut self) -> Logic {
+        let cell = self.bit_between();
+        let any = self.unsettled(cell);
+        self.write(vec![any]);
+        Logic::cell(cell)
+    }
+
     /// What lets a bit be either truth value, since the language leaves it open.
     pub(crate) fn unsettled(&mut self, cell: Cell) -> Write {
         let choice = self.builder.choice();

@@ -1,9 +1,8 @@
 //! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
-use super::calls::Callee;
 use super::cells::{Effects, add};
-use super::spots::{Context, Instance};
+use super::spots::{Callee, Context, Instance};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;

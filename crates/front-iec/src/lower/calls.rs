@@ -3,7 +3,7 @@
 use super::cells::{Effects, add};
 use super::elements::unknown_number;
 use super::enable::Enabled;
-use super::spots::{Context, Found, Spot};
+use super::spots::{Callee, Context, Found, Spot};
 use super::values::shown;
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
@@ -13,23 +13,12 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
-use scanbound_iec_tree::declarations::{First, RoutineId, UnitId, VarId};
+use scanbound_iec_tree::declarations::{First, RoutineId, VarId};
 use scanbound_iec_tree::tree::{
     Call, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{Logic, Number, Step, TimingKey};
-
-/// Whose parameters are passed, and where they lie.
-#[derive(Clone)]
-pub(super) enum Callee {
-    /// An instance of a unit, or a function.
-    Unit(Spot, UnitId),
-    /// A method, by its frame.
-    Method(Spot, RoutineId),
-    /// A standard block.
-    Standard(Spot, StandardBlock),
-}
 
 impl Lower<'_> {
     /// What a call gives.

@@ -1,14 +1,15 @@
 //! From a project to a program by the typed tree: tasks, instances of programs, routines.
 
 use super::address::{self, Located};
-use super::calls::Callee;
 use super::first_values::FIRST_SCAN;
+use super::spots::Callee;
 use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, GivenBack, Lower, Options};
 use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
+use scanbound_base::facts::ActionOrder;
 use scanbound_base::facts::normalized;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
@@ -56,6 +57,9 @@ pub(crate) fn decode(
     if !tree.faults.is_empty() {
         return Err(told(project, tree.faults));
     }
+    // Controllers that execute actions in the order of their names do so before they evaluate transitions.
+    let is_alphabetical = asked.facts.action_order == Some(ActionOrder::Alphabetical);
+    let traits = SourceTraits { actions_first: traits.actions_first || is_alphabetical, ..traits };
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,

@@ -1,93 +1,15 @@
 //! Calls with EN and ENO: what is called is executed only where EN is true, and ENO says so.
 
 use super::Lower;
-use super::calls::Callee;
 use super::effects::is_same;
-use super::spots::{Context, Spot};
+use super::enabled::instance_variable;
+use super::spots::{Callee, Context, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::value::Value;
 use scanbound_base::code::Code;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::charts::{ActionBody, Code as Body};
-use scanbound_iec_tree::declarations::VarId;
-use scanbound_iec_tree::tree::{
-    Call, Enable, Expr, Passed, Place, Root, Statement, StatementKind, Step as PathStep, Target,
-    Tree, each_statement,
-};
-use scanbound_ir::{BitTarget, Cell, Logic, Step, TimingKey, Write};
-use std::collections::{BTreeMap, BTreeSet};
-use std::slice::from_ref;
-
-/// Instances of which a call gives EN.
-#[derive(Default)]
-pub(super) struct EnabledInstances {
-    /// The variables that they are.
-    variables: BTreeSet<VarId>,
-    /// Whether one is called through a reference, so that it may be any.
-    through_reference: bool,
-    /// By where an instance lies, the bit that says that EN was false; none without room.
-    cells: BTreeMap<[Cell; 2], Option<Cell>>,
-}
-
-impl EnabledInstances {
-    pub(super) fn of(tree: &Tree) -> EnabledInstances {
-        let mut found = EnabledInstances::default();
-        tree.routines.iter().for_each(|one| found.of_code(&one.code));
-        found
-    }
-
-    fn of_code(&mut self, code: &Body) {
-        match code {
-            Body::Statements(all) => self.of_statements(all),
-            Body::Chart(chart) => {
-                for hooks in &chart.steps {
-                    let all = [&hooks.entry, &hooks.active, &hooks.exit];
-                    all.into_iter().flatten().for_each(|one| self.of_statements(from_ref(one)));
-                }
-                for action in &chart.actions {
-                    match &action.body {
-                        ActionBody::Inline(.., code) => self.of_code(code),
-                        ActionBody::Call(one) | ActionBody::Computed(one, _) => {
-                            self.of_statements(from_ref(one));
-                        }
-                        ActionBody::Variable(_) => {}
-                    }
-                }
-            }
-            Body::Unread(_) => {}
-        }
-    }
-
-    fn of_statements(&mut self, all: &[Statement]) {
-        each_statement(all, &mut |one| {
-            if let StatementKind::Call(call) = &one.kind
-                && let Target::Instance(place, _) | Target::Standard(place, _) = &call.target
-                && call.enable.condition.is_some()
-            {
-                match instance_variable(place) {
-                    Some(id) => _ = self.variables.insert(id),
-                    None => self.through_reference = true,
-                }
-            }
-        });
-    }
-}
-
-/// The variable that an instance is, unless a reference leads to it.
-fn instance_variable(place: &Place) -> Option<VarId> {
-    let members = place.steps.iter().rev();
-    for step in members {
-        match step {
-            PathStep::Member(id) => return Some(*id),
-            PathStep::Dereference => return None,
-            _ => {}
-        }
-    }
-    match place.root {
-        Root::Variable(id) => Some(id),
-        _ => None,
-    }
-}
+use scanbound_iec_tree::tree::{Call, Enable, Expr, Passed, Place, Target};
+use scanbound_ir::{BitTarget, Logic, Step, TimingKey, Write};
 
 /// A call under a condition, while it is lowered.
 pub(super) struct Enabled {
@@ -174,7 +96,7 @@ impl Lower<'_> {
             self.write(vec![off]);
             return Ok(condition);
         }
-        let keeps = self.differs("EN keeps its value where a call leaves it out");
+        let keeps = self.left_open();
         Ok(Some(self.keep_bit(Logic::All(vec![keeps, Logic::cell(cell)]).not())))
     }
 

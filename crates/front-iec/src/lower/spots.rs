@@ -1,6 +1,7 @@
 //! Where variables lie.
 
-use scanbound_iec_tree::declarations::UnitId;
+use scanbound_iec_tree::blocks::StandardBlock;
+use scanbound_iec_tree::declarations::{RoutineId, UnitId};
 use scanbound_iec_tree::types::TypeId;
 use scanbound_ir::meaning::{Address, IntegerFormat, Term};
 use scanbound_ir::{Cell, Region, Tag, WordSource};
@@ -90,4 +91,15 @@ impl Spot {
     pub(super) fn key(&self) -> SpotKey {
         (self.tag.begin(), self.ty)
     }
+}
+
+/// Whose parameters are passed, and where they lie.
+#[derive(Clone)]
+pub(super) enum Callee {
+    /// An instance of a unit, or a function.
+    Unit(Spot, UnitId),
+    /// A method, by its frame.
+    Method(Spot, RoutineId),
+    /// A standard block.
+    Standard(Spot, StandardBlock),
 }

@@ -89,10 +89,8 @@ impl Lower<'_> {
             }
             _ => None,
         };
-        let cell = self.bit_between();
-        let any = self.unsettled(cell);
-        self.write(vec![any]);
-        Some(Logic::All([Some(Logic::cell(cell)), where_too_large].into_iter().flatten().collect()))
+        let says_so = self.left_open();
+        Some(Logic::All([Some(says_so), where_too_large].into_iter().flatten().collect()))
     }
 
     /// What a function works out, or anything where that shows how many bits are kept of its inputs.

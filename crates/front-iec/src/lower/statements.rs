@@ -1,6 +1,6 @@
 //! Statements, and the routines that they stand in.
 
-use super::calls::Callee;
+use super::spots::Callee;
 use super::spots::{Context, Found, Instance};
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
