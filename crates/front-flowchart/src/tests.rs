@@ -95,32 +95,6 @@ fn any_text_ends_in_a_program_or_faults() {
     }
 }
 
-fn found(text: &str) -> Result<&'static str, Diagnostic> {
-    let input = Input { name: "a".to_owned(), bytes: text.as_bytes().to_vec() };
-    scanbound_fronts::detect(&input).map(|kind| match kind {
-        scanbound_front::FileKind::Program(dialect) => dialect.name,
-        scanbound_front::FileKind::Comments => "comments",
-    })
-}
-
-#[test]
-fn lists_are_told_by_their_content() {
-    assert_eq!(found("LBL0: AND 1\nCJP LBL0\nJMP LBL0\n").ok(), Some(NAME));
-    assert_eq!(found("0 LBL0: AND 1\n2 CTP LBL1\n3 OUT·NOT 200\n5 JMP LBL0\n").ok(), Some(NAME));
-    assert_ne!(found("LD X0\nCJP P0\nOUT Y0\nP0\nEND\n").ok(), Some(NAME));
-    assert_ne!(found("LD 00000\nAND 00001\nOUT 00200\nEND\n").ok(), Some(NAME));
-}
-
-#[test]
-fn every_sample_is_told_by_its_content() {
-    let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/flowchart");
-    for entry in std::fs::read_dir(directory).expect("samples") {
-        let path = entry.expect("a file").path();
-        let text = std::fs::read_to_string(&path).expect("text");
-        assert_eq!(found(&text), Ok(NAME), "{}", path.display());
-    }
-}
-
 #[test]
 fn the_main_routine_may_stay_in_inner_loops() {
     let source = read("LBL0: AND 0\nCJP LBL1\nJMP LBL0\nLBL1: AND 1\nCJP LBL0\nJMP LBL1\n");

@@ -104,26 +104,6 @@ fn read(dialect: &Dialect, files: &[&Input]) -> Result<Source, Vec<Diagnostic>> 
 mod tests {
     use super::*;
 
-    fn found(bytes: &[u8]) -> Result<&'static str, &'static str> {
-        let input = Input { name: "a".to_owned(), bytes: bytes.to_vec() };
-        match scanbound_fronts::detect(&input) {
-            Ok(scanbound_front::FileKind::Program(dialect)) => Ok(dialect.name),
-            Ok(scanbound_front::FileKind::Comments) => Err("comments"),
-            Err(fault) => Err(fault.code.name()),
-        }
-    }
-
-    #[test]
-    fn files_are_told_by_their_content() {
-        assert_eq!(found(b"LD X00\nOR Y00\nANDI X01\nST Y00\n"), Ok(ASSEMBLY));
-        assert_eq!(found(b"0 LD X00\n1 ST Y00 ; lamp\n"), Ok(ASSEMBLY));
-        assert_eq!(found(b"LD X00\nOUT Y00\nEND\n"), Ok("melsec-list"));
-        assert_eq!(found(b":00000001FF\n"), Ok(HEX));
-        assert_eq!(found(&[0; WORDS]), Ok(BINARY));
-        assert_eq!(found(&[0; WORDS - 1]), Err("binary-file"));
-        assert_eq!(found(b"LD X00\nAND X01\n"), Err("two-dialects"), "no store, no coil");
-    }
-
     #[test]
     fn a_named_dialect_takes_a_shorter_image() {
         let input = |bytes: &[u8]| [Input { name: "a".to_owned(), bytes: bytes.to_vec() }];

@@ -7,8 +7,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, InterruptRate};
 use scanbound_base::time::{Picos, Times};
 use scanbound_front::Options;
-use scanbound_front::{Dialect, Input};
-use scanbound_fronts::detect;
+use scanbound_front::{Dialect, Fronts, Input};
 use scanbound_ir::Witness;
 use scanbound_ir::{Program, Region, Step, Units, Write};
 use scanbound_passes::passed;
@@ -436,7 +435,7 @@ fn a_users_instruction_may_write_its_operands() {
 fn a_project_file_gives_programs_symbols_and_the_cpu() {
     let text = "CXProgVer:=\"2.3\";\r\nName:=\"T\";\r\nResource[0]:=\r\nBEGIN\r\n PLC:=\r\n BEGIN\r\n  Config:=\"[DEV]DEV:CJ2M;CPU:CPU33;\";\r\n END;\r\n GlobalVariables:=\r\n BEGIN\r\n  VariableList:=\r\n  BEGIN_LIST_$#[4]\r\n   Go,W10.00,BOOL,,,,\"start, go\";\r\n   Table,D100,WORD[8],,,,\"\";\r\n  END_LIST_$#[4];\r\n END;\r\n Programs:=\r\n BEGIN\r\n  Program[0]:=\r\n  BEGIN\r\n   Name:=\"P1\";\r\n   TaskID:=256;\r\n   LocalVariables:=\r\n   BEGIN\r\n    VariableList:=\r\n    BEGIN_LIST_$#[8]\r\n     Mine,0.05,BOOL,,,,\"\";\r\n    END_LIST_$#[8];\r\n   END;\r\n   Sections:=\r\n   BEGIN\r\n    SC:=1;\r\n    Sec[0]:=\r\n    BEGIN\r\n     ProgramData:=\r\n     BEGIN\r\n      RC:=2;\r\n      R[0]:=\r\n      BEGIN\r\n       Com:=\r\n$?St$Bk?_#[10]\r\nfirst\r\nLD X$?St$Bk?_#[10]\r\n       SL:=\r\n$?St$Bk?_#[11]\r\n'  R0\r\nLD Go\r\nAND Mine\r\nMOV(021) Table[3] D0\r\n$?St$Bk?_#[11]\r\n      END;\r\n      R[1]:=\r\n      BEGIN\r\n       SL:=\r\n$?St$Bk?_#[12]\r\nEND(001)\r\n$?St$Bk?_#[12]\r\n      END;\r\n     END;\r\n    END;\r\n   END;\r\n  END;\r\n END;\r\nEND;\r\n";
     let file = input("plant.cxt", text);
-    match detect(&file) {
+    match Fronts(&[&super::FRONT]).detect(&file) {
         Ok(scanbound_front::FileKind::Program(found)) => assert_eq!(found.name, "omron-cxt"),
         other => panic!("{other:?}"),
     }
@@ -459,28 +458,6 @@ fn a_project_file_gives_programs_symbols_and_the_cpu() {
         .place
         .line;
     assert_eq!(text.lines().nth(line as usize - 1), Some("AND Mine"));
-}
-
-#[test]
-fn what_could_be_two_dialects_is_refused_with_both_named() {
-    for (text, names) in [
-        ("LD T0\nOUT C5\nEND\n", "melsec-list or omron-c200h"),
-        ("LD NOT 00300\nOUTNOT 100.00\nEND\n", "omron-c200h or omron-cx"),
-    ] {
-        let fault = detect(&input("a.txt", text)).unwrap_err();
-        assert_eq!(fault.code.name(), "two-dialects", "{text}");
-        assert!(fault.message.contains(names), "{}", fault.message);
-    }
-    for (text, name) in [
-        ("LD W0.00\nOUT W0.01\nEND(001)", "omron-cx"),
-        ("LD X0\nOUT Y0\nEND", "melsec-list"),
-        ("LD 00000\nOUT 00500\nEND", "omron-c200h"),
-    ] {
-        match detect(&input("a.txt", text)) {
-            Ok(scanbound_front::FileKind::Program(found)) => assert_eq!(found.name, name),
-            other => panic!("{text}: {other:?}"),
-        }
-    }
 }
 
 #[test]

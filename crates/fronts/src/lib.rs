@@ -29,3 +29,6 @@ pub fn detect(input: &Input) -> Result<FileKind, Diagnostic> {
 pub fn read(inputs: &[Input], dialect: Option<&str>) -> Result<Box<dyn Project>, Vec<Diagnostic>> {
     FRONTS.read(inputs, dialect, SourceOptions::default())
 }
+
+#[cfg(test)]
+mod tests;
