@@ -1,4 +1,5 @@
-//! Interfaces, references, pointers, properties and inherited calls of IEC 61131-3: each says exactly what it says on a PLC.
+//! Interfaces, references, pointers, properties and inherited calls of IEC 61131-3: each says exactly what it says on a
+//! PLC.
 
 use scanbound::audit::{Audit, Failure, Request, audit};
 use scanbound::base::code::Code;

@@ -1,4 +1,5 @@
-//! Small IEC 61131-3 programs that were made from random ones whose bound was too low, or that were refused without a reason.
+//! Small IEC 61131-3 programs that were made from random ones whose bound was too low, or that were refused without a
+//! reason.
 
 use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::facts::Facts;

@@ -24,8 +24,8 @@ pub struct Tree {
     pub globals: Vec<GlobalList>,
     /// The instances of programs.
     pub programs: Vec<ProgramInstance>,
-    /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has the
-    /// largest number, then the one with the longest interval.
+    /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has
+    /// the largest number, then the one with the longest interval.
     pub tasks: Vec<Task>,
     /// Direct addresses that code names.
     pub addresses: Vec<Address>,
@@ -112,7 +112,8 @@ impl Tree {
         units.flat_map(|one| self.unit(one).variables.iter().copied()).collect()
     }
 
-    /// What a call of a routine means for an instance of a unit: a method of the same name nearer to it takes its place.
+    /// What a call of a routine means for an instance of a unit: a method of the same name nearer to it takes its
+    /// place.
     #[must_use]
     pub fn dispatched(&self, unit: UnitId, routine: RoutineId) -> RoutineId {
         let own = self.routine(routine).slot;

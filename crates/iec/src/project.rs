@@ -146,7 +146,8 @@ impl Variable {
 }
 
 impl Pou {
-    /// The method that reads (or writes) a property, without its body. What is written is an input of the property's name.
+    /// The method that reads (or writes) a property, without its body. What is written is an input of the property's
+    /// name.
     #[must_use]
     pub fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> Pou {
         let name = if reads { getter(property) } else { setter(property) };
@@ -276,7 +277,8 @@ pub struct Project {
     pub retained: Vec<String>,
     /// The instances of programs whose inputs or outputs are connected to variables.
     pub connected: Vec<Connected>,
-    /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a scan with it.
+    /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a
+    /// scan with it.
     pub unread: Vec<(usize, Fault)>,
     /// The lists of global variables in text, by their files' names, with the names of their variables.
     pub lists: Vec<(String, Vec<String>)>,

@@ -1,4 +1,5 @@
-//! Bounds of random programs under a table in which stores count and one call, the probe, takes longer than all of them.
+//! Bounds of random programs under a table in which stores count and one call, the probe, takes longer than all of
+//! them.
 
 #![allow(dead_code, reason = "not every test binary has random programs of this kind")]
 

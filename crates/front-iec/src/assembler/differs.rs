@@ -29,15 +29,16 @@ impl Assembler {
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
     }
 
-    /// A bit that is true unless [`Assembler::settle`] finds that what it is asked for makes no difference; the instruction that
-    /// writes it.
+    /// A bit that is true unless [`Assembler::settle`] finds that what it is asked for makes no difference; the
+    /// instruction that writes it.
     pub(crate) fn unless_settled(&mut self, value: Logic) -> (Logic, usize) {
         let cell = self.bit_between();
         let at = self.write(vec![Write::Bit(BitTarget::Cell(cell), value)]);
         (Logic::cell(cell), at)
     }
 
-    /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every call.
+    /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every
+    /// call.
     pub(crate) fn settle(&mut self, own: &RegionSet) {
         let open = std::mem::take(&mut self.open_ends);
         let mut asked = BTreeSet::new();

@@ -26,8 +26,8 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
     all(parts).not()
 }
 
-/// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart is
-/// carried out, behind the evolution. `net`: how its steps follow each other on every controller that it may run on.
+/// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart
+/// is carried out, behind the evolution. `net`: how its steps follow each other on every controller that it may run on.
 pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
@@ -78,8 +78,8 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
     found
 }
 
-/// Sets of which no two are together, so that each pair that is apart is in one of them. `together`: for each member, those
-/// that it can be together with.
+/// Sets of which no two are together, so that each pair that is apart is in one of them. `together`: for each member,
+/// those that it can be together with.
 fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {
     let count = together.len();
     let mut found = Vec::new();
@@ -111,8 +111,8 @@ fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {
     found
 }
 
-/// That no two of some steps are active. Of many, that no two halves have one: a clause for each pair would be a million for
-/// 1,500 steps.
+/// That no two of some steps are active. Of many, that no two halves have one: a clause for each pair would be a
+/// million for 1,500 steps.
 fn at_most_one(steps: &[Cell], found: &mut Vec<Logic>) {
     if steps.len() <= PAIRWISE {
         let pairs = steps.iter().enumerate().flat_map(|(at, &one)| {
@@ -197,8 +197,8 @@ fn controlled(memory: &Memory, action: &ActionMemory, always_acts: bool) -> Vec<
         }
     }
     if always_acts {
-        // Whether it was on follows from what lasts, but for pulses, for blocks that overrule each other, and where R holds
-        // off only what is stored.
+        // Whether it was on follows from what lasts, but for pulses, for blocks that overrule each other, and where R
+        // holds off only what is stored.
         let free = || action.active(memory, Qualifier::R).not();
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
         let alone = Logic::Const(blocks < 2);

@@ -1,5 +1,5 @@
-//! What both ways of lowering share: instructions, choices, values between instructions and what is resolved behind the last
-//! instruction. It knows neither names nor variables.
+//! What both ways of lowering share: instructions, choices, values between instructions and what is resolved behind the
+//! last instruction. It knows neither names nor variables.
 
 pub(crate) mod arithmetic;
 pub(crate) mod block;
@@ -75,8 +75,8 @@ pub(crate) struct Assembler {
     /// Those of `faults` that lowering has found, to take note of each once.
     noted_faults: HashSet<(usize, Fault)>,
     pub(crate) tally: Tally,
-    /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another way
-    /// than the standard.
+    /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another
+    /// way than the standard.
     pub(crate) readings: BTreeMap<&'static str, Cell>,
     pub(crate) open_ends: Vec<OpenEnd>,
     /// The presets of timers that are called without one.

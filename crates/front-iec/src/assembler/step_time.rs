@@ -1,5 +1,6 @@
-//! How long steps are active. While a step is, time goes on once a scan, so that all that ask for it in one scan see the same.
-//! What is left of it when the step has ended, controllers differ: its last time, as the standard has it, or 0.
+//! How long steps are active. While a step is, time goes on once a scan, so that all that ask for it in one scan see
+//! the same. What is left of it when the step has ended, controllers differ: its last time, as the standard has it, or
+//! 0.
 
 use super::memory::{Memory, all, any};
 use super::timer::{double, put};

@@ -22,8 +22,8 @@ pub(crate) fn put(first: Cell, number: Number) -> Write {
 }
 
 impl Assembler {
-    /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which it
-    /// begins, unless its time may be 0.
+    /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which
+    /// it begins, unless its time may be 0.
     pub(crate) fn timer(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
         let (Some(input), Some(preset), Some(q), Some(elapsed), Some(was)) =
             (cell(Pin::In), cell(Pin::Pt), cell(Pin::Q), cell(Pin::Et), cell(Pin::Was))
@@ -48,7 +48,8 @@ impl Assembler {
         let zero = || signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         let q_before = self.keep_bit(Logic::cell(q));
         let was_on = self.keep_bit(Logic::cell(was));
-        // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do not.
+        // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do
+        // not.
         let (changes, at) = self.unless_settled(Logic::Const(true));
         self.open_ends.push(OpenEnd::Preset { at, preset });
         let anew = self.differs("timers that are over ask for a new time");

@@ -1,6 +1,6 @@
 //! The order in which what a chart executes in one scan comes: the standard does not say it, and controllers differ.
-//! Actions of which one writes what another one reads or writes are lowered once for each order, of which one is taken in
-//! a run; all others are lowered once.
+//! Actions of which one writes what another one reads or writes are lowered once for each order, of which one is taken
+//! in a run; all others are lowered once.
 
 use super::memory::all;
 use super::{Assembler, OpenEnd, Turn};
@@ -93,8 +93,8 @@ pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round>
     .collect()
 }
 
-/// What so many steps of a chart carry out: in its order, or any two the other way round where two may be active at once.
-/// `may_be_any`: whether the steps that are active may be any, whatever the chart says.
+/// What so many steps of a chart carry out: in its order, or any two the other way round where two may be active at
+/// once. `may_be_any`: whether the steps that are active may be any, whatever the chart says.
 pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Round> {
     let round = |of| Round { order: (0..count).collect(), ended: None, of: Some(of) };
     match is_sequence(chart) && !may_be_any {
@@ -103,7 +103,8 @@ pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Rou
     }
 }
 
-/// Whether exactly one step is active whatever happens: the chart begins with one, and each transition leads from one to one.
+/// Whether exactly one step is active whatever happens: the chart begins with one, and each transition leads from one
+/// to one.
 fn is_sequence(chart: &Chart) -> bool {
     chart.steps.iter().filter(|step| step.initial).count() == 1
         && chart.transitions.iter().all(|one| one.from.len() == 1 && one.to.len() == 1)

@@ -53,8 +53,8 @@ impl Located {
     pub(super) fn new(spot: &Spot, kind: Option<Kind>, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
         let (area, mut taken) = bits(&address)?;
-        // A structure or an array takes more than its first part, and so does what is larger than its address says. Where
-        // there are several bits, each may take a byte.
+        // A structure or an array takes more than its first part, and so does what is larger than its address says.
+        // Where there are several bits, each may take a byte.
         let [bits, words] = spot.tag.of.size()?;
         let bit = if bits > 1 { 8 } else { 1 };
         let size = match kind {

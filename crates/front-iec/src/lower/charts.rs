@@ -100,8 +100,8 @@ impl<'t> Lower<'t> {
         }))
     }
 
-    /// Refuses what is asked of a chart in whose place an instance executes another one: the other one may have a step of the
-    /// same name.
+    /// Refuses what is asked of a chart in whose place an instance executes another one: the other one may have a step
+    /// of the same name.
     fn is_one_chart(&self, instance: usize, chart: RoutineId, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let unit = self.instances[instance].unit;
@@ -140,8 +140,8 @@ impl<'t> Lower<'t> {
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
         self.times_go_on(&own.memory);
-        // matiec evaluates transitions in the first scan, too, and enters no step then. It takes actions as they are declared,
-        // and has no charts that begin anew with every call, nor those of CODESYS and TwinCAT.
+        // matiec evaluates transitions in the first scan, too, and enters no step then. It takes actions as they are
+        // declared, and has no charts that begin anew with every call, nor those of CODESYS and TwinCAT.
         let may_be_matiec = !self.options.charts.actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared))
             && !self.charts.begun_anew.contains(&at.instance);
@@ -258,7 +258,8 @@ impl<'t> Lower<'t> {
         self.assembler().builder.add(Some(key), effects, Step::Act { fires });
     }
 
-    /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions behind it.
+    /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions
+    /// behind it.
     fn flags_end_early(&mut self, memory: &Memory, from: &[usize], clears: Cell) {
         if self.options.charts.actions_first {
             return;

@@ -123,7 +123,8 @@ impl Lower<'_> {
         Ok(true)
     }
 
-    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a call.
+    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a
+    /// call.
     pub(super) fn each_instance(
         &mut self,
         at: &Context,

@@ -94,8 +94,8 @@ impl Assembler {
         self.builder.add(None, Vec::new(), Step::Nothing)
     }
 
-    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked out
-    /// hold something that is not known.
+    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked
+    /// out hold something that is not known.
     pub(crate) fn give_constants(
         &mut self,
         at: Option<usize>,
@@ -129,8 +129,8 @@ impl Assembler {
         self.program().instructions[at].effects = effects;
     }
 
-    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a parameter
-    /// that somebody else may set.
+    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a
+    /// parameter that somebody else may set.
     pub(crate) fn note_first_values(
         &mut self,
         at: Option<usize>,

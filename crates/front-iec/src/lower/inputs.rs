@@ -1,5 +1,5 @@
-//! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan begins, whatever
-//! name it is read by. All but the largest of these variables are worked out from the others there.
+//! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan
+//! begins, whatever name it is read by. All but the largest of these variables are worked out from the others there.
 
 use super::Lower;
 use super::address::{Located, bits, meeting};
@@ -28,7 +28,8 @@ const MAX_CONSTRAINED: usize = 4096;
 /// Where variables that share bits get their values as the scan begins.
 pub(super) struct Image {
     at: usize,
-    /// Whether addresses count their own units, and whether words begin with their high byte, where it makes a difference.
+    /// Whether addresses count their own units, and whether words begin with their high byte, where it makes a
+    /// difference.
     readings: Option<[Logic; 2]>,
 }
 

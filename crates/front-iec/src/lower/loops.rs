@@ -35,7 +35,8 @@ struct Counting {
     end: Expr,
     far: i64,
     by: i64,
-    /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all values.
+    /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all
+    /// values.
     only_there: bool,
 }
 
@@ -101,8 +102,8 @@ impl Lower<'_> {
         self.value(at, &one)
     }
 
-    /// Gives a loop's variable its first value; that value, or none where it is what the variable holds then: one of another type
-    /// does not hold all, and another task may write it at once.
+    /// Gives a loop's variable its first value; that value, or none where it is what the variable holds then: one of
+    /// another type does not hold all, and another task may write it at once.
     fn first_of(
         &mut self,
         at: &Context,
@@ -133,7 +134,8 @@ impl Lower<'_> {
         })
     }
 
-    /// Behind a loop, its variable is beyond the end, or holds the last value with which it went round: controllers differ.
+    /// Behind a loop, its variable is beyond the end, or holds the last value with which it went round: controllers
+    /// differ.
     fn left_behind(
         &mut self,
         at: &Context,
@@ -229,8 +231,8 @@ impl Lower<'_> {
         out
     }
 
-    /// How often WHILE or REPEAT goes round, and whether that is only stated: by what it counts, by EXIT or RETURN at the end of
-    /// each turn, or as stated.
+    /// How often WHILE or REPEAT goes round, and whether that is only stated: by what it counts, by EXIT or RETURN at
+    /// the end of each turn, or as stated.
     fn turns_while(
         &mut self,
         at: &Context,
@@ -293,8 +295,8 @@ impl Lower<'_> {
         self.turns(at, variable, (First::Held, end, *by), (*far, fewest), line)
     }
 
-    /// How often a variable goes from one value to another, or one so far from that, by steps, but at least so often. It has no
-    /// end where the variable, beyond its end, would be beyond what its type holds: it begins anew there.
+    /// How often a variable goes from one value to another, or one so far from that, by steps, but at least so often.
+    /// It has no end where the variable, beyond its end, would be beyond what its type holds: it begins anew there.
     fn turns(
         &mut self,
         at: &Context,
@@ -418,8 +420,8 @@ impl Lower<'_> {
         Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help))
     }
 
-    /// What a loop counts that goes on while (or until) a condition holds: a variable that is compared with an end, and that
-    /// one statement of the body, which every turn comes to, moves by a constant.
+    /// What a loop counts that goes on while (or until) a condition holds: a variable that is compared with an end, and
+    /// that one statement of the body, which every turn comes to, moves by a constant.
     fn counting(
         &mut self,
         at: &Context,
@@ -555,8 +557,8 @@ impl Assembler {
             }
         };
         let count = Number::Add(Box::new(more), Box::new(constant(1, 2)));
-        // A count of more than 16 bits is the largest there is: beyond that, nothing is bounded. A difference that does not
-        // fit 31 bits comes out below 0.
+        // A count of more than 16 bits is the largest there is: beyond that, nothing is bounded. A difference that does
+        // not fit 31 bits comes out below 0.
         let words = self.copied(count, 2);
         let counted = Value::Number(DINT, Number::Words(words.clone()));
         let none = self.holds(Operator::Less, high_value, low_value, line)?;

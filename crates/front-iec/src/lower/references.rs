@@ -1,7 +1,9 @@
-//! References, pointers and interfaces: a word that says which of the variables is meant whose address the project takes.
+//! References, pointers and interfaces: a word that says which of the variables is meant whose address the project
+//! takes.
 //!
-//! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is done through
-//! a reference is done to each of them that it can mean, behind a test of the word; if there is one, without a test.
+//! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is
+//! done through a reference is done to each of them that it can mean, behind a test of the word; if there is one,
+//! without a test.
 
 use super::cells::encloses;
 use super::spots::{Context, Found, Instance, Spot};
@@ -279,8 +281,8 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy. An instance
-    /// that has such a variable is no part of one.
+    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy. An
+    /// instance that has such a variable is no part of one.
     fn is_no_copy(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let is_both = |id: VarId| tree.variable(id).section == Section::InOut;
@@ -351,7 +353,8 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Does something to each variable that the first reference of a path can mean; the value that it gives, if there is one.
+    /// Does something to each variable that the first reference of a path can mean; the value that it gives, if there
+    /// is one.
     pub(super) fn each_target(
         &mut self,
         at: &Context,

@@ -8,7 +8,8 @@ use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, RegionSet};
 
 impl Lower<'_> {
-    /// What is known of the state after power-up. `begins_with_more`: more is executed before the first scan than the tree has.
+    /// What is known of the state after power-up. `begins_with_more`: more is executed before the first scan than the
+    /// tree has.
     pub(super) fn power_up(&mut self, begins_with_more: bool) -> (PowerUp, Vec<FirstValue>) {
         let mut known = PowerUp {
             declares_latched: true,
@@ -26,7 +27,8 @@ impl Lower<'_> {
         let charts = self.charts.memories.iter().filter(|((of, _), _)| is_retained[*of]);
         known.latched.extend(charts.flat_map(|(_, memory)| memory.tag.regions()));
         for Instance { unit, spot } in &instances {
-            // What an instance's declaration gives to its parts is not followed: then no instance is known to begin with 0.
+            // What an instance's declaration gives to its parts is not followed: then no instance is known to begin
+            // with 0.
             if tree.gives_parts && tree.unit(*unit).kind != PouKind::Program {
                 continue;
             }
@@ -124,7 +126,8 @@ impl Lower<'_> {
             || spot.tag.regions().into_iter().all(|own| retained.contains(own))
     }
 
-    /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of instances.
+    /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of
+    /// instances.
     fn retained_regions(&self) -> RegionSet {
         let tree = self.tree;
         let mut found = Vec::new();

@@ -16,7 +16,7 @@ use scanbound_ir::{
 
 /// The largest number of cells of a block that is modelled exactly; a larger block is havocked.
 const MAX_PLACES: i64 = 512;
-/// The largest number of characters of a constant text that is compared exactly.
+/// The largest number of characters of a constant text that is stored exactly.
 const LONGEST_CONSTANT: usize = 32;
 
 impl Lowering<'_> {

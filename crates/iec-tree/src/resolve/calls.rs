@@ -186,8 +186,8 @@ impl Resolver<'_> {
         Ok(Expr { kind: ExprKind::Call(Box::new(call)), ty, line })
     }
 
-    /// Refuses a call that leaves out an input which another declaration of the method gives another value: which declaration
-    /// the call sees is not told.
+    /// Refuses a call that leaves out an input which another declaration of the method gives another value: which
+    /// declaration the call sees is not told.
     fn has_one_default(
         &self,
         unit: UnitId,
@@ -385,8 +385,8 @@ impl Resolver<'_> {
         })
     }
 
-    /// Refuses an instance that becomes one of another type, of a block that its own extends: its own methods and actions would
-    /// be called there.
+    /// Refuses an instance that becomes one of another type, of a block that its own extends: its own methods and
+    /// actions would be called there.
     pub(super) fn has_own_type(
         &self,
         name: &str,

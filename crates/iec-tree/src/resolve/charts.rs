@@ -19,7 +19,8 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let names = chart.actions();
     let mut alphabetical: Vec<usize> = (0..names.len()).collect();
     alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
-    // Boolean variables come first, then what is declared, then what stands in blocks themselves or belongs to instances.
+    // Boolean variables come first, then what is declared, then what stands in blocks themselves or belongs to
+    // instances.
     let rank = |&at: &usize| {
         let name = &names[at];
         let own = pou.actions.iter().position(|one| same(&one.name, name));

@@ -202,8 +202,8 @@ impl Resolver<'_> {
             .or_else(|| self.static_of_base(scope.unit?, name))
     }
 
-    /// The variable of which a base has one for all instances (VAR_STAT). It is a global one with the name of the base before its
-    /// own.
+    /// The variable of which a base has one for all instances (VAR_STAT). It is a global one with the name of the base
+    /// before its own.
     fn static_of_base(&self, unit: UnitId, name: &str) -> Option<VarId> {
         self.tree.unit(unit).base?;
         let bases = self.tree.lineage(unit).into_iter().skip(1);
@@ -565,8 +565,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Refuses what names, from outside, a variable that an instance's calls hand over in and out: what the last call handed over
-    /// is meant.
+    /// Refuses what names, from outside, a variable that an instance's calls hand over in and out: what the last call
+    /// handed over is meant.
     pub(super) fn names_handed(&self, variable: VarId, line: u32) -> Result<(), Fault> {
         let one = self.tree.variable(variable);
         if one.section != Section::InOut {

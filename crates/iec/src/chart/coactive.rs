@@ -1,5 +1,5 @@
-//! Which steps and actions can be active at the same time, by parallel sequences and by stored actions alike; and what is
-//! wrong with how a chart hangs together.
+//! Which steps and actions can be active at the same time, by parallel sequences and by stored actions alike; and what
+//! is wrong with how a chart hangs together.
 
 use super::{Chart, Qualifier};
 use crate::show;
@@ -63,8 +63,8 @@ pub enum Finding {
     NeverActive(usize),
     /// A transition never clears, since its steps are never active together.
     NeverClears(usize),
-    /// A transition never clears, since its condition asks for step flags that are never so while its steps are active: the
-    /// steps, and whether each is to be active.
+    /// A transition never clears, since its condition asks for step flags that are never so while its steps are active:
+    /// the steps, and whether each is to be active.
     NeverTrue(usize, Vec<(usize, bool)>),
     /// Steps that are active, and that no transition leads out of, on this way.
     Deadlock(Vec<usize>, Vec<usize>),
@@ -178,7 +178,8 @@ fn together(net: &Net, reached: &Reachability) -> (Basis, Vec<Bits>) {
         let everything: Vec<usize> = (0..net.places).collect();
         vec![Bits::of(net.places, &everything); net.places]
     };
-    // Where transitions fire in sets that share what they take, every marking is seen, also those that are entered twice.
+    // Where transitions fire in sets that share what they take, every marking is seen, also those that are entered
+    // twice.
     if !reached.unsafe_places.is_empty() && !net.shares() {
         return (Basis::Unsafe(reached.markings), all());
     }
@@ -240,8 +241,8 @@ fn findings(
     }
 }
 
-/// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or else
-/// all; nothing if its steps are never active together.
+/// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or
+/// else all; nothing if its steps are never active together.
 fn in_vain(one: &Transition, reached: &Reachability) -> Option<Vec<(usize, bool)>> {
     let with =
         reached.visited().filter(|marking| one.inputs.iter().all(|&step| marking.contains(step)));

@@ -38,8 +38,8 @@ impl Chart {
         self.steps.iter().position(|step| same(&step.name, name))
     }
 
-    /// The steps of which one has to be active for the flag of this name to be true: the step of this name, or those that
-    /// stand in the place of a macro step.
+    /// The steps of which one has to be active for the flag of this name to be true: the step of this name, or those
+    /// that stand in the place of a macro step.
     #[must_use]
     pub fn flagged(&self, name: &str) -> Option<Vec<usize>> {
         let own = self.macros.iter().find(|one| same(&one.name, name));
@@ -85,8 +85,8 @@ impl Chart {
         net
     }
 
-    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec). Conditions
-    /// behind it see the step as off, but for those of transitions that would need one of its steps, too.
+    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec).
+    /// Conditions behind it see the step as off, but for those of transitions that would need one of its steps, too.
     #[must_use]
     pub fn net_of_any(&self) -> Net {
         let mut net = self.net();
@@ -157,8 +157,8 @@ impl Chart {
             .filter(move |(_, block)| block.target.is_named(action))
     }
 
-    /// What feeds the control of an action: the steps of blocks with the same qualifier and the same time come in together,
-    /// as the standard's block has one input for each qualifier.
+    /// What feeds the control of an action: the steps of blocks with the same qualifier and the same time come in
+    /// together, as the standard's block has one input for each qualifier.
     #[must_use]
     pub fn inputs_of(&self, action: &str) -> Vec<Feed> {
         let mut found: Vec<Feed> = Vec::new();

@@ -67,7 +67,8 @@ pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
     whole(text, line, |cursor| il::value(cursor, &[]))
 }
 
-/// Reads the variables of a unit's declaration as text: all of its sections (`VAR ... END_VAR`), whatever stands around them.
+/// Reads the variables of a unit's declaration as text: all of its sections (`VAR ... END_VAR`), whatever stands around
+/// them.
 ///
 /// # Errors
 /// Their first fault.
@@ -98,7 +99,8 @@ pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
     }
 }
 
-/// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not ASCII.
+/// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not
+/// ASCII.
 pub fn reads_alike(one: &str, other: &str) -> bool {
     let plain = |text: &str| -> String {
         text.split(|c: char| !c.is_ascii())
