@@ -210,6 +210,8 @@ pub enum Expr {
     List(Listing, Vec<Argument>),
     /// A value that a list keeps ([`Kind::Keep`]).
     Kept(Temp),
+    /// What an element of a drawn condition gives.
+    Held(Box<Held>),
     /// What cannot be read, and why.
     Unread(String),
 }
@@ -223,6 +225,17 @@ pub struct Temp {
     pub merges: bool,
     /// Where it comes from, for messages.
     pub text: String,
+}
+
+/// What a block, or a contact that looks at an edge, of a drawn condition gives, where an action executes it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Held {
+    /// The condition, by a name of its own within the unit.
+    pub part: String,
+    /// The `localId` of the block or contact.
+    pub local_id: String,
+    /// Which output of the block; none of a contact.
+    pub output: Option<String>,
 }
 
 /// What the values of a list are for.
@@ -278,7 +291,11 @@ impl Expr {
     #[must_use]
     pub fn operands(&self) -> Vec<&Expr> {
         match self {
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) | Expr::Unread(_) => Vec::new(),
+            Expr::Literal(_)
+            | Expr::Variable(_)
+            | Expr::Kept(_)
+            | Expr::Held(_)
+            | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {
@@ -290,7 +307,11 @@ impl Expr {
     /// The same, to be changed.
     pub fn operands_mut(&mut self) -> Vec<&mut Expr> {
         match self {
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) | Expr::Unread(_) => Vec::new(),
+            Expr::Literal(_)
+            | Expr::Variable(_)
+            | Expr::Kept(_)
+            | Expr::Held(_)
+            | Expr::Unread(_) => Vec::new(),
             Expr::Not(inner) | Expr::Negate(inner) => vec![inner],
             Expr::Binary(_, left, right) => vec![left, right],
             Expr::Call(_, given) | Expr::List(_, given) => {

@@ -28,16 +28,6 @@ pub struct Goal {
     pub from: Vec<Connection>,
 }
 
-/// The variable that holds what a block (or an edge, without an output) of a drawn condition gives. No program can
-/// write such a name.
-#[must_use]
-pub fn held(part: &str, one: &Element, output: Option<&str>) -> String {
-    match output {
-        Some(output) => format!("output {output} of block {} in {part}", one.local_id),
-        None => format!("edge at {} in {part}", one.local_id),
-    }
-}
-
 /// An element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {

@@ -80,6 +80,10 @@ pub fn expr(one: &Expr) -> String {
         Expr::List(Listing::Elements, given) => format!("[{}]", arguments(given)),
         Expr::List(_, given) => format!("({})", arguments(given)),
         Expr::Kept(kept) => kept.text.clone(),
+        Expr::Held(held) => match &held.output {
+            Some(output) => format!("output {output} of block {} in {}", held.local_id, held.part),
+            None => format!("edge at {} in {}", held.local_id, held.part),
+        },
         Expr::Unread(why) => format!("what cannot be read ({why})"),
     }
 }
@@ -88,13 +92,10 @@ pub fn expr(one: &Expr) -> String {
 #[must_use]
 pub fn formless(one: &Expr) -> Option<String> {
     let hidden = |path: &Path| {
-        let inner = path.rest.iter().find_map(|part| match part {
+        path.rest.iter().find_map(|part| match part {
             Part::Index(indices) => indices.iter().find_map(formless),
             _ => None,
-        });
-        let own = path.first.contains(' ');
-        own.then(|| "a part of it keeps a result for itself, which has no form in text".to_owned())
-            .or(inner)
+        })
     };
     match one {
         Expr::Literal(_) => None,
@@ -105,7 +106,7 @@ pub fn formless(one: &Expr) -> Option<String> {
             hidden(function).or_else(|| given.iter().find_map(|one| formless(&one.value)))
         }
         Expr::List(_, given) => given.iter().find_map(|one| formless(&one.value)),
-        Expr::Kept(_) => {
+        Expr::Kept(_) | Expr::Held(_) => {
             Some("a part of it keeps a result for itself, which has no form in text".to_owned())
         }
         Expr::Unread(why) => Some(format!("it cannot be read: {why}")),

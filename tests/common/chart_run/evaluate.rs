@@ -63,6 +63,7 @@ impl Memory {
             | Expr::Call(..)
             | Expr::List(..)
             | Expr::Kept(_)
+            | Expr::Held(_)
             | Expr::Unread(_) => Err(format!("{} is not carried out here", show::expr(expr))),
         }
     }

@@ -3,8 +3,9 @@
 use super::given::Given;
 use super::paths::{Found, property_here, start};
 use super::resolver::{Resolver, Scope, unknown_name};
+use crate::blocks::Pin;
 use crate::standard::{beside, operated};
-use crate::tree::{Expr, ExprKind, Place, Root};
+use crate::tree::{Expr, ExprKind, Place, Root, Step};
 use crate::types::{Elementary, Kind, Refers, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Literal, Operator};
@@ -77,6 +78,17 @@ impl Resolver<'_> {
                 let ty = self.tree.temporaries[id.index()].ty;
                 let place = start(Root::Temporary(id), ty);
                 (ExprKind::Read(Place { text: kept.text.as_str().into(), ..place }), ty)
+            }
+            ast::Expr::Held(held) => {
+                let known = scope.unit.and_then(|unit| self.held.get(&(unit, (**held).clone())));
+                let Some(&known) = known else { return Err(unknown_name(line, &show::expr(one))) };
+                let mut place = self.start(known);
+                if held.output.is_none() {
+                    place.steps.push(Step::Pin(Pin::Q));
+                    place.ty = self.bool();
+                }
+                let ty = place.ty;
+                (ExprKind::Read(place), ty)
             }
             ast::Expr::Unread(why) => {
                 let told = format!("a condition cannot be read: {why}");

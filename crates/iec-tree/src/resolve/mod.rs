@@ -33,6 +33,7 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, Variable as Declared, same};
+use std::collections::BTreeMap;
 pub use unknown_types::list_unknown_types;
 
 /// The typed tree of a project whose declarations have no faults.
@@ -44,7 +45,8 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         constants: Constants::new(project),
         tree: Tree { gives_parts: tasks::gives_parts(project), ..Tree::default() },
         index: Index::new(project),
-        listed: std::collections::BTreeMap::new(),
+        listed: BTreeMap::new(),
+        held: BTreeMap::new(),
         before: Vec::new(),
         is_code: false,
         meanings: ambiguous::meanings(project),

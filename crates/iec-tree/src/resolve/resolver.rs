@@ -2,10 +2,11 @@
 
 use super::index::{ByName, Index};
 use crate::constants::Constants;
-use crate::ids::{RoutineId, TempId, UnitId};
+use crate::ids::{RoutineId, TempId, UnitId, VarId};
 use crate::tree::{Call, Tree};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::StatedCall;
+use scanbound_iec::ast::Held;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Project, Section, TypeRef, Variable as Declared};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,6 +20,8 @@ pub(super) struct Resolver<'p> {
     pub(super) index: Index,
     /// Those that a list keeps, by their numbers.
     pub(super) listed: BTreeMap<u32, TempId>,
+    /// The variables that drawn conditions read, by units.
+    pub(super) held: BTreeMap<(UnitId, Held), VarId>,
     /// Calls of properties of which a part is named: they come before what names it.
     pub(super) before: Vec<Call>,
     /// Whether code is resolved, not declarations.

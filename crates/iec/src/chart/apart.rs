@@ -19,7 +19,7 @@ pub fn calls_nothing(chart: &Chart) -> bool {
     fn is_quiet(expr: &Expr) -> bool {
         match expr {
             Expr::Call(..) | Expr::List(..) | Expr::Unread(_) => false,
-            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) => true,
+            Expr::Literal(_) | Expr::Variable(_) | Expr::Kept(_) | Expr::Held(_) => true,
             Expr::Not(inner) | Expr::Negate(inner) => is_quiet(inner),
             Expr::Binary(_, left, right) => is_quiet(left) && is_quiet(right),
         }
@@ -52,6 +52,7 @@ fn excludes((one, is): &Part<'_>, (other, other_is): &Part<'_>) -> bool {
         (Expr::Variable(left), Expr::Variable(right)) => {
             is != other_is && is_plain(one) && crate::same(&show::path(left), &show::path(right))
         }
+        (Expr::Held(left), Expr::Held(right)) => is != other_is && left == right,
         (Expr::Binary(first, left, low), Expr::Binary(second, right, high)) => {
             let (Expr::Variable(left_path), Expr::Variable(right_path)) = (&**left, &**right)
             else {

@@ -3,10 +3,8 @@
 
 use super::drawn::drawing;
 use super::reading::Reading;
-use crate::ast::{Argument, Expr, Path};
-use crate::drawing::{
-    Block, Connection, Drawing, Element, ElementId, ElementKind, Given, Goal, held,
-};
+use crate::ast::{Argument, Expr, Held};
+use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given, Goal};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;
@@ -176,7 +174,7 @@ impl<'d> Walk<'d> {
                     (Some(_), None) => return Err(self.remembers(one.line)),
                     (Some(_), Some(part)) => {
                         self.acts = true;
-                        Expr::Variable(Path::name(held(part, one, None)).with("Q"))
+                        held(part, one, None)
                     }
                 };
                 Ok(way.and(negated(value, one.negated_in)))
@@ -236,7 +234,7 @@ impl<'d> Walk<'d> {
             }
             (Some(part), None) => {
                 self.acts = true;
-                Expr::name(held(part, one, Some(named)))
+                held(part, one, Some(named))
             }
         };
         Ok(if is_negated && !is_enable { value.not() } else { value })
@@ -268,6 +266,14 @@ impl<'d> Walk<'d> {
         }
         Ok(Expr::Call(block.function.clone()?, given))
     }
+}
+
+fn held(part: &str, one: &Element, output: Option<&str>) -> Expr {
+    Expr::Held(Box::new(Held {
+        part: part.to_owned(),
+        local_id: one.local_id.clone(),
+        output: output.map(str::to_owned),
+    }))
 }
 
 fn is_enable(one: &Argument) -> bool {

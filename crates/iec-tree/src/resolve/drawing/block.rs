@@ -265,7 +265,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         let key = self.result_key((id, named));
         let variable = self.variable(key, ty);
-        self.name_for_condition(variable, one, Some(named));
+        self.note_for_condition(variable, one, Some(named));
         Ok(())
     }
 

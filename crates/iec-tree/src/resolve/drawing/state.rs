@@ -12,7 +12,8 @@ use crate::show;
 use crate::tree::{Statement, StatementKind};
 use crate::types::TypeId;
 use scanbound_base::code::Code;
-use scanbound_iec::drawing::{Drawing, Element, ElementId, ElementKind, held};
+use scanbound_iec::ast::Held as HeldOutput;
+use scanbound_iec::drawing::{Drawing, Element, ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -230,10 +231,12 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         id
     }
 
-    /// Lets the condition that is drawn find a variable by the name that its reader gave it.
-    pub(super) fn name_for_condition(&mut self, id: VarId, one: &Element, output: Option<&str>) {
+    /// Notes a variable that the condition reads whose drawing this is.
+    pub(super) fn note_for_condition(&mut self, id: VarId, one: &Element, output: Option<&str>) {
         if let (Some(goal), Some(unit)) = (&self.sheet.drawing.goal, self.sheet.scope.unit) {
-            self.resolver.index.add_member(unit, &held(&goal.part, one, output), id);
+            let (part, local_id) = (goal.part.clone(), one.local_id.clone());
+            let held = HeldOutput { part, local_id, output: output.map(str::to_owned) };
+            self.resolver.held.insert((unit, held), id);
         }
     }
 

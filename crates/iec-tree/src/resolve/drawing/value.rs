@@ -346,7 +346,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let key = self.next_key(Use::Edge, of);
         let id = self.variable(key, ty);
         if key.2 == 1 && of.1.is_empty() {
-            self.name_for_condition(id, one, None);
+            self.note_for_condition(id, one, None);
         }
         let place = self.resolver.start(id);
         let touched = self.resolver.touched_by(&value.expr);
