@@ -44,7 +44,9 @@ fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
 impl Draft {
     /// The chart. The charts of macro steps stand in their places.
     ///
-    /// # Errors The first fault: a step that is not there, or twice, a transition without steps, no initial step, a
+    /// # Errors
+    ///
+    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a
     /// macro step of which it is not clear where it is entered or left.
     pub fn finish(self) -> Result<Chart, Fault> {
         let line = self.line;
