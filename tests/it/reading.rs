@@ -113,7 +113,7 @@ fn rows(title: &str, heads: &Heads, program: &[Line]) -> Vec<Vec<String>> {
     let row = |cells: &[&str]| cells.iter().map(|&cell| cell.to_owned()).collect::<Vec<_>>();
     let mut out = vec![row(&[title]), row(&heads.cpu), row(&heads.columns)];
     for (index, line) in program.iter().enumerate() {
-        let step = (index * 2).to_string();
+        let step = index.to_string();
         if let Some(statement) = &line.statement {
             out.push(row(&[&step, statement, "", "", "", "", ""]));
         }
@@ -395,6 +395,23 @@ fn a_file_cut_anywhere_is_never_taken() {
             assert!(found.is_err(), "{form:?} cut to {length} of {}: {found:?}", bytes.len());
         }
     }
+}
+
+#[test]
+fn rows_that_are_missing_are_an_error() {
+    for (rows, line, message) in [
+        ("5,,LD,X0,,,\n6,,OUT,Y0,,,\n7,,END,,,,\n", 4, "steps 0 to 4 are missing"),
+        ("0,,LD,X0,,,\n2,,OUT,Y0,,,\n3,,END,,,,\n", 5, "step 1 is missing"),
+        ("0,,LD,X0,,,\n1,,OUT,Y0,,,\n150,,LD,X1,,,\n151,,END,,,,\n", 6, "steps 2 to 149"),
+        ("0,,LD,X0,,,\n1,,ANB,,,,\n9,,OUT,Y0,,,\n10,,END,,,,\n", 6, "steps 2 to 8"),
+    ] {
+        let faults = read("a.csv", works2(rows)).expect_err("a fault");
+        assert_eq!(codes(&faults), [("step-order", Some(line))], "{rows}");
+        assert!(faults[0].message.starts_with(message), "{}", faults[0].message);
+    }
+    // Statements, notes and most instructions occupy several steps.
+    let rows = "0,filling,,,,,\n9,,LD,X0,,,\n10,,OUT,T0 K10,,,\n14,,LD,D0.1,,,\n16,,OUT,Y0,,,\n40,,END,,,,\n";
+    assert!(read("a.csv", works2(rows)).is_ok());
 }
 
 #[test]

@@ -60,6 +60,8 @@ pub struct Cycle {
     pub interrupts: Picos,
     /// A lower bound on the constant scan time: some scan waits until this time has passed.
     pub lower: Option<Picos>,
+    /// The scan that was found to wait for the constant scan time. `None` if there is none, or the time is stated.
+    pub waits: Option<WaitingScan>,
     /// The instructions that set the constant scan time.
     pub settings: Vec<SettingUse>,
     /// The instructions that switch the constant scan on.
@@ -72,6 +74,15 @@ pub struct Cycle {
     pub is_stated: bool,
     /// The name of the CPU parameter that may set a constant scan time, if it is not stated whether it does.
     pub unstated: Option<&'static str>,
+}
+
+/// A scan of a run from power-up in which the inputs do not change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WaitingScan {
+    /// The number of the scan; the first one after power-up has the number 1.
+    pub number: usize,
+    /// Whether all inputs are on. If not, all are off.
+    pub inputs_on: bool,
 }
 
 impl Cycle {

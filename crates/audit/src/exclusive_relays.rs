@@ -44,6 +44,9 @@ impl fmt::Display for StartUnknown {
     }
 }
 
+/// The most words of a result that count as written as a whole.
+const LONGEST_RESULT: u32 = 64;
+
 /// The relays of a program that only the program writes, so that it determines their values.
 pub struct ExclusiveRelays<'p> {
     program: &'p Program,
@@ -52,6 +55,9 @@ pub struct ExclusiveRelays<'p> {
     written: BTreeSet<BitTarget>,
     /// The relays into which an instruction writes an unknown value.
     unknown: BTreeSet<BitTarget>,
+    /// The words that instructions write as a whole, and those of them that take the result of an operation.
+    words: BTreeSet<Cell>,
+    computed: BTreeSet<Cell>,
     /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,
     /// The words of I/O points that serve outputs: the program writes them and reads no bit of them that it does not
@@ -68,6 +74,8 @@ impl<'p> ExclusiveRelays<'p> {
             trust,
             written: BTreeSet::new(),
             unknown: BTreeSet::new(),
+            words: BTreeSet::new(),
+            computed: BTreeSet::new(),
             later: Vec::new(),
             outputs: BTreeSet::new(),
         };
@@ -84,11 +92,26 @@ impl<'p> ExclusiveRelays<'p> {
                         // Data that is delivered later is written at any moment after the request.
                         let at_once = program.indexed.contains_key(choice)
                             || matches!(program.kinds.get(choice), Some(ChoiceKind::Exact(_)));
-                        if !at_once {
-                            exclusive.later.push(*region);
+                        match *region {
+                            _ if !at_once => exclusive.later.push(*region),
+                            Region::Range { first, count } if count <= LONGEST_RESULT => {
+                                exclusive.words.extend((0..count).map(|n| first.plus(n)));
+                                exclusive.computed.extend((0..count).map(|n| first.plus(n)));
+                            }
+                            _ => {}
                         }
                     }
                     Write::Words(targets, number) => {
+                        let words = || {
+                            targets.iter().filter_map(|target| match *target {
+                                WordTarget::Cell(cell) => Some(cell),
+                                WordTarget::Bits { .. } | WordTarget::Discard => None,
+                            })
+                        };
+                        exclusive.words.extend(words());
+                        if number.words().any(|word| matches!(word, WordSource::Free(_))) {
+                            exclusive.computed.extend(words());
+                        }
                         if takes_any_value(program, number) {
                             exclusive.later.extend(targets.iter().filter_map(range));
                         }
@@ -107,45 +130,80 @@ impl<'p> ExclusiveRelays<'p> {
     }
 
     /// Whether a bit holds at the start of a scan what the scan before left, even if that scan wrote an unknown value
-    /// to it, as timers do to their contacts.
+    /// to it, as timers do to their contacts. A latched bit may hold what an earlier run left.
     #[must_use]
     pub fn is_left_by_scan(&self, bit: BitTarget) -> bool {
-        match self.start_unknown(bit) {
-            None => true,
-            Some(StartUnknown::AnyValue) => {
-                !self.later.iter().any(|region| region.contains(bit.cell()))
-            }
-            Some(_) => false,
-        }
+        let cell = bit.cell();
+        let is_own = self.is_own(cell).is_ok() || self.is_own_flag(cell);
+        self.written.contains(&bit) && is_own && !self.is_written_later(cell)
+    }
+
+    /// As [`Self::is_left_by_scan`], of a word that the program writes as a whole.
+    #[must_use]
+    pub fn is_word_left_by_scan(&self, cell: Cell) -> bool {
+        self.words.contains(&cell) && self.is_own(cell).is_ok() && !self.is_written_later(cell)
+    }
+
+    /// Whether an instruction writes a value to this bit that is not known before it is executed.
+    #[must_use]
+    pub fn takes_any_value(&self, bit: BitTarget) -> bool {
+        self.unknown.contains(&bit) || self.computed.contains(&bit.cell())
+    }
+
+    /// Whether a cell is a flag of a timer or counter that nothing else writes, even if power-up does not clear it.
+    fn is_own_flag(&self, cell: Cell) -> bool {
+        let program = self.program;
+        let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
+        let mut flags = program.timekeeping.instructions.values().map(|timed| timed.flag);
+        self.trust.trusts_exclusive_cell(program, cell)
+            && flags.any(|flag| flag == cell)
+            && !within(&program.volatile)
+            && !within(&program.external)
+    }
+
+    fn is_written_later(&self, cell: Cell) -> bool {
+        self.later.iter().any(|region| region.contains(cell))
     }
 
     /// Why the value of a bit at the start of a scan is unknown. `None` if it is what the scan before left.
     #[must_use]
     pub fn start_unknown(&self, bit: BitTarget) -> Option<StartUnknown> {
-        let (program, cell) = (self.program, bit.cell());
-        let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
-        if !self.trust.trusts_exclusive_cell(program, cell) {
-            return Some(StartUnknown::NotTrusted);
+        if let Err(unknown) = self.is_own(bit.cell()) {
+            return Some(unknown);
         }
-        if within(&program.power_up.latched) {
+        let power_up = &self.program.power_up;
+        if power_up.latched.iter().any(|region| region.contains(bit.cell())) {
             return Some(StartUnknown::Latched);
         }
+        if power_up.initial_value(bit.cell()) != 0 {
+            return Some(StartUnknown::Others);
+        }
+        if !self.written.contains(&bit) {
+            return Some(StartUnknown::NotWritten);
+        }
+        let is_unknown = self.unknown.contains(&bit) || self.is_written_later(bit.cell());
+        is_unknown.then_some(StartUnknown::AnyValue)
+    }
+
+    /// `Err` if others than the program may write a cell, or wrote it before the first scan.
+    fn is_own(&self, cell: Cell) -> Result<(), StartUnknown> {
+        let program = self.program;
+        let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));
+        if !self.trust.trusts_exclusive_cell(program, cell) {
+            return Err(StartUnknown::NotTrusted);
+        }
         if within(&program.power_up.inputs) && !self.is_output(cell) {
-            return Some(StartUnknown::Input);
+            return Err(StartUnknown::Input);
         }
         // A bit that is stated never to be 0 was set by others before the first scan.
         let is_set = program
             .stated_ranges
             .iter()
             .any(|range| range.cells.contains(&cell) && !(range.low..=range.high).contains(&0));
-        let is_other = program.power_up.initial_value(cell) != 0;
-        if is_set || is_other || !is_unwritten_elsewhere(program, cell) {
-            return Some(StartUnknown::Others);
+        if is_set || !is_unwritten_elsewhere(program, cell) {
+            return Err(StartUnknown::Others);
         }
-        if !self.written.contains(&bit) {
-            return Some(StartUnknown::NotWritten);
-        }
-        (self.unknown.contains(&bit) || within(&self.later)).then_some(StartUnknown::AnyValue)
+        Ok(())
     }
 }
 

@@ -79,7 +79,7 @@ mod what_if;
 
 pub use audit::Audit;
 pub use coactivity::coactivity;
-pub use cycle::{Cycle, SettingUse, Stretch, Watchdog};
+pub use cycle::{Cycle, SettingUse, Stretch, WaitingScan, Watchdog};
 pub use doubt::Doubt;
 pub use exactness::{Construct, Exactness, InexactUse, LanguageUse};
 pub use fact::{Fact, Status};

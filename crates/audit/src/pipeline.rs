@@ -12,7 +12,7 @@ use super::power_up;
 use super::priced::Priced;
 use super::proved::{self, Proved};
 use super::reachable;
-use super::real::{self, EarlyRuns};
+use super::real::{self, EarlyRuns, RunResults};
 use super::refinement::{Refinement, Runs};
 use super::request::{Progress, Request};
 use super::response::Delays;
@@ -246,6 +246,7 @@ impl SizeLimited {
             (model, structural_only) = model_of(&mut program, &mut prices, executed, &budget)?;
         }
         if !structural_only {
+            timers::note_gaps(&mut program, &prices, &model);
             let tighter = timer_edges::exclude(&mut program, &prices, &model, &budget);
             model = tighter.unwrap_or(model);
         }
@@ -469,11 +470,25 @@ impl SearchedProject<'_> {
             let (trust, longest) = (request.trusted(), (&witness, upper));
             let found = start_states::keep_possible(&search, prices, trust, longest, found);
             let mut found = found.map_err(Failure::Internal)?;
-            let is_sought = is_bounded && found.best.is_possible();
-            let run =
-                is_sought.then(|| power_up::run(&search, prices, request.trusted(), &mut found));
+            let sought = |found: &mut RunResults| {
+                let is_possible = trust == Trust::All || found.best.is_possible();
+                if is_bounded && is_possible {
+                    power_up::run(&search, prices, trust, found)
+                } else {
+                    Vec::new()
+                }
+            };
+            let mut run = sought(&mut found);
+            if run.is_empty() && trust == Trust::All {
+                // Whether timers have run for so long only a run shows.
+                let kept = start_states::keep_timers(&search, prices, trust, longest, &found);
+                if let Some(kept) = kept.map_err(Failure::Internal)? {
+                    found = kept;
+                    run = sought(&mut found);
+                }
+            }
             search.within(&found.best, upper).map_err(Failure::Internal)?;
-            Ok::<_, Failure>((found, run.unwrap_or_default()))
+            Ok::<_, Failure>((found, run))
         };
         let (explained, ran) = rayon::join(|| findings.explain(prepared), running);
         let (mut found, run) = ran?;
@@ -490,6 +505,7 @@ impl SearchedProject<'_> {
             prices,
             table,
             facts: request.facts,
+            trust: request.trusted(),
             model: model_of_scan,
         };
         let least = prices.least_times();

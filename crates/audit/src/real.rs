@@ -4,7 +4,7 @@
 use super::modelling::LONGEST_SCAN;
 use super::violations::Violations;
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::meaning::{ChoiceKind, Knowledge};
+use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use scanbound_model::groups::{groups, unused_constraints, witness};
 use scanbound_model::lower_bound::{Treatment, lower_bound_model};
@@ -14,7 +14,8 @@ use scanbound_replay::{FreeValues, RealRun, StopReason, Stopped, real};
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that a real run executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
@@ -290,10 +291,18 @@ impl RunSearch<'_> {
     /// range that the analysis proved.
     pub(super) fn real(&self, witness: &Witness) -> Result<RealRun, String> {
         let counts = counts(self.program);
-        let start = || Start { program: self.program, witness, counts: &counts };
+        let start = || Start { program: self.program, witness, counts: &counts, asked: None };
         let run = real(self.program, self.least, start, MAX_INSTRUCTIONS);
         self.agrees(&run)?;
         Ok(run)
+    }
+
+    /// The start values that a real run reads.
+    pub(super) fn started(&self, witness: &Witness) -> BTreeMap<Cell, u16> {
+        let (program, counts, asked) = (self.program, counts(self.program), RefCell::default());
+        let start = || Start { program, witness, counts: &counts, asked: Some(&asked) };
+        let _ = real(program, self.least, start, MAX_INSTRUCTIONS);
+        asked.into_inner()
     }
 
     /// Compares a real run with the analysis. `Err` if they contradict each other.
@@ -389,6 +398,10 @@ pub(super) fn standing(
 ) -> Treatment {
     let of = |choice| match program.kinds.get(&choice) {
         None if summary.contains(&choice) => Treatment::Free,
+        // The model knows each result that is defined.
+        Some(ChoiceKind::Exact(meaning)) if meaning.operation == Operation::Counted => {
+            Treatment::Unknown
+        }
         Some(
             ChoiceKind::External
             | ChoiceKind::StableExternal(_)
@@ -462,7 +475,7 @@ pub(super) fn other_starts(
     let named = found.witness.start.keys().copied();
     let cells: BTreeSet<Cell> =
         counts.iter().map(|&(_, cell)| cell).chain(stated).chain(named).collect();
-    let mut start = Start { program, witness: &found.witness, counts: &counts };
+    let mut start = Start { program, witness: &found.witness, counts: &counts, asked: None };
     let others = cells.into_iter().filter(|cell| !known.contains(cell));
     let others = others.filter_map(|cell| {
         let value = start.start(cell, program.area(cell.area).kind);
@@ -478,10 +491,12 @@ struct Start<'a> {
     program: &'a Program,
     witness: &'a Witness,
     counts: &'a [(usize, Cell)],
+    /// Where the values that the run reads are recorded.
+    asked: Option<&'a RefCell<BTreeMap<Cell, u16>>>,
 }
 
-impl FreeValues for Start<'_> {
-    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+impl Start<'_> {
+    fn value(&self, cell: Cell) -> u16 {
         if let Some(&value) = self.witness.start.get(&cell) {
             return value;
         }
@@ -493,6 +508,16 @@ impl FreeValues for Start<'_> {
             None if is_count => i16::MAX.cast_unsigned(),
             None => 0,
         }
+    }
+}
+
+impl FreeValues for Start<'_> {
+    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+        let value = self.value(cell);
+        if let Some(asked) = self.asked {
+            asked.borrow_mut().insert(cell, value);
+        }
+        value
     }
 
     fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {

@@ -1,21 +1,24 @@
 //! Keeps lower bounds from resting on scans that start in a state which no earlier scan leaves: an edge whose memory
-//! contradicts that of another instruction, or a timer that runs although its condition was off.
+//! contradicts that of another instruction, a timer that runs although its condition was off, or a counter beyond its
+//! setting.
 
 use super::exclusive_relays::ExclusiveRelays;
 use super::reachable;
-use super::real::{RunResults, RunSearch};
+use super::real::{self, RunResults, RunSearch};
 use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
+use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
     BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Witness, flow,
 };
 use scanbound_model::groups::witness;
-use scanbound_model::{Lit, ScanModel};
+use scanbound_model::lower_bound::{Treatment, lower_bound_model_with};
+use scanbound_model::{Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use scanbound_passes::values::Trust;
 use scanbound_scan::size_limits::SizeLimits;
-use scanbound_scan::{scan_model_to_end, scan_model_within};
+use scanbound_scan::{Purpose, lower_bound_scan_to_end, scan_model_to_end, scan_model_within};
 use scanbound_solve::Limits;
-use scanbound_solve::inductive::BitTransition;
-use scanbound_solve::predecessors::Predecessors;
+use scanbound_solve::predecessors::{Predecessors, StateBit};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -26,8 +29,9 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// The largest number of relays of the program whose states are examined.
+/// The most relays and words of the program whose states are examined.
 const MAX_RELAYS: usize = 200;
+const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some scan can leave the state in which it starts. `longest` is the start of the
 /// model's longest scan, which takes `upper`.
@@ -76,11 +80,20 @@ pub(super) fn keep_possible(
     if !found.best.is_possible() {
         return Ok(found);
     }
-    let Some((bits, mut states)) = states(search.program, prices, trust, &limits) else {
-        return Ok(found);
+    let knowledge = found.knowledge.clone();
+    let stricter = program.clone();
+    let left = States {
+        program: stricter.as_ref().unwrap_or(search.program),
+        times: prices.times(),
+        knowledge: &knowledge,
+        trust,
+        limits: &limits,
     };
+    let Some((bits, mut states)) = left.find() else { return Ok(found) };
     for _ in 0..MAX_ROUNDS {
-        let state = |(at, bit): (usize, &BitTarget)| Some((at, value(&found.witness, *bit)?));
+        let started = search.started(&found.witness);
+        let state =
+            |(at, bit): (usize, &BitTarget)| Some((at, bit_of(*started.get(&bit.cell())?, *bit)));
         let state: Vec<(usize, bool)> = bits.iter().enumerate().filter_map(state).collect();
         let Some(part) = states.excluded(&state) else { return Ok(found) };
         let holds = |&(bit, value): &(usize, bool)| {
@@ -98,6 +111,26 @@ pub(super) fn keep_possible(
     found.best.replay.total = Picos::ZERO;
     found.best.replay.events.clear();
     Ok(found)
+}
+
+/// The longest real run in which no timer runs out, in this scan or before it. `None` if that makes no difference.
+pub(super) fn keep_timers(
+    search: &RunSearch<'_>,
+    prices: &Prices,
+    trust: Trust,
+    longest: (&Witness, Picos),
+    found: &RunResults,
+) -> Result<Option<RunResults>, String> {
+    let mut expiries = search.program.timekeeping.expiries.values();
+    if !found.best.is_possible() || !expiries.any(Expiry::can_be_kept) {
+        return Ok(None);
+    }
+    let mut program = search.program.clone();
+    program.timekeeping.are_kept = true;
+    let kept = RunSearch { program: &program, ..*search };
+    let upper = longest.1;
+    let first = kept.run([longest.0, &found.witness], upper, found.knowledge.clone())?;
+    keep_possible(&kept, prices, trust, longest, first).map(Some)
 }
 
 /// Searches for the longest real run again, in a program that excludes more: first that of its model's longest scan.
@@ -129,91 +162,192 @@ fn earlier_choices(program: &Program) -> BTreeSet<ChoiceId> {
     keeping.untracked.iter().copied().filter(|choice| !is_timed(choice)).collect()
 }
 
-/// The value of a bit in the start state of a scan, if it is given.
-fn value(witness: &Witness, bit: BitTarget) -> Option<bool> {
-    let value = witness.start.get(&bit.cell())?;
-    Some(match bit {
+/// The value of a bit, from that of its cell.
+fn bit_of(value: u16, bit: BitTarget) -> bool {
+    match bit {
         BitTarget::Cell(_) => value & 1 == 1,
         BitTarget::WordBit(_, bit) => value >> bit & 1 == 1,
-    })
+    }
 }
 
-/// The bits that hold when a scan starts what the scan before left, and the solver that knows which of their states
-/// occur. `None` if there are no such bits, or the scan is too large.
-fn states<'a>(
-    program: &Program,
-    prices: &Prices,
+/// Finds which states a scan leaves.
+struct States<'a> {
+    program: &'a Program,
+    times: Vec<Times>,
+    /// What real runs showed about operations.
+    knowledge: &'a Knowledge,
     trust: Trust,
     limits: &'a Limits<'a>,
-) -> Option<(Vec<BitTarget>, Predecessors<'a>)> {
-    let is_over = || limits.reached();
-    let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
-    let times = prices.times();
-    let (model, _) = scan_model_to_end(program, &times, &size, &[]).ok()?;
-    let mut bits = memories(program, &model);
-    let mut relays = Vec::new();
-    if trust == Trust::All || !program.internal.is_empty() {
-        let exclusive = ExclusiveRelays::of(program, trust);
-        relays.extend(reachable::read(&model));
-        relays.retain(|&bit| exclusive.is_left_by_scan(bit) && !bits.contains(&bit));
-        relays.truncate(MAX_RELAYS);
+}
+
+impl<'a> States<'a> {
+    /// The bits that hold when a scan starts what the scan before left, and the solver that knows which of their states
+    /// occur. `None` if there are no such bits, or the scan is too large.
+    fn find(&self) -> Option<(Vec<BitTarget>, Predecessors<'a>)> {
+        let (model, _) = self.scan(&[], Purpose::LowerBound)?;
+        let memories = memories(self.program, &model);
+        let exclusive = ExclusiveRelays::of(self.program, self.trust);
+        // Relays, and the bits of words.
+        let mut left: Vec<Vec<BitTarget>> = Vec::new();
+        if self.trust == Trust::All || !self.program.internal.is_empty() {
+            let words = words(&model).into_iter();
+            let words = words.filter(|&cell| exclusive.is_word_left_by_scan(cell));
+            let bits = |cell| (0..16).map(|bit| BitTarget::WordBit(cell, bit)).collect();
+            left.extend(words.take(MAX_WORDS).map(bits));
+            let known: BTreeSet<BitTarget> =
+                left.iter().flatten().chain(&memories).copied().collect();
+            let relays = reachable::read(&model).into_iter();
+            let is_left = |bit: &BitTarget| !known.contains(bit) && exclusive.is_left_by_scan(*bit);
+            left.extend(relays.filter(is_left).take(MAX_RELAYS).map(|bit| vec![bit]));
+        }
+        loop {
+            let mut bits: Vec<BitTarget> =
+                memories.iter().chain(left.iter().flatten()).copied().collect();
+            if bits.is_empty() {
+                return None;
+            }
+            let count = bits.len();
+            // Whether the program may change a cell is asked of all that scans may do.
+            let mut states = self.predecessors(&mut bits, Purpose::UpperBound)?;
+            let before = left.len();
+            let mut at = memories.len();
+            left.retain(|cell| {
+                let mut places = (at..).zip(cell);
+                at += cell.len();
+                // What the program never changes is changed by others. No lower bound rests on what others write to
+                // a timer or a counter.
+                exclusive.takes_any_value(cell[0])
+                    || places
+                        .any(|(at, &bit)| states.excluded(&[(at, !self.initial(bit))]).is_none())
+            });
+            if left.len() == before {
+                drop(states);
+                bits.truncate(count);
+                let states = self.predecessors(&mut bits, Purpose::LowerBound)?;
+                return Some((bits, states));
+            }
+        }
     }
-    let memories = bits.len();
-    loop {
-        bits.truncate(memories);
-        bits.extend(&relays);
-        if bits.is_empty() {
-            return None;
+
+    /// The model of a scan, and whether it leaves these bits on.
+    fn scan(&self, bits: &[BitTarget], purpose: Purpose) -> Option<(ScanModel, Vec<Lit>)> {
+        let is_over = || self.limits.reached();
+        let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
+        match purpose {
+            Purpose::UpperBound => scan_model_to_end(self.program, &self.times, &size, bits),
+            Purpose::LowerBound => {
+                lower_bound_scan_to_end(self.program, &self.times, self.knowledge, &size, bits)
+            }
         }
-        let mut states = predecessors(program, &times, &mut bits, (&size, limits))?;
-        // A relay that the program never turns on is turned on by others.
-        let is_turned_on = |at: usize| states.excluded(&[(memories + at, true)]).is_none();
-        let turned_on: Vec<bool> = (0..relays.len()).map(is_turned_on).collect();
-        if turned_on.iter().all(|&on| on) {
-            return Some((bits, states));
+        .ok()
+    }
+
+    /// The solver for these bits. Adds the flags that are on in the first scan of a run only.
+    fn predecessors(
+        &self,
+        bits: &mut Vec<BitTarget>,
+        purpose: Purpose,
+    ) -> Option<Predecessors<'a>> {
+        let program = self.program;
+        let (full, ends) = self.scan(bits, purpose)?;
+        let (mut model, ends) = match purpose {
+            Purpose::UpperBound => (full, ends.into_iter().map(|end| (end, !end)).collect()),
+            Purpose::LowerBound => {
+                let summary = real::summary_choices(program);
+                let standing = |variable| self.standing(&summary, &full, variable);
+                lower_bound_model_with(&full, &standing, false, &ends)
+            }
+        };
+        add_starts(program, &mut model, bits);
+        let starts = reachable::starts(&mut model, bits);
+        let mut kept: Vec<StateBit> = Vec::with_capacity(bits.len());
+        for ((bit, start), (on, off)) in bits.iter().zip(starts).zip(ends) {
+            kept.push(StateBit { start, on, off, initial: self.initial(*bit) });
         }
-        let mut turned_on = turned_on.into_iter();
-        relays.retain(|_| turned_on.next() == Some(true));
+        let flag = |start| StateBit { start, on: Lit::FALSE, off: Lit::TRUE, initial: true };
+        let read = reachable::read(&model);
+        let writes = |cell: Cell, at| {
+            flow::written(program, at).into_iter().any(|region: Region| region.contains(cell))
+        };
+        let is_written = |cell: Cell| (0..program.instructions.len()).any(|at| writes(cell, at));
+        let flags = program.power_up.first_scan.iter().map(|&cell| BitTarget::Cell(cell));
+        for bit in flags.filter(|bit| read.contains(bit) && !is_written(bit.cell())) {
+            let start = reachable::starts(&mut model, &[bit])[0];
+            bits.push(bit);
+            kept.push(flag(start));
+        }
+        if let Some(start) = reachable::fresh(program, &mut model) {
+            bits.extend(program.power_up.after_clear);
+            kept.push(flag(start));
+        }
+        Some(Predecessors::new(&model, kept, self.limits))
+    }
+
+    /// What the scan before may be assumed to have found: it may leave anything where the result of an instruction is
+    /// unknown. No timer runs out between two instructions.
+    fn standing(
+        &self,
+        summary: &BTreeSet<ChoiceId>,
+        model: &ScanModel,
+        variable: VarId,
+    ) -> Treatment {
+        let program = self.program;
+        let choice = match &model.variables[variable.0 as usize].origin {
+            Origin::Choice(key) => Some(key.choice),
+            _ => None,
+        };
+        let is_counted = |choice| {
+            let kind = program.kinds.get(&choice);
+            matches!(kind, Some(ChoiceKind::Exact(one)) if one.operation == Operation::Counted)
+        };
+        let is_reading = |choice| program.timekeeping.readings.contains(&choice);
+        let keeping = &program.timekeeping;
+        let is_zero = |choice| {
+            keeping.between_instructions.contains_key(&choice) || keeping.unusual.contains(&choice)
+        };
+        match real::standing(program, summary, model, variable) {
+            _ if choice.is_some_and(is_zero) => Treatment::Zero,
+            Treatment::Unknown
+                if !choice.is_some_and(|choice| is_counted(choice) || is_reading(choice)) =>
+            {
+                Treatment::Free
+            }
+            known => known,
+        }
+    }
+
+    /// The value of a bit when a run begins with cleared memory.
+    fn initial(&self, bit: BitTarget) -> bool {
+        bit_of(self.program.power_up.initial_value(bit.cell()), bit)
     }
 }
 
-/// The solver for these bits. Adds the flags that are on in the first scan of a run only.
-fn predecessors<'a>(
-    program: &Program,
-    times: &[Times],
-    bits: &mut Vec<BitTarget>,
-    (size, limits): (&SizeLimits<'_>, &'a Limits<'a>),
-) -> Option<Predecessors<'a>> {
-    let (mut model, ends) = scan_model_to_end(program, times, size, bits).ok()?;
-    let starts = reachable::starts(&mut model, bits);
-    let mut transitions: Vec<BitTransition> =
-        starts.into_iter().zip(ends).map(|(start, end)| BitTransition { start, end }).collect();
-    let initial = |bit: &BitTarget| {
-        let value = program.power_up.initial_value(bit.cell());
-        match *bit {
-            BitTarget::Cell(_) => value & 1 == 1,
-            BitTarget::WordBit(_, bit) => value >> bit & 1 == 1,
+/// Adds variables for the start values of bits that this model of the scan does not read.
+fn add_starts(program: &Program, model: &mut ScanModel, bits: &[BitTarget]) {
+    let start = |one: &Variable| match one.origin {
+        Origin::Start(cell) => Some(cell),
+        _ => None,
+    };
+    let mut known: BTreeSet<Cell> = model.variables.iter().filter_map(start).collect();
+    for bit in bits {
+        let (kind, cell) = match *bit {
+            BitTarget::Cell(cell) => (VarKind::Bit, cell),
+            BitTarget::WordBit(cell, _) => (VarKind::Word, cell),
+        };
+        if known.insert(cell) {
+            let (origin, name) = (Origin::Start(cell), program.cell_name(cell));
+            model.variables.push(Variable { kind, origin, name });
         }
-    };
-    let mut initials: Vec<bool> = bits.iter().map(initial).collect();
-    let read = reachable::read(&model);
-    let writes = |cell: Cell, at| {
-        flow::written(program, at).into_iter().any(|region: Region| region.contains(cell))
-    };
-    let is_written = |cell: Cell| (0..program.instructions.len()).any(|at| writes(cell, at));
-    let flags = program.power_up.first_scan.iter().map(|&cell| BitTarget::Cell(cell));
-    for flag in flags.filter(|flag| read.contains(flag) && !is_written(flag.cell())) {
-        let start = reachable::starts(&mut model, &[flag])[0];
-        bits.push(flag);
-        transitions.push(BitTransition { start, end: Lit::FALSE });
-        initials.push(true);
     }
-    if let Some(start) = reachable::fresh(program, &mut model) {
-        bits.extend(program.power_up.after_clear);
-        transitions.push(BitTransition { start, end: Lit::FALSE });
-        initials.push(true);
-    }
-    Some(Predecessors::new(&model, transitions, initials, limits))
+}
+
+/// The words whose start values the scan reads.
+fn words(model: &ScanModel) -> Vec<Cell> {
+    let word = |one: &Variable| match (one.kind, &one.origin) {
+        (VarKind::Word, Origin::Start(cell)) => Some(*cell),
+        _ => None,
+    };
+    model.variables.iter().filter_map(word).collect()
 }
 
 /// The bits in which instructions remember something from scan to scan, as far as the scan reads them.

@@ -5,7 +5,7 @@
 //! routines are followed once, and their times are then combined.
 
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{BitSource, Cell, Counted, Exit, Join, Logic, Program, Step, Summary};
+use scanbound_ir::{BitSource, Cell, Counted, Exit, Join, Logic, Program, Setting, Step, Summary};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -262,6 +262,20 @@ pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Pi
         found.is_none()
     });
     found
+}
+
+/// Whether the first scan certainly executes one of these instructions, and it fires, before any jump or call.
+pub fn surely_sets(
+    program: &Program,
+    times: &[Times],
+    settings: &BTreeMap<usize, Setting>,
+) -> bool {
+    let mut is_set = false;
+    follow_beginning(program, times, &program.power_up.first_scan, |at, _| {
+        is_set |= settings.contains_key(&at);
+        !is_set
+    });
+    is_set
 }
 
 /// Follows the beginning of the program up to the first jump or call, as long as `each` returns true. Calls it for each

@@ -8,7 +8,7 @@ use scanbound_ir::{
     Cell, ChoiceId, Number, Program, Region, RegionSet, Source, Step, SummaryReason, WordSource,
     WordTarget, Write, flow,
 };
-use scanbound_model::ScanModel;
+use scanbound_model::{Charge, Lit, ScanModel};
 use scanbound_passes::loops;
 use scanbound_scan::scan_model;
 use scanbound_timing::price::Prices;
@@ -54,6 +54,53 @@ pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> boo
     changed
 }
 
+/// Records in the program how much time passes at least between the executions of a running timer in two scans.
+pub fn note_gaps(program: &mut Program, prices: &Prices, model: &ScanModel) {
+    let times = prices.least_times();
+    let overhead = Picos(prices.overhead_sum().0.saturating_sub(prices.uncertain_refresh().0));
+    let mut memories: BTreeMap<Cell, usize> = BTreeMap::new();
+    for expiry in program.timekeeping.expiries.values() {
+        *memories.entry(expiry.memory).or_default() += 1;
+    }
+    memories.retain(|_, count| *count == 1);
+    if memories.is_empty() || !program.mains.is_sorted_by_key(|main| main.start) {
+        return;
+    }
+    // The last instruction that writes each memory.
+    let mut last: BTreeMap<Cell, usize> = BTreeMap::new();
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        for effect in &instruction.effects {
+            let written: Vec<Cell> = match &effect.write {
+                Write::Bit(bit, _) => vec![bit.cell()],
+                Write::Words(targets, _) => targets.iter().filter_map(word_of).collect(),
+                Write::Havoc(..) => Vec::new(),
+            };
+            for cell in written.into_iter().filter(|cell| memories.contains_key(cell)) {
+                last.insert(cell, at);
+            }
+        }
+    }
+    let certain = |charge: &&Charge| charge.frames.is_empty() && charge.reached == Lit::TRUE;
+    let mut charges: Vec<(usize, Picos)> = Vec::new();
+    for charge in model.charges.iter().filter(certain) {
+        let times = times[charge.instruction];
+        charges.push((charge.instruction, times.on.min(times.off)));
+    }
+    let gap = |at: usize| {
+        let after = charges.iter().filter(|&&(other, _)| other > at);
+        after.fold(overhead, |sum, &(_, least)| Picos(sum.0.saturating_add(least.0)))
+    };
+    let gaps = last.into_iter().map(|(cell, at)| (cell, gap(at))).collect();
+    program.timekeeping.least_gaps = gaps;
+}
+
+fn word_of(target: &WordTarget) -> Option<Cell> {
+    match *target {
+        WordTarget::Cell(cell) => Some(cell),
+        WordTarget::Bits { .. } | WordTarget::Discard => None,
+    }
+}
+
 /// The timers for which the largest number of time units in a scan is unknown, and whose present value only they
 /// write: the choice of that number, its unit, and whether it is in BCD.
 fn unresolved_timers(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
@@ -68,7 +115,7 @@ fn unresolved_timers(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
         for part in std::iter::once(at).chain(timed.parts.clone()) {
             program.instructions[part].each_read(&mut |source| {
                 if let Source::Word(WordSource::Free(choice)) = source
-                    && let Some(&ChoiceKind::ScanTicks { unit, is_decimal }) =
+                    && let Some(&ChoiceKind::ScanTicks { unit, is_decimal, .. }) =
                         program.kinds.get(&choice)
                     && !keeping.most_ticks.contains_key(&choice)
                 {

@@ -1,12 +1,13 @@
 //! The times that limit a scan or extend it: the watchdog and its restarts, and a constant scan time.
 
-use super::cycle::{Cycle, SettingUse, Stretch, Watchdog};
+use super::cycle::{Cycle, SettingUse, Stretch, WaitingScan, Watchdog};
 use super::real::{RunResults, RunSearch};
 use super::{restarted, stretch};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Frame, Program, Setting, Switch};
 use scanbound_model::ScanModel;
+use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Event, RealRun};
 use scanbound_solve::Limits;
@@ -28,6 +29,7 @@ pub(super) struct ScanControlAnalysis<'a> {
     pub prices: &'a Prices,
     pub table: &'a Table,
     pub facts: &'a Facts,
+    pub trust: Trust,
     /// The model of the scan. `None` if the bound is only the structural one.
     pub model: Option<&'a ScanModel>,
 }
@@ -39,8 +41,8 @@ struct Observed {
     stretches: Vec<Stretch>,
     /// Whether a scan of the runs set the watchdog.
     sets_watchdog: bool,
-    /// The longest constant scan time that was certainly set in one of the runs.
-    constant: Option<Picos>,
+    /// The longest constant scan time that was certainly set in one of the runs, and the scan that waits for it.
+    constant: Option<(Picos, WaitingScan)>,
 }
 
 impl ScanControlAnalysis<'_> {
@@ -271,7 +273,7 @@ impl ScanControlAnalysis<'_> {
         let choices = BTreeMap::new();
         let mut run = Run::new(outside, times, self.prices.overhead_sum());
         let (mut is_set, mut is_on, mut constant) = (false, false, Picos::ZERO);
-        for _ in 0..SCANS {
+        for number in 1..=SCANS {
             let given = OutsideValues { inputs: inputs.clone(), choices: &choices, seed: None };
             let scan = run.scan(&given, MAX_INSTRUCTIONS);
             if !scan.is_possible() {
@@ -298,7 +300,11 @@ impl ScanControlAnalysis<'_> {
                 break;
             }
             if is_on && constant > Picos::ZERO {
-                observed.constant = observed.constant.max(Some(constant));
+                let waits = WaitingScan { number, inputs_on: !inputs.is_empty() };
+                let longest = observed.constant.map_or(Picos::ZERO, |one| one.0);
+                if constant > longest {
+                    observed.constant = Some((constant, waits));
+                }
             }
         }
         observed.sets_watchdog |= is_set;
@@ -307,17 +313,22 @@ impl ScanControlAnalysis<'_> {
     fn cycle(&self, observed: &Observed) -> Cycle {
         let control = &self.program.scan_control;
         let stated = self.facts.constant_scan;
+        let observed = observed.constant;
         let may_be = control.may_be_constant();
         let known = control.constant.values().filter(|_| may_be);
         let known: Vec<Option<Picos>> =
             known.map(|setting| setting.range().map(|range| range.1)).collect();
-        let is_open = known.is_empty() || known.contains(&None);
+        // Where the program sets the time only under a condition, something else may set it, too.
+        let is_own = self.trust == Trust::All
+            || stretch::surely_sets(self.program, &self.prices.times(), &control.constant);
+        let is_open = known.is_empty() || known.contains(&None) || !is_own;
         let is_unknown = may_be && is_open && stated.is_none();
         let upper = known.into_iter().flatten().chain(stated).max();
         Cycle {
             upper: upper.filter(|&time| time > Picos::ZERO),
             interrupts: stretch::interrupts(self.program, &self.prices.times()),
-            lower: observed.constant.max(stated).filter(|&time| time > Picos::ZERO),
+            lower: observed.map(|one| one.0).max(stated).filter(|&time| time > Picos::ZERO),
+            waits: observed.map(|one| one.1),
             settings: self.uses(&control.constant),
             switches: control.switches.keys().map(|&at| self.place(at)).collect(),
             devices: [control.devices[1], control.devices[2]],

@@ -39,8 +39,8 @@ pub fn what_if(
     concluded.audit.what_if = Some(stated_counts(&concluded.audit, request, most)?);
     let program = &concluded.followed.program;
     let own = std::mem::take(&mut concluded.audit.assumptions);
-    let PricedAssumptions { assumptions, minor } =
-        priced(own, program, concluded.audit.bound.upper, request)?;
+    let bounds = Bounds::of(&concluded.audit);
+    let PricedAssumptions { assumptions, minor } = priced(own, program, bounds, request)?;
     concluded.audit.assumptions = assumptions;
     if let Some(what_if) = &mut concluded.audit.what_if {
         what_if.minor = minor;
@@ -80,19 +80,22 @@ fn internal_devices(
     concluded: &Concluded,
     request: &Request<'_>,
 ) -> Result<Option<InternalDevices>, Failure> {
-    let Some((upper, mut new)) = trusting_all(&concluded.audit, request)? else { return Ok(None) };
-    // Areas that a front creates have no names for a facts file; others cannot write them anyway.
-    let areas = &concluded.followed.program.areas;
-    let is_hidden = |device: &String| {
-        areas.iter().any(|area| area.role == Role::Internal && device.starts_with(&area.name))
+    let Some((bounds, mut new)) = trusting_all(&concluded.audit, request)? else {
+        return Ok(None);
     };
-    new.iter_mut().for_each(|one| one.devices.retain(|device| !is_hidden(device)));
+    // Cells that a front creates have no names for a facts file; others cannot write them anyway.
+    let program = &concluded.followed.program;
+    let can_be_stated = |device: &String| {
+        stated::holder(program, device)
+            .is_some_and(|cell| program.area(cell.area).role != Role::Internal)
+    };
+    new.iter_mut().for_each(|one| one.devices.retain(can_be_stated));
     new.retain(|one| !one.devices.is_empty());
     let all = Request { trust: Trust::All, ..*request };
-    let priced = priced(new, &concluded.followed.program, upper, &all)?;
+    let priced = priced(new, program, bounds, &all)?;
     let worth = priced.assumptions.into_iter().filter(|one| one.without.is_some());
     let devices: Vec<String> = worth.flat_map(|one| one.devices).collect();
-    let devices = Vec::from_iter(stated::whole(&concluded.followed.program, devices.iter()));
+    let devices = Vec::from_iter(stated::whole(program, devices.iter()));
     let mut facts = request.facts.clone();
     facts.internal.extend(devices.iter().cloned());
     let found = runs(request, &[facts])?.into_iter().flatten().next();
@@ -105,7 +108,7 @@ fn internal_devices(
 pub(super) fn trusting_all(
     audit: &Audit,
     request: &Request<'_>,
-) -> Result<Option<(Picos, Vec<Assumption>)>, Failure> {
+) -> Result<Option<(Bounds, Vec<Assumption>)>, Failure> {
     if request.trusted() != Trust::Counts {
         return Ok(None);
     }
@@ -116,7 +119,8 @@ pub(super) fn trusting_all(
     };
     let known: BTreeSet<&String> = audit.assumptions.iter().flat_map(|one| &one.devices).collect();
     let is_new = |one: &Assumption| !one.devices.iter().all(|device| known.contains(device));
-    Ok(Some((found.bound.upper, found.assumptions.into_iter().filter(is_new).collect())))
+    let bounds = Bounds { upper: found.bound.upper, watchdog: found.watchdog };
+    Ok(Some((bounds, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
 /// Whether the bound `lower` is so far below the bound `upper` that the difference is worth reporting.
@@ -124,9 +128,29 @@ pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
 
+/// What assumptions may lower: the bound of the scan, and that of the longest time between two watchdog restarts.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    pub(super) upper: Picos,
+    watchdog: Option<Picos>,
+}
+
+impl Bounds {
+    fn of(audit: &Audit) -> Bounds {
+        Bounds { upper: audit.bound.upper, watchdog: audit.watchdog.upper }
+    }
+
+    /// Whether one of the bounds is so far below that of another audit that the difference is worth reporting.
+    fn matter(self, without: &Run) -> bool {
+        matters(self.upper, without.bound.upper)
+            || self.watchdog.zip(without.watchdog).is_some_and(|(own, one)| matters(own, one))
+    }
+}
+
 /// The result of an audit with other facts.
 pub(super) struct Run {
     pub(super) bound: SolvedBound,
+    watchdog: Option<Picos>,
     unknowns: Vec<Unknown>,
     assumptions: Vec<Assumption>,
 }
@@ -146,11 +170,11 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
             ..*request
         };
         match audit(&request) {
-            Ok(Audit { bound, unknowns, assumptions, cuts, elapsed, .. }) => {
+            Ok(Audit { bound, watchdog, unknowns, assumptions, cuts, elapsed, .. }) => {
                 let is_over = request.time_limit.is_some_and(|limit| elapsed >= limit);
                 let cut = is_over || !cuts.is_empty();
                 let bound = SolvedBound { upper: bound.upper, cut };
-                Ok(Some(Run { bound, unknowns, assumptions }))
+                Ok(Some(Run { bound, watchdog: watchdog.upper, unknowns, assumptions }))
             }
             Err(Failure::Input(_)) => Ok(None),
             Err(why) => Err(why),
@@ -244,7 +268,7 @@ struct PricedAssumptions {
 fn priced(
     mut all: Vec<Assumption>,
     program: &Program,
-    upper: Picos,
+    bounds: Bounds,
     request: &Request<'_>,
 ) -> Result<PricedAssumptions, Failure> {
     let without = |left_out: &Vec<usize>| {
@@ -273,11 +297,11 @@ fn priced(
         }
         let mut next = Vec::new();
         for (some, run) in open.into_iter().zip(found) {
-            match (run.map(|run| run.bound), &some[..]) {
-                (Some(without), &[one]) if matters(upper, without.upper) => {
-                    prices[one] = Some(without);
+            match (run, &some[..]) {
+                (Some(run), &[one]) if matters(bounds.upper, run.bound.upper) => {
+                    prices[one] = Some(run.bound);
                 }
-                (Some(without), some) if !matters(upper, without.upper) => {
+                (Some(run), some) if !bounds.matter(&run) => {
                     some.iter().for_each(|&one| is_minor[one] = true);
                 }
                 (_, [_]) => {}

@@ -7,7 +7,9 @@
 
 use ::csv::{ReaderBuilder, StringRecord};
 use scanbound_base::code::Code;
+use scanbound_base::diagnostic::Diagnostic;
 
+use super::memory::Family;
 use super::source::RawInstruction;
 use super::words;
 use scanbound_front::WordPositions;
@@ -167,7 +169,7 @@ fn reader(text: &str, delimiter: u8) -> ::csv::Reader<&[u8]> {
 
 /// Reads a program's CSV.
 pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
-    let mut body = Body { text, instructions: Vec::new(), open: None, faults };
+    let mut body = Body { text, instructions: Vec::new(), open: None, steps: Vec::new(), faults };
     let mut lines = Lines { text, counted: 0, line: 1 };
     let mut reader = reader(text, layout.delimiter);
     let mut record = StringRecord::new();
@@ -193,9 +195,74 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
             "export the file again: the file may be truncated",
         );
     }
-    let Body { instructions, faults, .. } = body;
+    let Body { instructions, steps, faults, .. } = body;
     words::check(&instructions, lines.line, faults);
+    let family = layout.cpu.as_deref().and_then(Family::of_cpu);
+    check_steps(&steps, layout.tool == Tool::Works2, family, faults);
     instructions
+}
+
+/// A row with a step number.
+struct StepRow {
+    line: u32,
+    step: u32,
+    /// The instruction, if the row begins one.
+    instruction: String,
+}
+
+/// No row of an export occupies more steps: in 367 programs of plants, instructions occupy up to 22 steps, and
+/// statements up to 33.
+const MOST_STEPS: u32 = 64;
+
+/// Adds an error for each row whose step number shows that rows before it are missing. Does nothing if the file already
+/// has errors.
+fn check_steps(rows: &[StepRow], is_works2: bool, family: Option<Family>, faults: &mut Faults<'_>) {
+    if faults.any_error() {
+        return;
+    }
+    let is_known = is_works2 && matches!(family, Some(Family::Q | Family::L));
+    let mut missing = |row: &StepRow, first: u32| {
+        let last = row.step.saturating_sub(1);
+        let which = match last > first {
+            true => format!("steps {first} to {last} are missing"),
+            false => format!("step {first} is missing"),
+        };
+        let (message, help) = (
+            format!("{which} before this row"),
+            "rows of the export are missing: export the file again",
+        );
+        let (file, text) = (faults.file(), shown(&row.instruction));
+        let fault = Diagnostic::line(Code::StepOrder, file, row.line, text, message, help);
+        faults.push(fault.at_step(Some(row.step)));
+    };
+    if let Some(first) = rows.first().filter(|first| first.step > 0) {
+        missing(first, 0);
+    }
+    for (row, next) in rows.iter().zip(rows.iter().skip(1)) {
+        let most = if is_known && is_one_step(&row.instruction) { 1 } else { MOST_STEPS };
+        if next.step > row.step.saturating_add(most) {
+            missing(next, row.step + 1);
+        }
+    }
+}
+
+/// Whether an instruction certainly occupies one step on the Q and L series: a contact of a relay by its number, or an
+/// instruction that combines results.
+fn is_one_step(instruction: &str) -> bool {
+    let mut words = instruction.split_whitespace();
+    let (mnemonic, device) = (words.next().unwrap_or_default(), words.next());
+    let Some(device) = device else {
+        return matches!(mnemonic, "ANB" | "ORB" | "MPS" | "MRD" | "MPP");
+    };
+    let is_contact = matches!(mnemonic, "LD" | "LDI" | "AND" | "ANI" | "OR" | "ORI");
+    let number = device.strip_prefix(['X', 'Y', 'M', 'L', 'B']).unwrap_or_default();
+    let is_hexadecimal = device.starts_with(['X', 'Y', 'B']);
+    let is_digit = |byte: u8| byte.is_ascii_digit() || is_hexadecimal && byte.is_ascii_hexdigit();
+    // Devices with large numbers are extended ones.
+    is_contact
+        && words.next().is_none()
+        && (1..=4).contains(&number.len())
+        && number.bytes().all(is_digit)
 }
 
 /// Whether the record at the start of `tail` has an unclosed quotation mark.
@@ -242,6 +309,8 @@ struct Body<'a, 'f, 'n> {
     text: &'a str,
     instructions: Vec<RawInstruction>,
     open: Option<Pending>,
+    /// The rows that have a step number.
+    steps: Vec<StepRow>,
     faults: &'f mut Faults<'n>,
 }
 
@@ -290,6 +359,10 @@ impl Body<'_, '_, '_> {
                 }
             },
         };
+        if let Some(step) = step {
+            let instruction = format!("{} {}", cell(INSTRUCTION), cell(DEVICE)).trim().to_owned();
+            self.steps.push(StepRow { line, step, instruction });
+        }
         let mut found = Vec::new();
         for column in [INSTRUCTION, DEVICE] {
             match words::split(cell(column)) {

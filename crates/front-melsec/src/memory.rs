@@ -211,16 +211,22 @@ pub fn power_up(family: Family) -> PowerUp {
         "C value ",
         "T ran ",
     ];
-    // The default latched ranges. The FX has latched ranges in all device types.
+    // The default latched ranges. The FX has latched ranges in all device types; of its timers, the retentive ones
+    // are latched.
     let latched: &[&str] = match family {
-        Family::Fx => &["M", "L", "S", "D", "T", "T value ", "ST", "ST value ", "C", "C value "],
+        Family::Fx => &["M", "L", "S", "D", "ST", "ST value ", "C", "C value "],
         _ => &["L", "ZR", "ST", "ST value ", "C", "C value "],
     };
+    let mut latched: Vec<Region> = latched.iter().map(|name| Region::Area(area(name))).collect();
+    if family == Family::Fx {
+        let retentive = |area| Region::Range { first: Cell { area, index: 246 }, count: 10 };
+        latched.extend([const { area("T") }, const { area("T value ") }].map(retentive));
+    }
     let (relays, first) = if family == Family::Fx { ("M", 8002) } else { ("SM", 402) };
     PowerUp {
         inputs: vec![Region::Area(area("X"))],
         cleared: cleared.map(|name| Region::Area(area(name))).into(),
-        latched: latched.iter().map(|name| Region::Area(area(name))).collect(),
+        latched,
         first_scan: vec![Cell { area: area(relays), index: first }],
         // On these, STOP to RUN does not clear relays, so no relay shows that memory was cleared.
         ..PowerUp::default()

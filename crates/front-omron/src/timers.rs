@@ -97,7 +97,8 @@ impl Setting {
         let over = builder.earlier_choice();
         if !builder.repeated {
             let on_delay = Expiry::of_on_delay(runs, setting, unit);
-            let expiry = Expiry { is_decimal: self.is_decimal, ..on_delay };
+            let flag = Some(flag).filter(|_| item.meaning() == "timer");
+            let expiry = Expiry { is_decimal: self.is_decimal, flag, ..on_delay };
             let timekeeping = &mut builder.out.program.timekeeping;
             timekeeping.expiries.insert(over, expiry);
             // A run tracks the time of a timer that restarts each time, not that of an accumulative timer.
@@ -105,7 +106,7 @@ impl Setting {
                 timekeeping.untracked.remove(&over);
             }
         }
-        let ticks = builder.out.scan_ticks(unit, self.is_decimal);
+        let ticks = builder.out.scan_ticks(unit, self.is_decimal, false);
         let number = |word| Number::Words(vec![word]);
         let at_once = Logic::Compare(Box::new(Compare {
             relation: Relation::LessOrEqual,
@@ -403,6 +404,8 @@ fn note_timer(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell
         setting,
         is_decimal: !item.row.is_some_and(|row| row.mnemonic.ends_with('X')),
         inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
+        // A reset makes the present value unknown.
+        running: None,
         parts: at + 1..builder.next(),
     };
     let keeping = &mut builder.out.program.timekeeping;

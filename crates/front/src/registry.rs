@@ -2,6 +2,7 @@
 
 use scanbound_base::code::Code;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use super::encoding::Named as Encoding;
 use super::faults::shown;
@@ -205,7 +206,7 @@ impl Fronts {
     }
 
     /// The error for a file that is in another dialect than the user stated. If the stated dialect can read part of it,
-    /// the error names the first line that it cannot read.
+    /// the error names the first line that it cannot read; if it can read most lines, the error says only that.
     fn other_dialect(self, input: &Input, found: &Dialect, named: &Dialect) -> Diagnostic {
         let is_named = |own: &Dialect| own.name == named.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_named));
@@ -218,7 +219,11 @@ impl Fronts {
             format!("this is a {} file, not {}", found.name, named.name),
             "omit --dialect, or state the right dialect",
         );
+        let wrong: BTreeSet<u32> = faults.iter().filter_map(|fault| fault.line).collect();
+        let text = String::from_utf8_lossy(&input.bytes);
+        let lines = text.lines().filter(|line| !line.trim().is_empty()).count();
         match faults.into_iter().find(|fault| fault.line.is_some()) {
+            Some(first) if 2 * wrong.len() < lines && !wrong.contains(&1) => first,
             Some(first) => Diagnostic {
                 code: Code::OtherDialect,
                 message: format!("{message}: {}", first.message),

@@ -53,12 +53,14 @@ pub enum ChoiceKind {
     },
     /// The largest number of time units that pass in one scan, as a word: a timer with a larger set value cannot time
     /// out in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses
-    /// 0.
+    /// 0, or the largest number, too.
     ScanTicks {
         /// The time of one unit of the word.
         unit: Picos,
         /// Whether the word is in BCD.
         is_decimal: bool,
+        /// Whether a real run uses the largest number, because the timer may go on after a reset.
+        goes_on: bool,
     },
     /// The number of iterations of a loop, only for the count of a `ForBegin`: the word's value, signed. For values
     /// below 1, manuals do not say whether the loop makes one iteration or none; bit 0 of the choice decides, and a

@@ -49,6 +49,9 @@ pub struct TimerOrCounter {
     pub is_decimal: bool,
     /// The slots in which the values of the inputs were saved. A timer without inputs uses the instruction's condition.
     pub inputs: Vec<u32>,
+    /// The bit that says whether the timer runs, if an instruction that resets a running timer makes it unknown.
+    /// Manuals leave open whether the timer then goes on from 0 or starts anew when it is executed next.
+    pub running: Option<Cell>,
     /// The other parts of the instruction, which an emulated CPU skips because it executes this description.
     pub parts: Range<usize>,
 }
@@ -74,9 +77,20 @@ pub struct Expiry {
     /// The cell with the previous present value, for timers whose behaviour is undefined for set values below 1 or
     /// values at the set value.
     pub previous: Option<Cell>,
+    /// The completion flag, if it stays on as long as the timer runs.
+    pub flag: Option<Cell>,
+    /// Whether an instruction may reset the timer while it runs. Manuals leave open whether it then goes on from 0 or
+    /// starts anew when it is executed next.
+    pub is_reset: bool,
 }
 
 impl Expiry {
+    /// Whether [`Timekeeping::are_kept`] concerns the timer: its flag stays on once it has run out.
+    #[must_use]
+    pub fn can_be_kept(&self) -> bool {
+        self.flag.is_some() || self.previous.is_some()
+    }
+
     /// A timer that times out after running for its set value, and whose `memory` is 0 while it is not running.
     #[must_use]
     pub fn of_on_delay(memory: Cell, setting: WordSource, unit: Picos) -> Expiry {
@@ -90,6 +104,8 @@ impl Expiry {
             unit,
             tick: 1,
             previous: None,
+            flag: None,
+            is_reset: false,
         }
     }
 }
@@ -112,6 +128,15 @@ pub struct Timekeeping {
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
     /// bound counts this many; a real run counts none.
     pub most_ticks: BTreeMap<ChoiceId, u16>,
+    /// Whether no timer runs out in a real run of a single scan: how long it ran before is not known there.
+    pub are_kept: bool,
+    /// Choices that are 0 as manuals are usually understood.
+    pub unusual: BTreeSet<ChoiceId>,
+    /// Choices between two ways in which a manual can be understood. No lower bound rests on one of both.
+    pub readings: BTreeSet<ChoiceId>,
+    /// By the memory of a timer that one instruction starts: the least time from that instruction to the end of a scan
+    /// and its overhead. A timer that ran when the scan began has been running for longer.
+    pub least_gaps: BTreeMap<Cell, Picos>,
     /// By the cell of a present value: a condition on this value and its flag that is true after each execution of the
     /// instruction. Other instructions may write either, but no lower bound rests on such a scan. `None` if several
     /// instructions have different conditions.

@@ -27,6 +27,18 @@ pub fn lower_bound_model(
     standing: &dyn Fn(VarId) -> Treatment,
     strict: bool,
 ) -> ScanModel {
+    lower_bound_model_with(model, standing, strict, &[]).0
+}
+
+/// As [`lower_bound_model`]. Also returns for each of these literals of the model whether it is certainly true, and
+/// whether it is certainly false.
+#[must_use]
+pub fn lower_bound_model_with(
+    model: &ScanModel,
+    standing: &dyn Fn(VarId) -> Treatment,
+    strict: bool,
+    literals: &[Lit],
+) -> (ScanModel, Vec<(Lit, Lit)>) {
     let mut circuit = Circuit::default();
     let mut pairs: Vec<Pair> = Vec::with_capacity(model.circuit.nodes().len());
     let of = |pairs: &[Pair], lit: Lit| {
@@ -97,7 +109,8 @@ pub fn lower_bound_model(
     found.constraints.dedup();
     found.havocs = model.havocs.with_conditions(|happened| of(&pairs, happened).0);
     found.circuit = circuit;
-    found
+    let literals = literals.iter().map(|&lit| of(&pairs, lit)).collect();
+    (found, literals)
 }
 
 /// Whether the literal depends on no unknown value.

@@ -127,7 +127,7 @@ impl FreeValues for Start<'_, '_> {
 
     fn timed(&mut self, timed: &TimerOrCounter, found: &TimedInputs) -> Option<(bool, u16)> {
         let now = self.cpu.now + found.now;
-        let found = TimedInputs { now, ..found.clone() };
+        let found = TimedInputs { now, was_reset: false, ..found.clone() };
         self.cpu.timer_memory.borrow_mut().execute(timed, &found)
     }
 

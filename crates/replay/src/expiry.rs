@@ -38,7 +38,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                 self.doubt = self.doubt.or(Some(self.at));
                 given
             }
-            false => self.expired_by_time(expiry, setting).unwrap_or(given),
+            false => self.expired(expiry, setting, given),
         };
         // One scan changes the present value by one unit. This matters if the program has read the value before.
         let is_over = given & 1 != u16::from(expiry.while_running);
@@ -82,22 +82,40 @@ impl<'p, F: FreeValues> State<'p, F> {
         setting.filter(|_| is_known)
     }
 
-    /// Whether the timer has timed out, if the possible elapsed times decide it: all are below the set value, or all
-    /// above it.
-    fn expired_by_time(&mut self, expiry: &Expiry, setting: u64) -> Option<u16> {
-        let (least, most) = match self.has_rested(expiry.memory) {
-            true => (Picos::ZERO, self.now),
-            false => {
-                let (least, most) = self.free.ran_for(expiry.memory)?;
-                (least + self.now, most + self.now)
+    /// Whether the timer has timed out: the value `given` from outside, unless the time decides it.
+    fn expired(&mut self, expiry: &Expiry, setting: u64, given: u16) -> u16 {
+        let over = u16::from(!expiry.while_running);
+        let has_rested = self.has_rested(expiry.memory);
+        if !has_rested && expiry.flag.is_some_and(|flag| self.read(flag) & 1 == 1) {
+            // A setting that has grown since may or may not matter.
+            let is_fixed = expiry.setting.iter().all(|word| matches!(word, WordSource::Const(_)));
+            if !is_fixed && given & 1 != over {
+                self.doubt = self.doubt.or(Some(self.at));
             }
-        };
-        let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
-        if u128::from(most.0) < time(setting.saturating_sub(expiry.tick)) {
-            return Some(u16::from(expiry.while_running));
+            return if is_fixed { over } else { given };
         }
-        let is_over = u128::from(least.0) > time(setting.saturating_add(expiry.tick));
-        is_over.then_some(u16::from(!expiry.while_running))
+        let timekeeping = &self.program.timekeeping;
+        if given & 1 == over && timekeeping.are_kept && expiry.can_be_kept() {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        let gap = timekeeping.least_gaps.get(&expiry.memory);
+        let single = gap.map(|&gap| (gap, Picos(u64::MAX)));
+        let ran_for = self.free.ran_for(expiry.memory).or(single);
+        let goes_on = ran_for.map(|(least, most)| {
+            let now = self.now;
+            (least + now, Picos(most.0.saturating_add(now.0)))
+        });
+        let decided = |ran: Option<(Picos, Picos)>| {
+            ran.and_then(|ran| expired_by_time(expiry, setting, ran)).unwrap_or(given)
+        };
+        if !has_rested {
+            return decided(goes_on);
+        }
+        let anew = decided(Some((Picos::ZERO, self.now)));
+        if expiry.is_reset && decided(goes_on) != anew {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
+        anew
     }
 
     /// Whether the timer with this memory cell was not running at some moment of this scan.
@@ -150,7 +168,19 @@ impl<'p, F: FreeValues> State<'p, F> {
         let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
         let doubt = std::mem::replace(&mut self.doubt, outer);
         let is_known = doubt.is_none();
-        let found = TimedInputs { now, condition, inputs, setting, flag, present, is_known };
+        let was_reset = timed.running.is_some_and(|running| self.end_value(running).1 != 0);
+        let found =
+            TimedInputs { now, condition, inputs, setting, flag, present, is_known, was_reset };
         if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
     }
+}
+
+/// Whether a timer has timed out, if the possible elapsed times decide it: all are below the set value, or all above.
+fn expired_by_time(expiry: &Expiry, setting: u64, (least, most): (Picos, Picos)) -> Option<u16> {
+    let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
+    if u128::from(most.0) < time(setting.saturating_sub(expiry.tick)) {
+        return Some(u16::from(expiry.while_running));
+    }
+    let is_over = u128::from(least.0) > time(setting.saturating_add(expiry.tick));
+    is_over.then_some(u16::from(!expiry.while_running))
 }

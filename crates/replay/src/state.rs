@@ -211,6 +211,10 @@ impl<'p, F: FreeValues> State<'p, F> {
                         .unwrap_or(0)
                 }
             }
+            Some(ChoiceKind::ScanTicks { goes_on: true, .. }) => {
+                let most = self.program.timekeeping.most_ticks.get(&choice);
+                most.copied().unwrap_or(i16::MAX.cast_unsigned())
+            }
             // A timer that starts in this scan does not time out in it, unless its set value is 0.
             Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => 0,
             // Such a choice is asked for only as the count of a loop.

@@ -35,6 +35,8 @@ pub struct TimedInputs {
     pub present: u16,
     /// Whether the completion flag and the present value are known.
     pub is_known: bool,
+    /// Whether the timer may have been reset while it was running, since its last execution.
+    pub was_reset: bool,
 }
 
 impl TimerMemory {
@@ -85,8 +87,9 @@ impl TimerMemory {
         }
     }
 
-    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, or
-    /// if the timer was running and was not executed in the last scan: manuals do not say how much of that time counts.
+    /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, if
+    /// the timer was running and was not executed in the last scan (manuals do not say how much of that time counts),
+    /// or if it depends on whether a timer that was reset goes on or starts anew.
     pub(super) fn execute(
         &mut self,
         timed: &TimerOrCounter,
@@ -98,6 +101,12 @@ impl TimerMemory {
         let was_skipped = last.is_some_and(|(_, scan)| scan + 1 < self.scan);
         let resets = found.inputs.last() == Some(&true);
         let left = self.execute_known(timed, found, (flag, present));
+        if found.was_reset && runs && found.condition {
+            let anew = TimerMemory::default().execute_known(timed, found, (flag, present));
+            if anew != left {
+                return None;
+            }
+        }
         let is_new = match timed.kind {
             TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => !found.condition || !runs,
             TimerKind::UpTimer(_, true) => false,

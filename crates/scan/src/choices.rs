@@ -2,11 +2,13 @@
 //! and the iterations of loops.
 
 use super::expression::describe;
+use super::number;
 use super::run::Run;
 use super::settings::Purpose;
 use super::word::Word;
-use scanbound_ir::meaning::{ChoiceKind, Observation, Outcome, Read};
-use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, WordTarget};
+use scanbound_ir::meaning::{ChoiceKind, Observation, Operation, OperationInput, Outcome, Read};
+use scanbound_ir::timers::Expiry;
+use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, Logic, Relation, WordSource, WordTarget};
 use scanbound_model::Lit;
 
 impl Run<'_> {
@@ -67,6 +69,11 @@ impl Run<'_> {
         {
             return self.memory.read_bit(cell);
         }
+        if let (Some(expiry), Purpose::LowerBound) =
+            (program.timekeeping.expiries.get(&choice), self.purpose)
+        {
+            return self.expired(choice, expiry, at);
+        }
         let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
         if self.facts(choice).is_empty() {
             return free;
@@ -97,10 +104,19 @@ impl Run<'_> {
         {
             return self.present(choice, contact, setting, at);
         }
-        if let Some(ChoiceKind::ScanTicks { .. }) = program.kinds.get(&choice) {
+        if let (Some(ChoiceKind::Exact(meaning)), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+            && meaning.operation == Operation::Counted
+            && let Some(word) = self.counted(choice, &meaning.inputs, at)
+        {
+            return word;
+        }
+        if let Some(&ChoiceKind::ScanTicks { goes_on, .. }) = program.kinds.get(&choice) {
             let most = program.timekeeping.most_ticks.get(&choice);
             match (self.purpose, most) {
-                (Purpose::LowerBound, _) => return self.memory.words.constant(0),
+                (Purpose::LowerBound, _) if !goes_on => return self.memory.words.constant(0),
+                (Purpose::LowerBound, None) => return self.memory.words.constant(0x7FFF),
+                (Purpose::LowerBound, Some(&most)) => return self.memory.words.constant(most),
                 (Purpose::UpperBound, Some(&most)) => return self.memory.words.constant(most),
                 (Purpose::UpperBound, None) => {}
             }
@@ -150,6 +166,91 @@ impl Run<'_> {
         };
         let below = words.either(below, free, zero);
         words.either(contact, full, below)
+    }
+
+    /// Whether a timer has run out: certainly if its flag is on while it runs, or if it has been running for longer
+    /// than its setting.
+    fn expired(&mut self, choice: ChoiceId, expiry: &Expiry, at: usize) -> Lit {
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.bits.get(&moment) {
+            return known;
+        }
+        let program = self.program;
+        let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
+        let setting = expiry.setting.iter().rev().try_fold(0u64, |all, word| match *word {
+            WordSource::Const(word) => Some(all << 16 | u64::from(word)),
+            _ => None,
+        });
+        let gap = program.timekeeping.least_gaps.get(&expiry.memory);
+        let is_short = gap.zip(setting).is_some_and(|(gap, setting)| {
+            let longest =
+                u128::from(expiry.unit.0) * u128::from(setting.saturating_add(expiry.tick));
+            !expiry.is_decimal && self.frames.is_empty() && u128::from(gap.0) > longest
+        });
+        let is_kept = program.timekeeping.are_kept && expiry.can_be_kept();
+        let flag = expiry.flag.filter(|_| is_kept || setting.is_some());
+        let certain = match flag.map(|flag| self.memory.read_bit(flag)) {
+            _ if is_short => Lit::TRUE,
+            Some(flag) => flag,
+            None if is_kept => Lit::FALSE,
+            None => return free,
+        };
+        let rests = if self.is_bit(expiry.memory) {
+            let memory = self.memory.read_bit(expiry.memory);
+            if expiry.idle & 1 == 1 { memory } else { !memory }
+        } else {
+            let memory = self.memory.read_word(expiry.memory);
+            self.equals(memory, u16::MAX, expiry.idle)
+        };
+        let circuit = self.memory.circuit();
+        let certain = circuit.and(certain, !rests);
+        let open = if is_kept { Lit::constant(expiry.while_running) } else { free };
+        let over = circuit.ite(certain, Lit::constant(!expiry.while_running), open);
+        self.known.bits.insert(moment, over);
+        over
+    }
+
+    /// The present value of a counter, from whether its coil and its contact were on, its value before and its setting.
+    /// Where manuals do not define it, it is any value.
+    fn counted(&mut self, choice: ChoiceId, inputs: &[OperationInput], at: usize) -> Option<Word> {
+        let moment = (self.frames.clone(), choice);
+        if let Some(&known) = self.known.words.get(&moment) {
+            return Some(known);
+        }
+        let [OperationInput::Bits(coil), OperationInput::Bits(contact), before, setting] = inputs
+        else {
+            return None;
+        };
+        let (OperationInput::Words(before), OperationInput::Words(setting)) = (before, setting)
+        else {
+            return None;
+        };
+        let (&[coil], &[contact], &[before], &[setting]) =
+            (&coil[..], &contact[..], &before[..], &setting[..])
+        else {
+            return None;
+        };
+        let [coil, contact] =
+            [coil, contact].map(|bit| self.logic(&Logic::Bit(bit), Lit::TRUE, at));
+        let [before, setting] = [before, setting].map(|word| self.word(word, at));
+        let program = self.program;
+        let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
+        let (words, circuit) = (&mut self.memory.words, &mut self.memory.model.circuit);
+        let mut is = |relation, one: Word, other: Word| {
+            number::compare(words, circuit, relation, true, &[one], &[other])
+        };
+        let reached = is(Relation::Equal, before, setting);
+        let is_above = is(Relation::Greater, before, setting);
+        let is_negative = words.in_range(circuit, before, 0x8000, u16::MAX);
+        let is_set = words.in_range(circuit, setting, 1, 0x7FFF);
+        let differs = circuit.xor(reached, contact);
+        let undefined = circuit.any([differs, is_above, is_negative, !is_set]);
+        let counts = circuit.and(!coil, !contact);
+        let more = words.plus(before, 1);
+        let now = words.either(counts, more, before);
+        let now = words.either(undefined, free, now);
+        self.known.words.insert(moment, now);
+        Some(now)
     }
 
     /// The word 1 or 0, for a loop of which manuals do not say whether it makes one iteration or none. A free bit of

@@ -96,6 +96,23 @@ pub fn scan_model_to_end(
     run(program, ScanSettings::of_upper_bounds(times, limits), None, ends)
 }
 
+/// As [`scan_model_with_knowledge`], for lower bounds. Also returns the literals that these bits are on at the end of
+/// the scan.
+///
+/// # Errors
+/// As for [`scan_model_within`].
+pub fn lower_bound_scan_to_end(
+    program: &Program,
+    times: &[Times],
+    knowledge: &Knowledge,
+    limits: &SizeLimits<'_>,
+    bits: &[BitTarget],
+) -> Result<(ScanModel, Vec<Lit>), ScanError> {
+    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| is_on(memory, bit)).collect();
+    let settings = ScanSettings { times, knowledge, purpose: Purpose::LowerBound, limits };
+    run(program, settings, None, ends)
+}
+
 /// The literal that says whether a bit is on at this point of the scan.
 fn is_on(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     match bit {

@@ -1,13 +1,12 @@
 //! Start states that no earlier scan can leave: asks for a scan that ends in a state, then for one that ends in the
 //! state in which that scan starts, and so on.
 //!
-//! A state that no scan leaves, and in which no run begins, never occurs. The solver names the bits that exclude it;
-//! these exclude the state of an earlier scan, too. (Property directed reachability, A. R. Bradley, VMCAI 2011, to a
-//! small depth.)
+//! A state that no scan leaves but one that starts in it, and in which no run begins, never occurs. The solver names
+//! the bits that exclude it; these exclude the state of an earlier scan, too. (Property directed reachability,
+//! A. R. Bradley, VMCAI 2011, to a small depth.)
 
 use super::Limits;
 use super::clauses::Clauses;
-use super::inductive::BitTransition;
 use super::oracle::{Branching, Effort, Oracle};
 use super::problem::{Item, Problem};
 use rustc_hash::FxHashMap;
@@ -15,22 +14,36 @@ use scanbound_model::{Lit, ScanModel, VarId};
 
 /// The largest number of decisions of one query.
 const DECISIONS: u64 = 500_000;
-/// The largest number of earlier scans that are asked for, one before the other.
+/// How many scans before the one in question are looked for, and the most queries for one state.
 const DEPTH: usize = 6;
-/// The largest number of queries for one state.
-const QUERIES: usize = 64;
+const QUERIES: usize = 128;
+/// The most queries that make an excluded part of a state smaller.
+const SMALLER: usize = 24;
 
 /// Values of some bits: indices into the list of bits, each with its value.
 pub type State = Vec<(usize, bool)>;
 
+/// A bit whose value goes from scan to scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateBit {
+    /// The value of the bit at the start of the scan.
+    pub start: Lit,
+    /// Whether the scan certainly leaves the bit on.
+    pub on: Lit,
+    /// Whether the scan certainly leaves the bit off.
+    pub off: Lit,
+    /// The value of the bit when a run begins with cleared memory.
+    pub initial: bool,
+}
+
 /// A solver with the clauses of one scan, and what it has excluded so far.
 pub struct Predecessors<'a> {
-    bits: Vec<BitTransition>,
-    /// The bits' values when a run begins.
-    initial: Vec<bool>,
+    bits: Vec<StateBit>,
     /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
     oracle: Oracle<'a>,
+    /// The number of the last variable.
+    variables: i32,
     queries: usize,
 }
 
@@ -38,23 +51,18 @@ pub struct Predecessors<'a> {
 enum Predecessor {
     /// The start of a scan that leaves the state.
     Scan(State),
-    /// No scan leaves these values, a part of the state.
+    /// No scan leaves these values, a part of the state, unless it starts with them.
     Never(State),
-    /// The query exceeded its limits.
+    /// The query took too long.
     Unknown,
 }
 
 impl<'a> Predecessors<'a> {
-    /// Prepares the questions about a model. `initial` holds the bits' values when a run begins.
+    /// Prepares the questions about a model.
     #[must_use]
-    pub fn new(
-        model: &ScanModel,
-        bits: Vec<BitTransition>,
-        initial: Vec<bool>,
-        limits: &'a Limits<'a>,
-    ) -> Predecessors<'a> {
-        let mut nodes: Vec<usize> =
-            bits.iter().flat_map(|bit| [bit.start.node(), bit.end.node()]).collect();
+    pub fn new(model: &ScanModel, bits: Vec<StateBit>, limits: &'a Limits<'a>) -> Predecessors<'a> {
+        let ends = |bit: &StateBit| [bit.start, bit.on, bit.off].map(Lit::node);
+        let mut nodes: Vec<usize> = bits.iter().flat_map(ends).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|&node| node != 0);
@@ -72,51 +80,97 @@ impl<'a> Predecessors<'a> {
         let literals = nodes.into_iter().zip(clauses.items.iter().copied()).collect();
         let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
-        Predecessors { bits, initial, literals, oracle, queries: 0 }
+        let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
+        Predecessors { bits, literals, oracle, variables, queries: 0 }
     }
 
-    /// A part of the state that never occurs when a scan starts. `None` if the state may occur.
+    /// A part of the state that certainly never occurs when a scan starts. `None` if the state may occur.
     pub fn excluded(&mut self, state: &[(usize, bool)]) -> Option<State> {
         self.queries = QUERIES;
         self.never(state, DEPTH)
     }
 
     fn never(&mut self, state: &[(usize, bool)], depth: usize) -> Option<State> {
-        let differs = |&&(bit, value): &&(usize, bool)| self.initial[bit] != value;
-        let not_initial = *state.iter().find(differs)?;
+        if self.may_begin(state) {
+            return None;
+        }
         while self.queries > 0 {
             self.queries -= 1;
             match self.predecessor(state) {
-                Predecessor::Never(mut part) => {
-                    // A run may begin in a state in which only the other bits differ.
-                    if part.iter().all(|&(bit, value)| self.initial[bit] == value) {
-                        part.push(not_initial);
+                Predecessor::Never(core) => return Some(self.exclude(core, state)),
+                Predecessor::Scan(previous) => {
+                    if let Some(part) = self.inductive_part(state, &previous) {
+                        return Some(part);
                     }
-                    self.exclude(&part);
-                    return Some(part);
-                }
-                Predecessor::Scan(previous) if depth > 0 => {
                     // Once the earlier state is excluded, another scan may leave this one.
-                    self.never(&previous, depth - 1)?;
+                    self.never(&previous, depth.checked_sub(1)?)?;
                 }
-                Predecessor::Scan(_) | Predecessor::Unknown => return None,
+                Predecessor::Unknown => return None,
             }
         }
         None
     }
 
+    /// The largest part of a state that no scan leaves unless it starts with it, if no run begins with it. `previous`
+    /// is the start of a scan that leaves the state.
+    fn inductive_part(&mut self, state: &[(usize, bool)], previous: &State) -> Option<State> {
+        let is_in = |previous: &State, &(bit, value): &(usize, bool)| previous[bit].1 == value;
+        let mut part: State = state.to_vec();
+        part.retain(|one| is_in(previous, one));
+        while self.queries > 0 && !self.may_begin(&part) {
+            self.queries -= 1;
+            match self.predecessor(&part) {
+                Predecessor::Never(core) => return Some(self.exclude(core, &part)),
+                Predecessor::Scan(previous) => part.retain(|one| is_in(&previous, one)),
+                Predecessor::Unknown => return None,
+            }
+        }
+        None
+    }
+
+    /// Whether a run begins with these values.
+    fn may_begin(&self, part: &[(usize, bool)]) -> bool {
+        part.iter().all(|&(bit, value)| self.bits[bit].initial == value)
+    }
+
+    /// Leaves out values that are not needed to exclude a part of a state.
+    fn smaller(&mut self, mut part: State) -> State {
+        let mut at = 0;
+        for _ in 0..SMALLER {
+            if at >= part.len() || part.len() < 2 {
+                break;
+            }
+            let mut less = part.clone();
+            less.remove(at);
+            match (!self.may_begin(&less)).then(|| self.predecessor(&less)) {
+                Some(Predecessor::Never(core)) if !self.may_begin(&core) => {
+                    part.retain(|one| core.contains(one));
+                }
+                Some(Predecessor::Never(_)) => part = less,
+                _ => at += 1,
+            }
+        }
+        part
+    }
+
+    /// A scan that leaves the state and starts in another one.
     fn predecessor(&mut self, state: &[(usize, bool)]) -> Predecessor {
         let mut assumed = Vec::new();
         for &(bit, value) in state {
-            let end = if value { self.bits[bit].end } else { !self.bits[bit].end };
-            match end {
+            match if value { self.bits[bit].on } else { self.bits[bit].off } {
                 Lit::TRUE => {}
                 Lit::FALSE => return Predecessor::Never(vec![(bit, value)]),
                 end => assumed.push((self.literal(end), (bit, value))),
             }
         }
-        let literals: Vec<i32> = assumed.iter().map(|one| one.0).collect();
-        match self.oracle.ask(&literals, Effort::decisions(DECISIONS + literals.len() as u64)) {
+        self.variables += 1;
+        let another = self.variables;
+        let mut differs = self.differs_at_start(state);
+        differs.push(-another);
+        self.oracle.add(&differs);
+        let literals: Vec<i32> = assumed.iter().map(|one| one.0).chain([another]).collect();
+        let effort = Effort::decisions(DECISIONS + literals.len() as u64);
+        let answer = match self.oracle.ask(&literals, effort) {
             None => Predecessor::Unknown,
             Some(true) => {
                 let start = |bit: usize| match self.bits[bit].start {
@@ -127,40 +181,42 @@ impl<'a> Predecessors<'a> {
                 Predecessor::Scan((0..self.bits.len()).map(|bit| (bit, start(bit))).collect())
             }
             Some(false) => {
+                // The solver may name an assumption or its negation. Several bits may have the same end.
                 let core = self.oracle.core();
-                let mut part: State = Vec::new();
-                for literal in core {
-                    // The solver may name an assumption or its negation.
-                    let same = |one: &&(i32, (usize, bool))| one.0 == literal;
-                    let other = |one: &&(i32, (usize, bool))| one.0 == -literal;
-                    let found = assumed.iter().find(same).or_else(|| assumed.iter().find(other));
-                    part.extend(found.map(|one| one.1));
-                }
-                Predecessor::Never(self.contradiction(&assumed).unwrap_or(part))
+                let same = |literal: i32| core.iter().any(|one| one.abs() == literal.abs());
+                let mut seen = Vec::new();
+                let mut is_new = |literal: i32| {
+                    let is_new = !seen.contains(&literal);
+                    seen.push(literal);
+                    is_new
+                };
+                let named = assumed.iter().filter(|one| same(one.0) && is_new(one.0));
+                Predecessor::Never(named.map(|one| one.1).collect())
             }
-        }
+        };
+        self.oracle.add(&[-another]);
+        answer
     }
 
-    /// Two bits of a state that have the same function or opposite ones, but not such values.
-    fn contradiction(&self, assumed: &[(i32, (usize, bool))]) -> Option<State> {
-        let mut seen: FxHashMap<i32, (usize, bool)> = FxHashMap::default();
-        assumed.iter().find_map(|&(literal, one)| {
-            seen.insert(literal, one);
-            seen.get(&-literal).map(|&other| vec![other, one])
-        })
-    }
-
-    fn exclude(&mut self, part: &[(usize, bool)]) {
-        let mut clause = Vec::new();
-        for &(bit, value) in part {
-            let start = if value { !self.bits[bit].start } else { self.bits[bit].start };
-            match start {
-                Lit::TRUE => return,
-                Lit::FALSE => {}
-                start => clause.push(self.literal(start)),
-            }
+    /// Excludes a part of a state that no scan leaves, and in which no run begins.
+    fn exclude(&mut self, mut part: State, state: &[(usize, bool)]) -> State {
+        if self.may_begin(&part) {
+            let differs = |&&(bit, value): &&(usize, bool)| self.bits[bit].initial != value;
+            part.extend(state.iter().find(differs));
         }
+        let part = self.smaller(part);
+        let clause = self.differs_at_start(&part);
         self.oracle.add(&clause);
+        part
+    }
+
+    /// The clause that a scan does not start with these values.
+    fn differs_at_start(&self, state: &[(usize, bool)]) -> Vec<i32> {
+        let other = |&(bit, value): &(usize, bool)| {
+            let start = self.literal(self.bits[bit].start);
+            if value { -start } else { start }
+        };
+        state.iter().map(other).collect()
     }
 
     fn literal(&self, lit: Lit) -> i32 {
@@ -173,13 +229,31 @@ impl<'a> Predecessors<'a> {
 mod tests {
     use super::super::inductive::tests::model;
     use super::*;
+    use scanbound_model::Circuit;
+
+    fn asked<'a>(
+        bits: u32,
+        ends: impl Fn(&mut Circuit, &[Lit], Lit) -> Vec<Lit>,
+        initial: &[bool],
+        limits: &'a Limits<'a>,
+    ) -> Predecessors<'a> {
+        let (model, bits) = model(bits, ends);
+        let state = bits.iter().zip(initial).map(|(bit, &initial)| StateBit {
+            start: bit.start,
+            on: bit.end,
+            off: !bit.end,
+            initial,
+        });
+        Predecessors::new(&model, state.collect(), limits)
+    }
 
     #[test]
     fn memories_of_one_input_are_never_different() {
-        let (model, bits) =
-            model(3, |circuit, bits, free| vec![free, free, circuit.and(bits[0], free)]);
         let limits = Limits::default();
-        let mut asked = Predecessors::new(&model, bits, vec![false; 3], &limits);
+        let ends = |circuit: &mut Circuit, bits: &[Lit], free| {
+            vec![free, free, circuit.and(bits[0], free)]
+        };
+        let mut asked = asked(3, ends, &[false; 3], &limits);
         let mut part = asked.excluded(&[(0, true), (1, false), (2, false)]).expect("impossible");
         part.sort_unstable();
         assert_eq!(part, [(0, true), (1, false)]);
@@ -192,14 +266,30 @@ mod tests {
     #[test]
     fn a_state_that_only_an_impossible_one_leaves_is_impossible() {
         // 0 and 1 alternate, 2 comes on only if both are on.
-        let (model, bits) =
-            model(3, |circuit, bits, free| vec![free, !free, circuit.and(bits[0], bits[1])]);
+        let ends = |circuit: &mut Circuit, bits: &[Lit], free: Lit| {
+            vec![free, !free, circuit.and(bits[0], bits[1])]
+        };
         let limits = Limits::default();
-        let mut asked = Predecessors::new(&model, bits.clone(), vec![false; 3], &limits);
-        assert_eq!(asked.excluded(&[(2, true)]), Some(vec![(2, true)]));
+        let mut begins_off = asked(3, ends, &[false; 3], &limits);
+        assert_eq!(begins_off.excluded(&[(2, true)]), Some(vec![(2, true)]));
         // A run begins with both off.
-        assert_eq!(asked.excluded(&[(0, false), (1, false), (2, false)]), None);
-        let mut begins_on = Predecessors::new(&model, bits, vec![true, true, false], &limits);
+        assert_eq!(begins_off.excluded(&[(0, false), (1, false), (2, false)]), None);
+        let mut begins_on = asked(3, ends, &[true, true, false], &limits);
         assert_eq!(begins_on.excluded(&[(2, true)]), None);
+    }
+
+    #[test]
+    fn a_state_that_only_itself_leads_to_is_impossible() {
+        // 0 stays as it is, 1 comes on with the input, 2 comes on with 1 and stays.
+        let ends = |circuit: &mut Circuit, bits: &[Lit], free| {
+            vec![bits[0], free, circuit.or(bits[1], bits[2])]
+        };
+        let limits = Limits::default();
+        let mut begins_off = asked(3, ends, &[false; 3], &limits);
+        assert_eq!(begins_off.excluded(&[(0, true), (1, true)]), Some(vec![(0, true)]));
+        assert_eq!(begins_off.excluded(&[(1, false), (2, true)]), None);
+        let mut begins_on = asked(3, ends, &[true, false, false], &limits);
+        assert_eq!(begins_on.excluded(&[(0, true), (1, true)]), None);
+        assert_eq!(begins_on.excluded(&[(0, false)]), Some(vec![(0, false)]));
     }
 }

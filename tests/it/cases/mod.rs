@@ -4,6 +4,7 @@ mod drawings;
 mod melsec;
 mod names;
 mod reports;
+mod start_states;
 mod text;
 mod timers;
 mod values;

@@ -111,6 +111,26 @@ fn a_restart_under_the_condition_of_what_is_behind_it_counts() {
 }
 
 #[test]
+fn an_assumption_that_only_the_watchdog_needs_is_listed() {
+    // Y0 and Y1 are never both on. With X5 on a scan takes as long, but the watchdog is restarted in it.
+    let heavy = "BMOV D0 D100 K10\n";
+    let program = "LD Y0\nANI X5\nHEAVYLD Y1\nANI X5\nHEAVYLD X5\nHEAVYWDT\nLD X5\nHEAVYLD X0\nOUT Y0\nLDI X0\n\
+                   OUT Y1\nEND\n";
+    let program = program.replace("HEAVY", heavy);
+    let files = [("p.il", &*program), ("facts.toml", POINTS)];
+    let arguments =
+        "p.il --facts facts.toml --cpu Q26UDV --trust all --what-if --time BMOV=120ms/1us";
+    let run = run("watchdog-assumption", &files, &format!("audit {arguments} --format json"));
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let report = run.json();
+    let watchdog = &report["scan"]["watchdog"];
+    assert!(watchdog["stretch_ps"].as_u64() < Some(200_000_000_000), "{watchdog}");
+    let listed = report["assumptions"].as_array().expect("a list");
+    let names = |one: &Value| one["name"].as_str().is_some_and(|name| name.contains("Y1"));
+    assert!(listed.iter().any(names), "{}", report["assumptions"]);
+}
+
+#[test]
 fn only_a_restart_that_surely_comes_counts() {
     for (name, program, wanted) in RESTARTED {
         let arguments = "--cpu Q26UDV --limit watchdog --time BMOV=1ms --time WDT=1us";
@@ -166,7 +186,7 @@ fn blocks_from_below_may_set_the_constant_scan_time() {
             .expect("the command runs");
         output.status.code()
     };
-    let on = "LD M8000\nOUT M8039\nLD X0\n";
+    let on = "LD M8000\nOUT M8039\n";
     assert_eq!(code(&format!("{on}MOV K20 D8039\n"), &[]), Some(0), "20 ms are known");
     // A user's instruction may write any number of words, and the shift writes from 40 words below on.
     let user = ["--time", "SwOp0=1us"];
@@ -211,7 +231,7 @@ fn loops_and_indices_count_as_reading_anything_before_a_response() {
 }
 
 /// Programs for an FX3U, before a loop of 300 ms, and what becomes of its watchdog.
-const SET: [(&str, &str, &str, &str); 14] = [
+const SET: [(&str, &str, &str, &str); 17] = [
     ("default", "", "", "refuted"),
     ("first", "LD M8002\nMOV K500 D8000\nWDT\n", "", "proved"),
     ("always", "LD M8000\nMOV K400 D8000\nWDT\n", "", "proved"),
@@ -225,6 +245,14 @@ const SET: [(&str, &str, &str, &str); 14] = [
     ("word-stated", "LD M8002\nMOV D5 D8000\nWDT\n", "[ranges]\nD5 = [400, 600]\n", "proved"),
     ("block", "LD M8002\nBMOV D10 D7990 K20\nWDT\n", "", "undecided"),
     ("indexed", "LD M8000\nMOV K1000 Z0\nLD M8002\nMOV K500 D7000Z0\nWDT\n", "", "undecided"),
+    ("unknown-index", "LD M8000\nMOV D1 Z0\nLD X0\nMOV K900 D100Z0\n", "", "undecided"),
+    ("small-index", "LD M8000\nMOV K10 Z0\nLD X0\nMOV K900 D100Z0\n", "", "refuted"),
+    (
+        "stated-index",
+        "LD M8000\nMOV D1 Z0\nLD X0\nMOV K900 D100Z0\n",
+        "[index]\nZ0 = [0, 99]\n",
+        "refuted",
+    ),
     ("by-index", "LD M8002\nMOV K500 D8000Z0\nWDT\n", "", "undecided"),
     ("stated", "LD X0\nOUT Y0\n", "[scan]\nwatchdog = \"500ms\"\n", "proved"),
 ];
@@ -256,6 +284,25 @@ fn the_fx5_has_its_watchdog_and_constant_scan_in_special_registers() {
 }
 
 #[test]
+fn d8000_is_an_ordinary_register_of_the_fx5() {
+    let program = "LD SM402\nMOV K10 D8000\nMOV K50 D8039\nLD SM400\nOUT M8039\nEND\n";
+    let (verdict, report) = check("fx5-d8000", program, "", "--cpu FX5U --limit 45ms");
+    assert_eq!(verdict, "proved", "{report}");
+    assert_eq!(report["scan"]["watchdog"]["set_by"], serde_json::json!([]), "{report}");
+    assert_eq!(report["scan"]["constant_scan"]["found_ps"], Value::Null, "{report}");
+}
+
+#[test]
+fn instructions_that_write_several_words_reach_d8000() {
+    for (operation, verdict) in [("TRD D7995", "undecided"), ("TRD D7990", "proved")] {
+        let program = format!("LD X0\n{operation}\nEND\n");
+        let arguments = "--cpu FX3U --limit watchdog --time TRD=1us";
+        let found = check("fx-trd", &program, "", arguments);
+        assert_eq!(found.0, verdict, "{operation} {}", found.1["check"]);
+    }
+}
+
+#[test]
 fn a_constant_scan_lasts_as_long_as_it_is_set() {
     let limit = |limit: &str| {
         let arguments =
@@ -271,9 +318,11 @@ fn a_constant_scan_lasts_as_long_as_it_is_set() {
 }
 
 /// What a program for an FX3U does, what is stated, and the verdict on 10 ms: its scan takes below 1 ms.
-const CONSTANT: [(&str, &str, &str, &str); 12] = [
+const CONSTANT: [(&str, &str, &str, &str); 13] = [
     ("none", "LD X0\nOUT Y0\n", "", "proved"),
     ("set", "LD M8000\nSET M8039\nMOV K20 D8039\n", "", "refuted"),
+    // Where X0 is off, something else may have set it.
+    ("sometimes", "LD M8000\nOUT M8039\nLD X0\nMOV K5 D8039\n", "", "undecided"),
     ("short", "LD M8000\nSET M8039\nMOV K5 D8039\n", "", "proved"),
     ("by-input", "LD X0\nOUT M8039\nLD M8002\nMOV K20 D8039\n", "", "refuted"),
     ("never", "LD M0\nANI M0\nOUT M8039\nLD M8002\nMOV K20 D8039\n", "", "undecided"),
@@ -294,6 +343,27 @@ fn every_constant_scan_that_may_be_switched_on_counts() {
             check(&format!("constant-{name}"), &program, facts, "--cpu FX3U --limit 10ms");
         assert_eq!(verdict, wanted, "{name} {}", report["check"]);
     }
+}
+
+#[test]
+fn the_scan_that_waits_is_shown() {
+    // The longest scan executes SwOp0, and does not set the time.
+    let program = "LD X0\nOUT M8039\nLD X1\nMOV K20 D8039\nLD X0\nANI X1\nBMOV D0 D100 K100\nEND\n";
+    let arguments = "--cpu FX3U --limit 10ms --trust all --refute reached";
+    let (verdict, report) = check("constant-shown", program, "", arguments);
+    assert_eq!(verdict, "refuted", "{report}");
+    let constant = &report["scan"]["constant_scan"];
+    assert_eq!(constant["found_ps"], 20_000_000_000_u64, "{constant}");
+    assert_eq!(constant["found_in"]["scan"], 1, "{constant}");
+    assert_eq!(constant["found_in"]["inputs_on"], true, "{constant}");
+}
+
+#[test]
+fn what_wdt_of_omron_adds_is_told() {
+    let list = "LD P_On\nWDT(094) &30\nLD 0.00\nOUT 1.00\nEND(001)\n";
+    let run = run("omron-wdt", &[("p.il", list)], "audit p.il --cpu CJ2M --time WDT=1us");
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("with what WDT adds: kept"), "{}", run.stdout);
 }
 
 #[test]
@@ -437,6 +507,16 @@ fn what_another_dialect_does_not_have_is_told_with_its_line() {
     assert_eq!(run.code, Some(2), "{}", run.stdout);
     assert!(run.stderr.contains("MINASEC-U has no instruction 'OUT'"), "{}", run.stderr);
     assert!(run.stderr.contains("p.asm:2:1"), "{}", run.stderr);
+}
+
+#[test]
+fn an_unknown_word_of_the_stated_dialect_is_told_alone() {
+    let list = "LD X00\nAND X01\nFOO 1\nST Y00\n";
+    let run = run("minasec-unknown", &[("p.asm", list)], "audit p.asm --dialect minasec-asm");
+    assert_eq!(run.code, Some(2), "{}", run.stdout);
+    assert!(run.stderr.contains("MINASEC-U has no instruction 'FOO'"), "{}", run.stderr);
+    assert!(run.stderr.contains("p.asm:3:1"), "{}", run.stderr);
+    assert!(!run.stderr.contains("this is a"), "{}", run.stderr);
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Lowering<'_> {
     /// is external.
     pub(super) fn elapsed(
         &mut self,
-        (ran, value): (Option<Cell>, Cell),
+        (ran, contact, value): (Option<Cell>, Cell, Cell),
         setting: WordSource,
         unit: Picos,
     ) -> (ChoiceId, ChoiceId) {
@@ -60,7 +60,13 @@ impl Lowering<'_> {
         let word = |source| OperationInput::Words(vec![source]);
         let (over, number) = (self.out.external_choice(), self.out.external_choice());
         let on_delay = Expiry::of_on_delay(ran.unwrap_or(value), setting, unit);
-        self.out.set_expiry([over, number], Expiry { previous: Some(before), ..on_delay });
+        let expiry = Expiry {
+            previous: Some(before),
+            flag: ran.map(|_| contact),
+            is_reset: self.modes.resets.contains(&contact),
+            ..on_delay
+        };
+        self.out.set_expiry([over, number], expiry);
         // A run tracks the time of a timer that restarts each time. It does not track retentive timers, nor current
         // values.
         let is_retentive = ran.is_none();

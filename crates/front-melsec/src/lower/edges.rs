@@ -106,11 +106,17 @@ impl Lowering<'_> {
             again[edge.at] || !is_steady
         });
         for edge in edges {
-            let free = self.free_bit();
+            // Usually the contact remembers what it saw last.
+            let unusual = self.choice();
+            self.out.program.timekeeping.unusual.insert(unusual);
+            let unusual = Logic::Bit(BitSource::Free(unusual));
+            let free = Logic::All(vec![unusual.clone(), self.free_bit()]);
             for effect in &mut self.out.program.instructions[edge.at].effects {
                 match &mut effect.write {
                     Write::Bit(BitTarget::Cell(cell), value) if *cell == edge.memory => {
-                        *value = free.clone();
+                        let own = std::mem::replace(value, Logic::Const(false));
+                        let own = Logic::All(vec![own, unusual.clone().not()]);
+                        *value = Logic::Any(vec![own, free.clone()]);
                     }
                     _ => {}
                 }

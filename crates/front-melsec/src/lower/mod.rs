@@ -22,6 +22,7 @@ mod rungs;
 mod scan_control;
 mod state;
 mod units;
+mod written;
 
 use super::memory::{area, areas, networks, power_up};
 use super::operand::Operand;

@@ -1,10 +1,11 @@
 //! Special relays and instructions in a project that change the meaning of other instructions.
 
+use super::written::index_values;
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::Item;
-use scanbound_ir::AreaId;
-use std::collections::BTreeMap;
+use scanbound_ir::{AreaId, Cell};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Which special relays and instructions that change the meaning of other instructions a project uses.
 pub(super) struct Modes {
@@ -20,6 +21,11 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
+    /// The contacts of the timers that an instruction resets.
+    pub resets: BTreeSet<Cell>,
+    /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
+    /// writes other values.
+    pub index_values: BTreeMap<(&'static str, u32), Option<Vec<i64>>>,
     /// For each area with contiguous devices: the smallest number of devices that the CPU can have, since the program
     /// names the highest one.
     pub named: BTreeMap<AreaId, u32>,
@@ -40,6 +46,8 @@ impl Modes {
             uses_binary_search: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_in_d8164: family == Family::Fx && touches(&[8164]),
+            resets: resets(items),
+            index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
             named: named(items),
             highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
         }
@@ -51,6 +59,16 @@ fn device(operand: &Result<Operand, String>) -> Option<&Device> {
         Ok(Operand::Device(device)) => Some(device),
         _ => None,
     }
+}
+
+/// The contacts of the timers that an instruction resets.
+fn resets(items: &[Item<'_>]) -> BTreeSet<Cell> {
+    let resets = items.iter().filter(|item| item.name == "RST").flat_map(|item| &item.operands);
+    let contact = |device: &Device| match device.place {
+        Place::At(DeviceType::Timed(timed), index) => Some(Cell { area: timed.contact, index }),
+        _ => None,
+    };
+    resets.filter_map(device).filter_map(contact).collect()
 }
 
 /// For each contiguous area: the smallest number of devices that the CPU can have. D and W are not contiguous: extended

@@ -108,6 +108,7 @@ impl Lowering<'_> {
             setting,
             is_decimal: false,
             inputs: Vec::new(),
+            running: Some(cell(timed.coil)),
             parts: at + 1..at + 1,
         };
         let timekeeping = &mut self.out.program.timekeeping;
@@ -167,19 +168,15 @@ impl Lowering<'_> {
             }
             Some(setting) => {
                 let unit = self.time_base(mnemonic, index);
-                self.elapsed((ran, value), setting, unit)
+                self.elapsed((ran, contact, value), setting, unit)
             }
             None => (self.choice(), self.choice()),
         };
         let mut done = vec![Logic::Condition, Logic::Bit(BitSource::Free(through))];
         if let Some(setting) = setting.filter(|_| !is_counter) {
             let present_before = self.previous_present(value);
-            done.push(self.has_started(
-                ran,
-                present_before,
-                setting,
-                self.time_base(mnemonic, index),
-            ));
+            let unit = self.time_base(mnemonic, index);
+            done.push(self.has_started((contact, ran), present_before, setting, unit));
         }
         if let Some(setting @ WordSource::Const(1..=0x7FFF)) = setting {
             let over = is_at_least(value, setting);
@@ -226,7 +223,7 @@ impl Lowering<'_> {
     /// longer than one scan. A retentive timer continues from its current value.
     fn has_started(
         &mut self,
-        ran: Option<Cell>,
+        (contact, ran): (Cell, Option<Cell>),
         present_before: Cell,
         setting: WordSource,
         unit: Picos,
@@ -240,14 +237,26 @@ impl Lowering<'_> {
                 right,
             }))
         };
-        let ticks = WordSource::Free(self.out.scan_ticks(unit, false));
-        let at_once = compared(Relation::LessOrEqual, setting, ticks);
+        let is_reset = self.modes.resets.contains(&contact);
+        let ticks = WordSource::Free(self.out.scan_ticks(unit, false, is_reset));
+        let mut at_once = compared(Relation::LessOrEqual, setting, ticks);
+        if is_reset {
+            // Whether a timer goes on that was reset while its coil was on is unknown.
+            at_once = Logic::All(vec![at_once, self.reading()]);
+        }
         let stands = WordSource::Cell(present_before);
         let ran = match ran {
             Some(ran) => Logic::cell(ran),
             None => compared(Relation::NotEqual, stands, WordSource::Const(0)),
         };
         Logic::Any(vec![ran, at_once])
+    }
+
+    /// A bit that says which of two ways of understanding a manual is meant.
+    fn reading(&mut self) -> Logic {
+        let choice = self.choice();
+        self.out.program.timekeeping.readings.insert(choice);
+        Logic::Bit(BitSource::Free(choice))
     }
 
     /// The hidden word that holds the timer's present value as it was before this instruction.
@@ -270,10 +279,11 @@ impl Lowering<'_> {
                 let ran = timed.ran(index).map(|ran| bit(ran.area));
                 // Whether the counter counts again while its input stays on after the reset is unknown.
                 let coil = BitTarget::Cell(Cell { area: timed.coil, index });
+                let coil_stays = Logic::All(vec![Logic::Bit(coil.source()), self.reading()]);
                 let value = WordTarget::Cell(Cell { area: timed.value, index });
                 let reset = [
                     bit(timed.contact),
-                    fired(Write::Bit(coil, self.free_bit())),
+                    fired(Write::Bit(coil, coil_stays)),
                     fired(Write::Words(vec![value], zero())),
                 ];
                 reset.into_iter().chain(ran).collect()

@@ -2,10 +2,10 @@
 //! scan.
 
 use super::state::Lowering;
-use crate::catalog::{InstructionEffect, Role};
+use super::written::{LONGEST_BLOCK, block_length, unpulsed, written};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
-use crate::resolve::{Category, Item};
+use crate::resolve::Item;
 use scanbound_base::time::Picos;
 use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
@@ -15,8 +15,6 @@ const MS: u64 = 1_000_000_000;
 const WATCHDOG: u32 = 8000;
 /// The number of the register with the constant scan time, and of the relay that enables it (same sources).
 const CONSTANT: u32 = 8039;
-/// The largest number of words in a block of an FX instruction.
-const LONGEST_BLOCK: u32 = 512;
 
 /// How the CPUs of a family can change the limits of their scan time.
 pub(super) fn of_family(family: Family) -> ScanControl {
@@ -62,14 +60,18 @@ impl Lowering<'_> {
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return;
         }
-        let written = self.written(item);
+        let written = written(item);
         // An indirect address may point to any of the registers.
         let is_any = |device: &Device| matches!(device.place, Place::Indirect);
         let of = |names: [&str; 2]| -> Vec<Device> {
             let all = written.iter().copied();
             all.filter(|device| names.contains(&device.name) || is_any(device)).collect()
         };
-        let (registers, relays) = (of(["D", "SD"]), of(["M", "SM"]));
+        let (registers, relays) = match self.family {
+            Family::Fx => (of(["D", "SD"]), of(["M", "SM"])),
+            // D8000 of the FX5 is an ordinary register.
+            _ => (of(["SD", "SD"]), of(["SM", "SM"])),
+        };
         for register in [WATCHDOG, CONSTANT] {
             if registers.iter().any(|device| self.may_reach(item, device, register)) {
                 let setting = self.setting(item, register);
@@ -92,24 +94,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// The devices that the instruction may write.
-    fn written(&self, item: &Item<'_>) -> Vec<Device> {
-        let is_written = |operand: usize| match &item.category {
-            Category::Coil => operand == 0,
-            Category::User | Category::Unknown { .. } => true,
-            Category::Listed(found) => found.entry.operands.get(operand).is_none_or(|one| {
-                matches!(one.role, Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice)
-            }),
-            _ => false,
-        };
-        let operands = item.operands.iter().enumerate();
-        let device = |(at, operand): (usize, &Result<Operand, String>)| match operand {
-            Ok(Operand::Device(device)) if is_written(at) => Some(*device),
-            _ => None,
-        };
-        operands.filter_map(device).collect()
-    }
-
     /// Whether an instruction that writes a block from this device on may write the special device of this number.
     fn may_reach(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
         let number = |operand: &Operand| match operand {
@@ -122,14 +106,14 @@ impl Lowering<'_> {
             Place::Digits(_, first, digits) => {
                 return (first..first + 4 * u32::from(digits)).contains(&special)
                     || first < special
-                        && self.block_length(item) > 1
+                        && block_length(item) > 1
                         && special - first < 16 * LONGEST_BLOCK;
             }
             Place::Indexed(DeviceType::VolatileBit | DeviceType::VolatileWord, _)
             | Place::IndexedDigits(DeviceType::VolatileBit, _)
             | Place::Indirect => return true,
             Place::Indexed(..) | Place::IndexedDigits(..) => {
-                return self.index_reaches(device, special);
+                return self.index_reaches(item, device, special);
             }
             _ => return false,
         };
@@ -140,79 +124,31 @@ impl Lowering<'_> {
             let last = item.operands.iter().filter_map(|one| number(one.as_ref().ok()?)).max();
             return last.is_some_and(|last| last >= special);
         }
-        special - first < self.block_length(item)
+        special - first < block_length(item)
     }
 
-    /// The largest number of devices that an instruction may write, from its operand on.
-    fn block_length(&self, item: &Item<'_>) -> u32 {
-        let found = match &item.category {
-            Category::Listed(found) => found,
-            Category::User | Category::Unknown { .. } => return LONGEST_BLOCK,
-            _ => return 1,
-        };
-        if unpulsed(&item.name) == "DECO" {
-            let exponent = match item.operands.last() {
-                Some(Ok(Operand::Constant(exponent))) => u32::try_from(*exponent).unwrap_or(8),
-                _ => 8,
-            };
-            return 1 << exponent.min(8);
-        }
-        match found.entry.meaning {
-            InstructionEffect::Copy
-            | InstructionEffect::Fill
-            | InstructionEffect::Havoc
-            | InstructionEffect::HavocAlways
-            | InstructionEffect::HavocAnytime
-            | InstructionEffect::Clear
-            | InstructionEffect::SlideUp
-            | InstructionEffect::SlideDown
-            | InstructionEffect::Pairwise
-            | InstructionEffect::Text => {
-                let is_move = matches!(unpulsed(&item.name), "MOV" | "CML" | "SMOV");
-                let is_long = matches!(unpulsed(&item.name), "DMOV" | "DCML" | "EMOV" | "DEMOV");
-                let constants = item.operands.iter().filter_map(|operand| match operand {
-                    Ok(Operand::Constant(count)) => u32::try_from(*count).ok(),
-                    _ => None,
-                });
-                let words = item
-                    .operands
-                    .iter()
-                    .skip(1)
-                    .any(|operand| matches!(operand, Ok(Operand::Device(_))));
-                match (is_move, is_long) {
-                    (true, _) => 1,
-                    (_, true) => 2,
-                    // A count in a word may have any value.
-                    _ if item.operands.len() > 2
-                        && words
-                        && !matches!(item.operands.last(), Some(Ok(Operand::Constant(_)))) =>
-                    {
-                        LONGEST_BLOCK
-                    }
-                    // The count of a block of double words is that of its double words.
-                    _ => {
-                        let words = if item.name.starts_with('D') { 2 } else { 1 };
-                        (words * constants.max().unwrap_or(4).min(LONGEST_BLOCK))
-                            .clamp(4, LONGEST_BLOCK)
-                    }
-                }
-            }
-            _ => 4,
-        }
-    }
-
-    /// Whether an index may lead to the device, if the program assigns only constants to this index register. A
-    /// computed index is assumed not to exceed the end of the area, as everywhere.
-    fn index_reaches(&self, device: &Device, special: u32) -> bool {
+    /// Whether an index may lead to the device. The values of an index register are known if they are stated, or if the
+    /// program assigns only constants to it.
+    fn index_reaches(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
         let Some(index) = device.index else { return false };
+        let length = match device.place {
+            Place::IndexedDigits(_, digits) => 4 * u32::from(digits),
+            _ => block_length(item),
+        };
+        let leads = |value: i64| {
+            let first = i64::from(index.number) + value;
+            (first..first + i64::from(length)).contains(&i64::from(special))
+        };
         let register = format!("{}{}", index.letters, index.register);
-        self.resolved.items.iter().any(|item| match item.operands.first() {
-            Some(Ok(Operand::Constant(value))) => {
-                item.raw.operands.last().is_some_and(|to| to.eq_ignore_ascii_case(&register))
-                    && i64::from(index.number) + value == i64::from(special)
-            }
-            _ => false,
-        })
+        let stated = self.options.facts.indices.iter();
+        let mut stated = stated.filter(|(name, _)| name.eq_ignore_ascii_case(&register));
+        if let Some((_, &(low, high))) = stated.next() {
+            return (low..=high).any(leads);
+        }
+        match self.modes.index_values.get(&(index.letters, index.register)) {
+            None => leads(0),
+            Some(values) => values.as_ref().is_none_or(|all| all.iter().copied().any(leads)),
+        }
     }
 
     /// The time to which an instruction that writes the register sets it.
@@ -249,7 +185,7 @@ impl Lowering<'_> {
     /// The time setting that the stated range of a word gives, if the program writes to the word only constants in this
     /// range.
     fn stated_times(&self, word: &Device, name: &str) -> Option<Setting> {
-        let Place::At(_, number) = word.place else { return None };
+        let Place::At(DeviceType::Word(own), number) = word.place else { return None };
         let ranges = &self.options.facts.ranges;
         let stated = ranges.iter().find(|(own, _)| own.eq_ignore_ascii_case(name));
         let (low, high) = *stated?.1;
@@ -258,22 +194,20 @@ impl Lowering<'_> {
                 Some(Ok(Operand::Constant(value))) if unpulsed(&item.name) == "MOV" => Some(value),
                 _ => None,
             };
-            self.written(item).iter().all(|device| match device.place {
-                Place::At(_, first) if device.name == word.name && first == number => {
+            written(item).iter().all(|device| match device.place {
+                Place::At(DeviceType::Word(area), first) if area == own && first == number => {
                     constant.is_some_and(|value| (low..=high).contains(value))
                 }
                 Place::Indirect => false,
-                Place::Indexed(..) | Place::IndexedDigits(..) => device.name != word.name,
-                _ => device.name != word.name || !self.may_reach(item, device, number),
+                Place::Indexed(DeviceType::Word(area), _) => area != own,
+                Place::At(DeviceType::Word(area), _) | Place::BitOf(DeviceType::Word(area), ..) => {
+                    area != own || !self.may_reach(item, device, number)
+                }
+                _ => true,
             })
         };
         let time = |value: i64| Some(Picos(MS).times(u64::try_from(value).ok()?));
         let all = self.resolved.items.iter().all(keeps);
         if all { Some(Setting::Range(time(low)?, time(high)?)) } else { None }
     }
-}
-
-/// The mnemonic without the suffix P of its pulse form.
-fn unpulsed(name: &str) -> &str {
-    name.strip_suffix('P').unwrap_or(name)
 }

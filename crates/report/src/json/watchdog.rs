@@ -42,11 +42,20 @@ pub(super) struct Constant<'a> {
     most_ps: Option<u64>,
     interrupts_ps: u64,
     found_ps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found_in: Option<Waiting>,
     stated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     by_parameters: Option<&'a str>,
     set_by: Vec<Setting<'a>>,
     switched_by: Vec<Switching<'a>>,
+}
+
+/// A scan from power-up that waits, with inputs that do not change.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Waiting {
+    scan: usize,
+    inputs_on: bool,
 }
 
 /// The least time of each scan, where anything may set one.
@@ -57,6 +66,7 @@ pub(super) fn constant(audit: &Audit) -> Option<Constant<'_>> {
         most_ps: cycle.upper.map(|time| time.0).filter(|_| !cycle.is_unknown),
         interrupts_ps: cycle.interrupts.0,
         found_ps: cycle.lower.map(|time| time.0),
+        found_in: cycle.waits.map(|one| Waiting { scan: one.number, inputs_on: one.inputs_on }),
         stated: cycle.is_stated,
         by_parameters: cycle.unstated,
         set_by: cycle.settings.iter().map(setting).collect(),

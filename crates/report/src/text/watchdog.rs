@@ -34,7 +34,11 @@ pub(super) fn cycle(audit: &Audit) -> Option<String> {
         Picos::ZERO => String::new(),
         time => format!(", and interrupts at the end of the wait add up to {}", at_most(time)),
     };
-    Some(format!("{whole} at most: each scan lasts {} ({set}){interrupts}", at_most(most)))
+    let waits = cycle.waits.map_or(String::new(), |scan| {
+        let inputs = if scan.inputs_on { "on" } else { "off" };
+        format!("; scan {} from power-up waits, with all inputs {inputs}", scan.number)
+    });
+    Some(format!("{whole} at most: each scan lasts {} ({set}){interrupts}{waits}", at_most(most)))
 }
 
 /// That the CPU's parameters may make each scan longer, where nobody states whether they do.

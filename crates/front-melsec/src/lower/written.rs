@@ -1,0 +1,89 @@
+//! The devices that an instruction of the FX and FX5 may write, and what it may move to index registers.
+
+use crate::catalog::{Amount, Extent, Role};
+use crate::operand::{Device, Operand, Place};
+use crate::resolve::{Category, Item};
+use std::collections::BTreeMap;
+
+/// The largest number of words in a block of an FX instruction.
+pub(super) const LONGEST_BLOCK: u32 = 512;
+
+/// The devices that the instruction may write.
+pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
+    let is_target = |operand: usize| match &item.category {
+        Category::Coil => operand == 0,
+        Category::User | Category::Unknown { .. } => true,
+        Category::Listed(found) => {
+            found.entry.operands.get(operand).is_none_or(|one| is_written(one.role))
+        }
+        _ => false,
+    };
+    let operands = item.operands.iter().enumerate();
+    let device = |(at, operand): (usize, &Result<Operand, String>)| match operand {
+        Ok(Operand::Device(device)) if is_target(at) => Some(*device),
+        _ => None,
+    };
+    operands.filter_map(device).collect()
+}
+
+/// The largest number of devices that an instruction may write, from its operand on.
+pub(super) fn block_length(item: &Item<'_>) -> u32 {
+    let found = match &item.category {
+        Category::Listed(found) => found,
+        Category::User | Category::Unknown { .. } => return LONGEST_BLOCK,
+        _ => return 1,
+    };
+    let constant = |operand: usize| match item.operands.get(operand) {
+        Some(Ok(Operand::Constant(value))) => u32::try_from(*value).ok(),
+        _ => None,
+    };
+    let length = |extent: Extent| match extent.amount() {
+        Amount::Fixed(count) => Some(count),
+        Amount::Counted { unit, operand } => Some(unit.saturating_mul(constant(operand)?)),
+        Amount::Power { operand } => 1_u32.checked_shl(constant(operand)?),
+        _ => None,
+    };
+    let written = found.entry.operands.iter().filter(|one| is_written(one.role));
+    // A count in a word may have any value.
+    let lengths = written.map(|one| length(one.extent).unwrap_or(LONGEST_BLOCK));
+    lengths.max().unwrap_or(1).clamp(1, LONGEST_BLOCK)
+}
+
+/// Whether an instruction writes an operand with this role.
+fn is_written(role: Role) -> bool {
+    matches!(role, Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice)
+}
+
+/// For each index register that the program writes: 0 and the constants that it moves there. `None` if it writes other
+/// values.
+pub(super) fn index_values(items: &[Item<'_>]) -> BTreeMap<(&'static str, u32), Option<Vec<i64>>> {
+    let mut found: BTreeMap<(&'static str, u32), Option<Vec<i64>>> = BTreeMap::new();
+    for item in items {
+        for device in written(item) {
+            let (true, Place::At(_, first)) = (matches!(device.name, "Z" | "V"), device.place)
+            else {
+                continue;
+            };
+            let constant = match item.operands.first() {
+                Some(Ok(Operand::Constant(value))) if unpulsed(&item.name) == "MOV" => Some(*value),
+                _ => None,
+            };
+            if let Some(value) = constant {
+                let values = found.entry((device.name, first)).or_insert_with(|| Some(vec![0]));
+                values.iter_mut().for_each(|values| values.push(value));
+                continue;
+            }
+            // The high word of a double word in Z is in V on the FX.
+            for register in first..first + block_length(item) {
+                found.insert(("Z", register), None);
+                found.insert(("V", register), None);
+            }
+        }
+    }
+    found
+}
+
+/// The mnemonic without the suffix P of its pulse form.
+pub(super) fn unpulsed(name: &str) -> &str {
+    name.strip_suffix('P').unwrap_or(name)
+}

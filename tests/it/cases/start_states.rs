@@ -1,0 +1,141 @@
+//! No lower bound rests on a scan that starts in a state which no scan leaves.
+
+use super::{Run, lower_ns, upper_ns};
+use crate::common::command::binary;
+use serde_json::Value;
+use std::path::Path;
+
+/// Nothing takes time but END (9 ms, or 60 ms) and SwA (50 us where it fires, else 1 us).
+const TABLE: &str = "instruction,on_us,off_us\n@watchdog,200000,\n@contact,0,0\n@compare,0,0\n@coil,0,0\n@timer,0,0\n\
+                     @counter,0,0\n@set,0,0\n@pulse,0,0\n@move,0,0\n@jump,0,0\n@loop,0,0\n@nothing,0,0\n@special,0,0\nSwA,50,1\n";
+
+/// The JSON report on a list in which END takes so many milliseconds.
+fn report(name: &str, cpu: &str, list: &str, [end_ms, trust]: [&str; 2]) -> Value {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-start-states");
+    std::fs::create_dir_all(&directory).expect("a directory");
+    let (file, table) = (directory.join(name), directory.join(format!("{name}.csv")));
+    std::fs::write(&file, list).expect("a file");
+    std::fs::write(&table, format!("{TABLE}END,{end_ms}000,\n")).expect("a file");
+    let output = binary()
+        .args(["audit", "--format", "json", "--cpu", cpu, "--trust", trust, "--table"])
+        .args([&table, &file])
+        .output()
+        .expect("the command runs");
+    let run = Run::of(&output);
+    assert_eq!(run.code, Some(0), "{name} {cpu}: {}{}\n{list}", run.stdout, run.stderr);
+    run.json()
+}
+
+/// Whether a lower bound rests on a scan in which SwA fires, and whether a run from power-up leads there.
+fn fires(name: &str, cpu: &str, list: &str, end_ms: &str) -> (bool, bool) {
+    let report = report(name, cpu, list, [end_ms, "all"]);
+    let end = 1_000_000 * end_ms.parse::<u64>().expect("a number");
+    let lower = lower_ns(&report);
+    assert!(lower <= upper_ns(&report) && lower >= end, "{name} {cpu}: {report}");
+    (lower >= end + 50_000, report["scan"]["lower_kind"] == "reached")
+}
+
+#[test]
+fn no_lower_bound_rests_on_a_state_that_no_scan_leaves() {
+    for (name, list) in [
+        // A counter is through with the value of its setting, not beyond it.
+        ("beyond.il", "LD X0\nOUT C0 K2\nLD<> C0 K2\nAND C0\nSwA D100\nEND\n"),
+        ("below.il", "LD X0\nOUT C0 K2\nLD= C0 K2\nANI C0\nSwA D100\nEND\n"),
+        // A timer's contact is off where its condition was.
+        ("contact.il", "LDP X0\nAND T0\nSwA D100\nLD X0\nOUT T0 K2\nEND\n"),
+        ("other-relay.il", "LD T0\nAND M0\nSwA D100\nLD X0\nOUT T0 K2\nLDI X0\nOUT M0\nEND\n"),
+        // The contact stays on as long as the coil does.
+        ("falls.il", "LD X0\nOUT T0 K5\nLDF T0\nAND X0\nSwA D100\nEND\n"),
+        ("falls-in-word.il", "LD X0\nOUT T0 D9\nLDF T0\nAND X0\nSwA D100\nEND\n"),
+        ("counter-falls.il", "LD X0\nOUT C0 K2\nLDF C0\nSwA D100\nEND\n"),
+        // One counter counts where the input comes on, the other where it goes off.
+        ("together.il", "LDP C0\nANDP C1\nSwA D100\nLD X0\nOUT C0 K5\nLDI X0\nOUT C1 K5\nEND\n"),
+        // After the first scan D0 is 3.
+        ("initial.il", "LD SM402\nMOV K3 D0\nLD<> D0 K3\nANI SM402\nSwA D100\nEND\n"),
+        // Nothing resets M600.
+        ("never-falls.il", "LD X1\nCJ P0\nLDF M600\nSwA D100\nP0\nLD X0\nSET M600\nEND\n"),
+        // The memory of the edge is written only while the input is off.
+        ("behind.il", "LD X0\nCJ P1\nLDF X0\nSwA D100\nP1\nEND\n"),
+    ] {
+        for cpu in ["Q26UDV", "FX3U"] {
+            let list = &list.replace("SM402", if cpu == "FX3U" { "M8002" } else { "SM402" });
+            assert!(!fires(name, cpu, list, "9").0, "{name} {cpu}");
+        }
+    }
+    let falls = "LD 0.00\nTIM 0000 #0005\nLD T0000\nDIFD(014) W0.00\nLD W0.00\nAND 0.00\nSwA D100\nEND(001)\n";
+    assert!(!fires("falls-cj.il", "CJ2M", falls, "9").0);
+    let falls = "LD 00000\nTIM 000 #0005\nLD TIM000\nDIFD(14) 03000\nLD 03000\nAND 00000\nSwA DM0100\nEND(01)\n";
+    assert!(!fires("falls-c200h.il", "C200H", falls, "9").0);
+}
+
+#[test]
+fn what_scans_leave_remains_a_lower_bound() {
+    for (name, list) in [
+        ("through.il", "LD= C0 K2\nAND C0\nSwA D100\nLD X0\nOUT C0 K2\nEND\n"),
+        ("one-less.il", "LD= C0 K1\nANI C0\nSwA D100\nLD X0\nOUT C0 K2\nEND\n"),
+        ("over.il", "LD T0\nANI X0\nSwA D100\nLD X0\nOUT T0 K2\nEND\n"),
+        ("resets.il", "LD X0\nOUT C0 K2\nLDF C0\nSwA D100\nLD X1\nRST C0\nEND\n"),
+        ("held.il", "LD X0\nOR M600\nOUT M600\nLD M600\nANI X0\nSwA D100\nEND\n"),
+    ] {
+        for cpu in ["Q26UDV", "FX3U"] {
+            assert!(fires(name, cpu, list, "9").0, "{name} {cpu}");
+        }
+    }
+}
+
+#[test]
+fn a_counter_that_counts_a_loop_is_at_its_setting_at_most() {
+    let list = "LD X1\nOUT C0 K7\nFOR C0\nLD SM400\nSwA D100\nNEXT\nEND\n";
+    let report = report("counts-loop.il", "Q26UDV", list, ["9", "all"]);
+    assert!(lower_ns(&report) <= 9_350_000, "{report}");
+    assert!(lower_ns(&report) >= 9_300_000, "{report}");
+}
+
+#[test]
+fn a_timer_that_ran_for_a_scan_is_over_if_the_scan_takes_longer() {
+    let list = "LD X0\nOUTH T0 K2\nLD X0\nAND M0\nANI T0\nSwA D100\nLD X0\nOUT M0\nEND\n";
+    assert!(!fires("must-be-over.il", "Q26UDV", list, "60").0);
+    assert!(fires("may-run.il", "Q26UDV", list, "9").0);
+}
+
+#[test]
+fn a_timer_is_over_as_late_as_a_run_shows() {
+    // X0 has been on for one scan, for two scans, and the timer takes 60 s.
+    for list in [
+        "LD X0\nOUT T0 K600\nLD M0\nANI M1\nAND T0\nSwA D100\nLD M0\nOUT M1\nLD X0\nOUT M0\nEND\n",
+        "LD X0\nOUT T0 K600\nLD M1\nANI M2\nAND T0\nSwA D100\nLD M1\nOUT M2\nLD M0\nOUT M1\nLD X0\nOUT M0\nEND\n",
+        "LD X0\nOUT ST0 K600\nLD X1\nRST ST0\nLD M0\nANI M1\nAND ST0\nSwA D100\nLD M0\nOUT M1\nLD ST0\nOUT M0\nEND\n",
+    ] {
+        let (fires, is_reached) = fires("early.il", "Q26UDV", list, "9");
+        assert!(!fires || is_reached, "{list}");
+    }
+    let over =
+        "LD X0\nOUT T0 K600\nLD M0\nAND T0\nANI M1\nSwA D100\nLD T0\nOUT M1\nLD X0\nOUT M0\nEND\n";
+    assert_eq!(fires("late.il", "Q26UDV", over, "9"), (true, true));
+}
+
+#[test]
+fn no_lower_bound_rests_on_one_reading_of_a_reset() {
+    // A timer that is reset while its coil is on goes on from 0 with the next scan, or starts anew in it.
+    for (name, list, cpu) in [
+        ("after.il", "LD SM400\nOUTH T0 K2\nLDI T0\nRST T0\nLD T0\nSwA D100\nEND\n", "Q26UDV"),
+        ("before.il", "LD SM400\nOUTH T0 K2\nLD T0\nSwA D100\nLD SM400\nRST T0\nEND\n", "Q26UDV"),
+        (
+            "off.il",
+            "LD SM400\nOUTH T0 K2\nLDI T0\nANI SM402\nSwA D100\nLD SM400\nRST T0\nEND\n",
+            "Q26UDV",
+        ),
+        (
+            "retentive.il",
+            "LD SM400\nOUTH ST0 K2\nLD ST0\nSwA D100\nLD SM400\nRST ST0\nEND\n",
+            "Q26UDV",
+        ),
+        ("fx.il", "LD M8000\nOUT T200 K2\nLDI T200\nRST T200\nLD T200\nSwA D100\nEND\n", "FX3U"),
+    ] {
+        let (fires, is_reached) = fires(name, cpu, list, "60");
+        assert!(!fires, "{name}: {is_reached}");
+    }
+    // In either case it is off behind the reset.
+    let list = "LD SM400\nOUT T0 K2\nRST T0\nLDI T0\nSwA D100\nEND\n";
+    assert!(fires("behind-reset.il", "Q26UDV", list, "60").0);
+}
