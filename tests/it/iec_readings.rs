@@ -342,20 +342,6 @@ fn actions_that_have_ended_may_come_before_the_others() {
 }
 
 #[test]
-fn actions_in_the_order_of_their_names_come_before_transitions() {
-    // In the scan behind that in which S0 begins, its condition comes behind its action.
-    let text = chart(
-        "INITIAL_STEP S0: h(P1); END_STEP STEP S1: END_STEP
-         TRANSITION FROM S0 TO S1 := One() AND a; END_TRANSITION
-         TRANSITION FROM S1 TO S0 := b; END_TRANSITION
-         ACTION h: x := TRUE; x := TRUE; END_ACTION",
-    );
-    let text = format!("{text} FUNCTION One : BOOL One := TRUE; END_FUNCTION");
-    let order = |of: &str| bounds(&text, &format!("[sfc]\naction_order = '{of}'\n")).0;
-    assert_eq!(order("alphabetical"), order("named") + 1);
-}
-
-#[test]
 fn a_boolean_variable_may_be_written_before_actions() {
     let text = chart(&ring(
         ["", "h(P1); v(N);", ""],

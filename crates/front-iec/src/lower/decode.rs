@@ -9,7 +9,6 @@ use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::ActionOrder;
 use scanbound_base::facts::normalized;
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
@@ -57,9 +56,6 @@ pub(crate) fn decode(
     if !tree.faults.is_empty() {
         return Err(told(project, tree.faults));
     }
-    // Controllers that execute actions in the order of their names do so before they evaluate transitions.
-    let is_alphabetical = asked.facts.action_order == Some(ActionOrder::Alphabetical);
-    let traits = SourceTraits { actions_first: traits.actions_first || is_alphabetical, ..traits };
     let options = Options {
         stated_turns: asked.facts.counts.clone(),
         is_incomplete: asked.absent_calls_take_no_time,
