@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The largest total size of all states of the search.
 const MAX_STATES: usize = 500_000;
 /// The largest number of jumps back in one turn that is unrolled.
-const MAX_BACK_JUMPS: usize = 64;
+pub const MAX_BACK_JUMPS: usize = 64;
 
 /// What is known when an instruction is executed. An unknown bit may be on or off; after a test its value is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,14 +23,15 @@ struct State {
     timers: BTreeMap<u32, bool>,
 }
 
-/// The largest number of jumps back in a turn before it ends or repeats an earlier state. A turn with more jumps
-/// repeats without end. `latched`: an input has one value during a turn, otherwise any value at each test.
+/// At least the largest number of jumps back in a turn before it ends or repeats an earlier state; a turn with more
+/// jumps repeats without end. `None` if there are more than [`MAX_BACK_JUMPS`], or too many states to follow.
+/// `latched`: an input has one value during a turn, otherwise any value at each test.
 #[must_use]
-pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
+pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> Option<usize> {
     let is_back =
         |at: usize| matches!(source.instructions[at].op, Op::Jump(to) | Op::JumpIf(to) if to <= at);
     if !routine.body.clone().any(is_back) {
-        return 0;
+        return Some(0);
     }
     let tested: BTreeSet<u32> = routine
         .body
@@ -67,10 +68,10 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> usize {
             graph.add_edge(from, to, back);
         }
         if size > MAX_STATES {
-            return MAX_BACK_JUMPS;
+            return None;
         }
     }
-    longest(graph).min(MAX_BACK_JUMPS)
+    Some(longest(graph)).filter(|&jumps| jumps <= MAX_BACK_JUMPS)
 }
 
 /// The largest number of jumps back on a path that uses each cycle of the graph at most once.

@@ -10,7 +10,7 @@
 //! it and keep its remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)).
 //! Both are possible, so afterwards the timer may time out even in the pass that restarts it.
 
-use super::back_jumps::jumps_back;
+use super::back_jumps::{MAX_BACK_JUMPS, jumps_back};
 use super::pass_starts::{Reset, pass_starts};
 use super::source::{self, NAME, Op, Routine, Source};
 use super::start_states::{RoutinePositions, StartState, invariants};
@@ -208,10 +208,11 @@ impl Lowering<'_> {
     fn routine(&mut self, index: usize, routine: &Routine) {
         let is_main = routine.group.is_none();
         let most = MAX_UNROLLED / routine.body.len().max(1);
-        let copies = match is_main {
-            true => 0,
-            false => jumps_back(self.source, routine, self.latched).min(most),
+        let jumps = match is_main {
+            true => Some(0),
+            false => jumps_back(self.source, routine, self.latched),
         };
+        let copies = jumps.unwrap_or(MAX_BACK_JUMPS).min(most);
         let reached = self.reached(routine, copies);
         let mut routine_layout = RoutineLayout {
             routine: index,
@@ -243,7 +244,8 @@ impl Lowering<'_> {
         for (jump, at, to) in std::mem::take(&mut routine_layout.rounds) {
             let from = routine_layout.laid.range((0, to)..).find(|(spot, _)| spot.1 == to);
             let from = from.map_or(start, |(_, &from)| from);
-            let round = self.add(at, None, Step::Unbounded { from, certain: true }, vec![]);
+            let certain = jumps == Some(copies);
+            let round = self.add(at, None, Step::Unbounded { from, certain }, vec![]);
             self.aim(jump, round);
         }
         for (jump, spot) in std::mem::take(&mut routine_layout.jumps) {
