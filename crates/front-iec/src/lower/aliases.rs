@@ -9,6 +9,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Section};
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Parameter, Passed, Place, Step};
+use std::collections::BTreeSet;
 
 impl Lower<'_> {
     /// Refuses a call that hands over a variable which what is called also reaches by another name.
@@ -98,7 +99,7 @@ impl Lower<'_> {
             let mut own = Effects::default();
             self.written(at, place, &mut own);
             let meets = |(one, other): (&Effects, &&Place)| {
-                is_output && !are_other_bits(place, other) && own.changes(one)
+                is_output && !are_other_parts(place, other) && own.changes(one)
             };
             if taken.iter().zip(&places).any(meets) {
                 let told = format!(
@@ -127,9 +128,7 @@ impl Lower<'_> {
             add(&mut own.writes, spot.tag.regions());
             for (other, passed) in &call.passed {
                 let (Passed::ByValue(one) | Passed::InOut(one)) = passed else { continue };
-                let mut read = Effects::default();
-                self.of_expr(at, one, &mut read);
-                if other != parameter && own.changes(&read) {
+                if other != parameter && self.may_read(at, one, (*parameter, &own)) {
                     let told = format!(
                         "{} is passed by a call that also reads it: controllers differ in which value is read",
                         spot.name
@@ -140,6 +139,70 @@ impl Lower<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether an expression may read a parameter that lies in what `own` writes. Where it reads an instance whose index
+    /// is not known, another input or output of it is not the parameter.
+    fn may_read(
+        &mut self,
+        at: &Context,
+        one: &Expr,
+        (parameter, own): (Parameter, &Effects),
+    ) -> bool {
+        let mut parts: Vec<Expr> = Vec::new();
+        let mut is_plain = true;
+        one.each(&mut |part| match &part.kind {
+            ExprKind::Read(_) => parts.push(part.clone()),
+            ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Address(_) => is_plain = false,
+            _ => {}
+        });
+        if !is_plain {
+            parts = vec![one.clone()];
+        }
+        parts.iter().any(|part| {
+            if let ExprKind::Read(place) = &part.kind
+                && is_other_member(place, parameter)
+            {
+                return place.indices().any(|index| self.may_read(at, index, (parameter, own)));
+            }
+            let mut read = Effects::default();
+            self.of_expr(at, part, &mut read);
+            own.changes(&read)
+        })
+    }
+
+    /// Refuses a call whose arguments change what the others read, if they stand in an order that is neither that in
+    /// which they are declared nor its reverse: both are covered, and a third one is not.
+    pub(super) fn evaluates_in_two_orders(
+        &mut self,
+        at: &Context,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let declared: Vec<Option<VarId>> = call
+            .passed
+            .iter()
+            .map(|(parameter, _)| match parameter {
+                Parameter::Variable(id) => Some(*id),
+                Parameter::Pin(_) => None,
+            })
+            .collect();
+        let in_order = |pair: &[Option<VarId>]| pair[0].is_some() && pair[0] < pair[1];
+        let exprs: Vec<&Expr> = call.values().collect();
+        if exprs.len() < 3 || declared.windows(2).all(in_order) {
+            return Ok(());
+        }
+        let pairs = (1..exprs.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
+        let tied: BTreeSet<usize> = pairs
+            .filter(|&(one, other)| self.order_matters(at, exprs[one], exprs[other]))
+            .flat_map(|(one, other)| [one, other])
+            .collect();
+        if tied.len() < 3 {
+            return Ok(());
+        }
+        let told = "arguments of one call change what the others read: controllers evaluate them as they are written or as they are declared";
+        let help = "give the arguments in the order in which they are declared, or assign what they call to variables before";
+        Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
     /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
@@ -190,10 +253,22 @@ fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
     })
 }
 
-/// Whether two places are different bits, of one variable or of several.
-fn are_other_bits(one: &Place, other: &Place) -> bool {
+/// Whether two places are different bits of numbers or different parts of structures, whatever they are parts of.
+fn are_other_parts(one: &Place, other: &Place) -> bool {
     match (one.steps.last(), other.steps.last()) {
         (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,
+        (Some(Step::Part(part)), Some(Step::Part(another))) => {
+            part != another && one.steps.len() == other.steps.len() && one.root == other.root
+        }
+        _ => false,
+    }
+}
+
+/// Whether a place is a variable or a pin of an instance, and not this one.
+fn is_other_member(place: &Place, parameter: Parameter) -> bool {
+    match (place.steps.last(), parameter) {
+        (Some(Step::Member(id)), Parameter::Variable(own)) => *id != own,
+        (Some(Step::Pin(pin)), Parameter::Pin(own)) => *pin != own,
         _ => false,
     }
 }

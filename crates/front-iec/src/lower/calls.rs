@@ -433,6 +433,7 @@ impl Lower<'_> {
     ) -> Result<(), Fault> {
         self.passes_in_any_order(at, callee, call, line)?;
         let calls_any = call.values().any(|one| self.calls_own(one));
+        self.evaluates_in_two_orders(at, call, line)?;
         let (mut one_way, mut both) = (Vec::new(), Vec::new());
         for (parameter, passed) in &call.passed {
             let Some(target) = self.parameter(callee, *parameter) else { continue };

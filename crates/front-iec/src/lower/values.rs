@@ -162,6 +162,14 @@ fn is_untyped(one: &Expr) -> bool {
     }
 }
 
+/// The fault of a XOR or MOD whose operands' calls do more than give a value, or of which too many stand in each other.
+fn worked_out_twice(line: u32) -> Fault {
+    let told =
+        "an operand of XOR or MOD calls something: some compilers work it out twice, or not at all";
+    let help = "assign what the call gives to a variable of its own before";
+    Fault::new(line, told).code(Code::NotModelled).help(help)
+}
+
 /// Whether all that constants make on the way fits.
 fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
     let one = one.unconverted();
@@ -420,11 +428,22 @@ impl<'t> Lower<'t> {
             self.charge_comparison(left, right);
         }
         let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
-        let twice = match (operator, &one) {
-            (Operator::Xor, Value::Bit(_)) => self.again(at, left)?,
-            (Operator::Modulo, _) => self.again(at, right)?,
-            _ => None,
-        };
+        match (operator, &one) {
+            (Operator::Xor, Value::Bit(_)) => {
+                self.again(at, left)?;
+                if self.order_matters(at, left, right) {
+                    return Err(worked_out_twice(line));
+                }
+            }
+            (Operator::Modulo, _) => {
+                self.again(at, right)?;
+                // Where the divisor is 0, these compilers leave the left operand out.
+                if literal_value(right).is_none_or(|by| by == 0) && self.leaves_more(at, left) {
+                    return Err(worked_out_twice(line));
+                }
+            }
+            _ => {}
+        }
         let wraps = may_have_wrapped(left, &one, &two) || may_have_wrapped(right, &two, &one);
         let found = self.combined(operator, one, two, line)?;
         Ok(match found {
@@ -432,37 +451,36 @@ impl<'t> Lower<'t> {
             Value::Bit(_) if both.iter().any(|one| is_rounded(one)) => {
                 Value::Bit(self.any_bit(ROUNDED))
             }
-            found => self.any_where(found, twice),
+            found => found,
         })
     }
 
-    /// Works an operand out once more, if it calls something: compilers that write XOR of truth values with AND and OR do so, and
-    /// those that test the divisor of MOD. Where that makes a difference to more than the time, gives whether it was done.
-    fn again(&mut self, at: &Context, operand: &Expr) -> Result<Option<Logic>, Fault> {
+    /// Charges an operand once more, if it calls something: compilers that write XOR of truth values with AND and OR
+    /// evaluate it twice, and so do those that test the divisor of MOD. Refuses one that leaves more than its value.
+    fn again(&mut self, at: &Context, operand: &Expr) -> Result<(), Fault> {
         if !self.calls_own(operand) {
-            return Ok(None);
+            return Ok(());
         }
         let mut within = 0;
         operand.each(&mut |one| {
             let ExprKind::Binary(operator, ..) = &one.kind else { return };
             within += usize::from(matches!(operator, Operator::Xor | Operator::Modulo));
         });
-        if within > MAX_CALLS {
-            let told = "so many XOR or MOD of calls in one expression, of which some compilers work operands out twice";
-            let help = "assign what they give to variables of their own before";
-            return Err(Fault::new(operand.line, told).code(Code::NotModelled).help(help));
+        if within > MAX_CALLS || self.leaves_more(at, operand) {
+            return Err(worked_out_twice(operand.line));
         }
-        let effects = self.expression_effects(at, operand);
-        let changes = effects.anything || !effects.writes.is_empty();
-        let twice = match changes {
-            true => self.left_open(),
-            false => self.extra_time(),
-        };
-        let skip = self.jump(twice.clone().not(), None);
+        let twice = self.extra_time();
+        let skip = self.jump(twice.not(), None);
         self.open_value(at, operand)?;
         self.land(skip);
         self.landing();
-        Ok(changes.then_some(twice))
+        Ok(())
+    }
+
+    /// Whether an expression calls what writes variables, or may.
+    fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
+        let effects = self.expression_effects(at, one);
+        self.calls_own(one) && (effects.anything || !effects.writes.is_empty())
     }
 
     /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
