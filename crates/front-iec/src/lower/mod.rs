@@ -13,6 +13,7 @@ mod effects;
 mod elements;
 mod enable;
 mod enabled;
+mod evaluated_again;
 mod extents;
 pub(super) mod first_values;
 mod forget;

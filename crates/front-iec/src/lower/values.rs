@@ -27,7 +27,7 @@ const RIGHT_FIRST: &str = "operands are worked out from right to left";
 const TARGET_FIRST: &str = "an element is looked for before the value that it is assigned";
 
 /// With more calls in one expression than this it would be lowered too often.
-const MAX_CALLS: usize = 6;
+pub(super) const MAX_CALLS: usize = 6;
 
 /// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
 pub(super) fn is_rounded(one: &Expr) -> bool {
@@ -162,14 +162,6 @@ fn is_untyped(one: &Expr) -> bool {
     }
 }
 
-/// The fault of a XOR or MOD whose operands' calls do more than give a value, or of which too many stand in each other.
-fn worked_out_twice(line: u32) -> Fault {
-    let told =
-        "an operand of XOR or MOD calls something: some compilers work it out twice, or not at all";
-    let help = "assign what the call gives to a variable of its own before";
-    Fault::new(line, told).code(Code::NotModelled).help(help)
-}
-
 /// Whether all that constants make on the way fits.
 fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
     let one = one.unconverted();
@@ -185,7 +177,7 @@ fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
 }
 
 /// What an expression of literals without types makes.
-fn literal_value(one: &Expr) -> Option<i64> {
+pub(super) fn literal_value(one: &Expr) -> Option<i64> {
     let one = one.unconverted();
     match &one.kind {
         ExprKind::Whole(value) => Some(*value),
@@ -428,22 +420,7 @@ impl<'t> Lower<'t> {
             self.charge_comparison(left, right);
         }
         let (Some(one), Some(two)) = (one, two) else { return Ok(Value::Any) };
-        match (operator, &one) {
-            (Operator::Xor, Value::Bit(_)) => {
-                self.again(at, left)?;
-                if self.order_matters(at, left, right) {
-                    return Err(worked_out_twice(line));
-                }
-            }
-            (Operator::Modulo, _) => {
-                self.again(at, right)?;
-                // Where the divisor is 0, these compilers leave the left operand out.
-                if literal_value(right).is_none_or(|by| by == 0) && self.leaves_more(at, left) {
-                    return Err(worked_out_twice(line));
-                }
-            }
-            _ => {}
-        }
+        self.again(at, operator, (left, right), matches!(one, Value::Bit(_)))?;
         let wraps = may_have_wrapped(left, &one, &two) || may_have_wrapped(right, &two, &one);
         let found = self.combined(operator, one, two, line)?;
         Ok(match found {
@@ -453,34 +430,6 @@ impl<'t> Lower<'t> {
             }
             found => found,
         })
-    }
-
-    /// Charges an operand once more, if it calls something: compilers that write XOR of truth values with AND and OR
-    /// evaluate it twice, and so do those that test the divisor of MOD. Refuses one that leaves more than its value.
-    fn again(&mut self, at: &Context, operand: &Expr) -> Result<(), Fault> {
-        if !self.calls_own(operand) {
-            return Ok(());
-        }
-        let mut within = 0;
-        operand.each(&mut |one| {
-            let ExprKind::Binary(operator, ..) = &one.kind else { return };
-            within += usize::from(matches!(operator, Operator::Xor | Operator::Modulo));
-        });
-        if within > MAX_CALLS || self.leaves_more(at, operand) {
-            return Err(worked_out_twice(operand.line));
-        }
-        let twice = self.extra_time();
-        let skip = self.jump(twice.not(), None);
-        self.open_value(at, operand)?;
-        self.land(skip);
-        self.landing();
-        Ok(())
-    }
-
-    /// Whether an expression calls what writes variables, or may.
-    fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
-        let effects = self.expression_effects(at, one);
-        self.calls_own(one) && (effects.anything || !effects.writes.is_empty())
     }
 
     /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
