@@ -247,6 +247,13 @@ fn en_may_keep_its_value_in_a_call_that_leaves_it_out() {
     }
     // In the scan before.
     assert!(may(units, "f : B;", "f.n := 0; f(); IF a THEN f(EN := FALSE); END_IF", "f.n = 0"));
+    // What is passed in and out is called by another name.
+    let through =
+        format!("{units} FUNCTION_BLOCK C VAR_IN_OUT x : B; END_VAR x(); END_FUNCTION_BLOCK");
+    let body = "f.n := 0; f(EN := a); c(x := f);";
+    assert!(may(&through, "f : B; c : C;", body, "NOT a AND f.n = 0"));
+    let gives = through.replace("x();", "x(EN := FALSE);");
+    assert!(may(&gives, "f : B; c : C;", "c(x := f); f.n := 0; f();", "f.n = 0"));
     // Each instance has its own.
     assert!(!may(units, "f, g : B;", "g.n := 0; f(EN := a); g();", "g.n <> 1"));
 }

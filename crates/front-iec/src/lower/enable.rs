@@ -69,7 +69,7 @@ impl Lower<'_> {
         let condition = self.condition(at, enable)?;
         let given = &self.memory.enabled;
         let is_given = given.through_reference
-            || match instance_variable(place) {
+            || match instance_variable(self.tree, place) {
                 Some(id) => given.variables.contains(&id),
                 None => !given.variables.is_empty(),
             };

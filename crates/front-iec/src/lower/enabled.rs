@@ -1,5 +1,6 @@
 //! The instances of which a call gives EN.
 
+use scanbound_iec::Section;
 use scanbound_iec_tree::charts::{ActionBody, Code};
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{
@@ -23,23 +24,25 @@ pub(super) struct EnabledInstances {
 impl EnabledInstances {
     pub(super) fn of(tree: &Tree) -> EnabledInstances {
         let mut found = EnabledInstances::default();
-        tree.routines.iter().for_each(|one| found.of_code(&one.code));
+        tree.routines.iter().for_each(|one| found.of_code(tree, &one.code));
         found
     }
 
-    fn of_code(&mut self, code: &Code) {
+    fn of_code(&mut self, tree: &Tree, code: &Code) {
         match code {
-            Code::Statements(all) => self.of_statements(all),
+            Code::Statements(all) => self.of_statements(tree, all),
             Code::Chart(chart) => {
                 for hooks in &chart.steps {
                     let all = [&hooks.entry, &hooks.active, &hooks.exit];
-                    all.into_iter().flatten().for_each(|one| self.of_statements(from_ref(one)));
+                    all.into_iter()
+                        .flatten()
+                        .for_each(|one| self.of_statements(tree, from_ref(one)));
                 }
                 for action in &chart.actions {
                     match &action.body {
-                        ActionBody::Inline(.., code) => self.of_code(code),
+                        ActionBody::Inline(.., code) => self.of_code(tree, code),
                         ActionBody::Call(one) | ActionBody::Computed(one, _) => {
-                            self.of_statements(from_ref(one));
+                            self.of_statements(tree, from_ref(one));
                         }
                         ActionBody::Variable(_) => {}
                     }
@@ -49,13 +52,13 @@ impl EnabledInstances {
         }
     }
 
-    fn of_statements(&mut self, all: &[Statement]) {
+    fn of_statements(&mut self, tree: &Tree, all: &[Statement]) {
         each_statement(all, &mut |one| {
             if let StatementKind::Call(call) = &one.kind
                 && let Target::Instance(place, _) | Target::Standard(place, _) = &call.target
                 && call.enable.condition.is_some()
             {
-                match instance_variable(place) {
+                match instance_variable(tree, place) {
                     Some(id) => _ = self.variables.insert(id),
                     None => self.through_reference = true,
                 }
@@ -64,18 +67,18 @@ impl EnabledInstances {
     }
 }
 
-/// The variable that an instance is, unless a reference leads to it.
-pub(super) fn instance_variable(place: &Place) -> Option<VarId> {
-    let members = place.steps.iter().rev();
-    for step in members {
+/// The variable that an instance is. `None` if a reference leads to it, or it is passed in and out.
+pub(super) fn instance_variable(tree: &Tree, place: &Place) -> Option<VarId> {
+    let mut id = match place.root {
+        Root::Variable(id) => Some(id),
+        _ => None,
+    };
+    for step in &place.steps {
         match step {
-            Step::Member(id) => return Some(*id),
-            Step::Dereference => return None,
+            Step::Member(member) => id = Some(*member),
+            Step::Dereference => id = None,
             _ => {}
         }
     }
-    match place.root {
-        Root::Variable(id) => Some(id),
-        _ => None,
-    }
+    id.filter(|&id| tree.variable(id).section != Section::InOut)
 }
