@@ -58,6 +58,7 @@ const CX: Kind = Kind { command: "audit FILE --cpu CJ2M", tail: "END(001)\n", ..
 const SIDE: Kind = Kind { tail: "", instructions: 0, most: 0, ..KIND };
 
 const HEADS: &str = "\"t\"\n\"PLC Information:\",\"Q26UDV\"\n\"Step No.\",\"Line Statement\",\"Instruction\",\"I/O (Device)\",\"Blank\",\"PI Statement\",\"Note\"\n";
+const FROM_STEP_0: &str = "\"t\"\n\"PLC Information:\",\"Q26UDV\"\n\"Step No.\",\"Line Statement\",\"Instruction\",\"I/O (Device)\",\"Blank\",\"PI Statement\",\"Note\"\n\"0\",\"\",\"LD\",\"X0\",\"\",\"\",\"\"\n\"\",\"\",\"OUT\",\"Y20\",\"\",\"\",\"\"\n";
 const TABS: &str = "\"t\"\n\"PLC Information:\"\t\"Q26UDV\"\n\"Step No.\"\t\"Line Statement\"\t\"Instruction\"\t\"I/O (Device)\"\t\"Blank\"\t\"PI Statement\"\t\"Note\"\n";
 const DUMP: &str = "$timescale 1 us $end\n$scope module m $end\n$var wire 1 ! scan $end\n$upscope $end\n$enddefinitions $end\n";
 
@@ -143,7 +144,7 @@ const KINDS: &[Kind] = &[
         name: "csv-steps",
         file: "a.csv",
         command: "audit FILE",
-        head: HEADS,
+        head: FROM_STEP_0,
         body: "\"{n}\",\"\",\"LD\",\"X0\",\"\",\"\",\"\"\n\"\",\"\",\"OUT\",\"Y20\",\"\",\"\",\"\"\n",
         tail: ",,END,,,,\n",
         ..KIND

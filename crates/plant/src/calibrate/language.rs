@@ -281,6 +281,7 @@ impl Language {
         let words = u32::try_from(line.split_whitespace().count()).unwrap_or(u32::MAX);
         match (self, line.split_whitespace().next().unwrap_or_default()) {
             (_, "OUT" | "LD" | "LDI" | "AND" | "ANI" | "OR" | "ORI" | "NOP" | "INV") => 1,
+            (_, "ANB" | "ORB" | "MPS" | "MRD" | "MPP") => 1,
             // With 16-bit operations, the name takes one step and each operand two; otherwise one and four.
             (Language::Fx, _) => 1 + 4 * words.saturating_sub(1),
             (Language::Q, _) => words + 1,
